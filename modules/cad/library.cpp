@@ -27,7 +27,8 @@ Library loaded() {
     Library library;
     // Where it was installed with the program, which may have moved; else where it was built, or was meant to be
     // installed.
-    for (const char* const name : {"$ORIGIN/../" CAMBER_OCC_BESIDE, CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
+    for (const char* const name :
+         {"$ORIGIN/../" CAMBER_OCC_BESIDE, "$ORIGIN/" CAMBER_OCC_FILE, CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (handle == nullptr) {
             const char* const said = dlerror();

@@ -54,33 +54,41 @@ class Column {
     using value_type = T;
 
     Column() = default;
-    Column(Buffer<T> buffer) : data_(std::make_shared<Buffer<T>>(std::move(buffer))) {}  // NOLINT(*-explicit-*)
+    Column(Buffer<T> buffer)  // NOLINT(*-explicit-*)
+        : array_(std::make_shared<Array>(Array{{}, {}, std::move(buffer)})) {
+        array_->items = array_->own;
+    }
+    /// Of an array of somebody else, who leaves it as it is until `owner` is destroyed, in whichever thread that is:
+    /// nothing is copied.
+    Column(std::span<const T> items, std::shared_ptr<const void> owner)
+        : array_(std::make_shared<Array>(Array{items, std::move(owner), {}})) {}
 
-    [[nodiscard]] std::size_t size() const { return data_ ? data_->size() : 0; }
+    [[nodiscard]] std::size_t size() const { return array_ ? array_->items.size() : 0; }
     [[nodiscard]] bool empty() const { return size() == 0; }
-    [[nodiscard]] const T* data() const { return data_ ? data_->data() : nullptr; }
+    [[nodiscard]] const T* data() const { return array_ ? array_->items.data() : nullptr; }
     [[nodiscard]] const T* begin() const { return data(); }
     [[nodiscard]] const T* end() const { return data() + size(); }
     [[nodiscard]] std::span<const T> view() const { return {data(), size()}; }
-    [[nodiscard]] const T& operator[](std::size_t i) const { return (*data_)[i]; }
+    [[nodiscard]] const T& operator[](std::size_t i) const { return array_->items[i]; }
     template <class Tag>
     [[nodiscard]] const T& operator[](Id<Tag> id) const {
-        return (*data_)[id.index()];
+        return array_->items[id.index()];
     }
 
-    /// The column's buffer to write on: moved out of a uniquely owned column, copied from a shared one.
+    /// The column's buffer to write on: moved out of a uniquely owned column, copied from a shared one or from an array
+    /// of somebody else.
     [[nodiscard]] friend Buffer<T> take(Column column) {
-        if (!column.data_) return {};
-        if (column.data_.use_count() == 1) {
+        if (!column.array_) return {};
+        if (column.array_.use_count() == 1 && !column.array_->owner) {
             // Whoever held it before has finished reading: the count alone is a relaxed load.
             std::atomic_thread_fence(std::memory_order_acquire);
-            return std::move(*column.data_);
+            return std::move(column.array_->own);
         }
-        return *column.data_;
+        return Buffer<T>(column.begin(), column.end());
     }
 
     friend bool operator==(const Column& a, const Column& b) {
-        if (a.data_ == b.data_) return true;
+        if (a.array_ == b.array_) return true;
         if (a.size() != b.size()) return false;
         for (std::size_t i = 0; i < a.size(); ++i)
             if (!(a[i] == b[i])) return false;
@@ -88,7 +96,12 @@ class Column {
     }
 
   private:
-    std::shared_ptr<Buffer<T>> data_;
+    struct Array {
+        std::span<const T> items;
+        std::shared_ptr<const void> owner;  ///< of those, where it is somebody else
+        Buffer<T> own;
+    };
+    std::shared_ptr<Array> array_;
 };
 
 }  // namespace camber

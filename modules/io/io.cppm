@@ -1,6 +1,7 @@
 /// Meshes and solutions to and from bytes; the table of formats, one row each; flat meshes to 2D and back. Nothing here
 /// touches files: the shell reads and writes them.
 export module camber.io;
+export import :arrays;
 export import :notice;
 export import :decode_options;
 export import :any_mesh;

@@ -1,5 +1,7 @@
 // Columns: immutable, shared, taken without a copy when nobody else looks.
 #include <cstddef>
+#include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -52,6 +54,25 @@ TEST_CASE("columns") {
         Column<int> again = std::move(copied);
         RC_ASSERT(take(again).data() != again.data());  // an lvalue argument is a second holder
     });
+}
+
+TEST_CASE("columns of arrays of somebody else") {
+    property("are seen where they lie, kept until the last holder is gone, and copied to write on",
+             [](std::vector<int> values) {
+                 const auto owner = std::make_shared<std::vector<int>>(values);
+                 {
+                     const Column<int> column(std::span<const int>(*owner), owner);
+                     RC_ASSERT(owner.use_count() == 2);
+                     RC_ASSERT(column.data() == owner->data());
+                     const Column<int> other = column;
+                     RC_ASSERT(other == Column<int>(buffer_of(values)));
+                     RC_ASSERT(owner.use_count() == 2);
+                     const Buffer<int> taken = take(Column<int>(std::span<const int>(*owner), owner));
+                     RC_ASSERT(std::vector<int>(taken.begin(), taken.end()) == values);
+                     RC_ASSERT(taken.empty() || taken.data() != owner->data());
+                 }
+                 RC_ASSERT(owner.use_count() == 1);
+             });
 }
 
 TEST_CASE("an empty column") {

@@ -59,7 +59,9 @@ const char* cycle_of(const AdaptArguments& a) {
     return a.metric.metric ? by_the_metric : by_the_solution;
 }
 
-Outcome<config::Pipeline> adapting(const AdaptArguments& a) {
+}  // namespace
+
+Outcome<config::Pipeline> pipeline_of(const AdaptArguments& a) {
     if (auto given = check_given(a); !given) return fail(given.error());
     auto pipeline = pipeline_of(cycle_of(a), a);
     if (!pipeline) return pipeline;
@@ -74,10 +76,8 @@ Outcome<config::Pipeline> adapting(const AdaptArguments& a) {
     return pipeline;
 }
 
-}  // namespace
-
 int adapt_command(const AdaptArguments& arguments) {
-    const auto pipeline = adapting(arguments);
+    const auto pipeline = pipeline_of(arguments);
     if (!pipeline) return report_error(pipeline.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     // What arguments gave is as sound as what a config says.

@@ -101,6 +101,7 @@ std::optional<int> cad_reader(std::span<const char* const> arguments) {
 
 Outcome<CadModel> read_cad_apart(const config::Cad& cad, const Execution& execution) {
     return guarded([&]() -> Outcome<CadModel> {
+        if (!can_start_itself()) return read_cad(cad.file.path, {cad.unit});
         const ChildLimits limits = limits_of(cad);
         const auto result = run_self(
             {std::string(reader), cad.file.path, fmt::format("{}", limits.seconds), fmt::format("{}", limits.bytes)},

@@ -10,6 +10,8 @@ module;
 export module camber.commands;
 export import :cad_reader;
 export import :ending;
+export import :given;
+export import :in_memory;
 export import :picture_arguments;
 export import :suggestion;
 import camber.core;
@@ -40,7 +42,7 @@ struct SolutionChoice {
     std::optional<TransferMethod> method;
 };
 
-/// Of the verbs that are a pipeline from one mesh to another.
+/// Of the verbs that are a pipeline from one mesh to another: `pipeline_of` their arguments is what they run.
 struct PipelineArguments {
     std::string input, output, report, vtu, plots, page;
     std::string format;  ///< of the output, by its name; empty: that of its ending, or the input's own
@@ -73,12 +75,14 @@ struct CurveArguments : PipelineArguments {
     GeometryArguments geometry;
     std::optional<Objective> objective;  ///< none: that of the settings, or the stage's default
 };
+[[nodiscard]] Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments);
 [[nodiscard]] int curve_command(const CurveArguments& arguments);
 
 struct RepairArguments : PipelineArguments {
     GeometryArguments geometry;
     std::optional<double> boundary_tolerance;  ///< none: that of the settings, or 0
 };
+[[nodiscard]] Outcome<config::Pipeline> pipeline_of(const RepairArguments& arguments);
 [[nodiscard]] int repair_command(const RepairArguments& arguments);
 
 struct RemeshArguments : PipelineArguments {
@@ -88,6 +92,7 @@ struct RemeshArguments : PipelineArguments {
     std::optional<config::RemeshObjective> objective;  ///< likewise
     std::string output_metric;                         ///< the metric at the new vertices; empty: not written
 };
+[[nodiscard]] Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments);
 [[nodiscard]] int remesh_command(const RemeshArguments& arguments);
 
 /// Of a mesh that is adapted cycle after cycle.
@@ -100,6 +105,7 @@ struct AdaptArguments : PipelineArguments {
     int degree = 2;                 ///< of the meshes that are made
     std::optional<int> from;        ///< the cycle of an earlier run that is gone on from
 };
+[[nodiscard]] Outcome<config::Pipeline> pipeline_of(const AdaptArguments& arguments);
 [[nodiscard]] int adapt_command(const AdaptArguments& arguments);
 
 struct ConvertArguments {
@@ -123,6 +129,10 @@ struct GenerateArguments {
     int threads = 0;
     bool print_config = false;
 };
+/// The shape that they ask for. Errors: usage.
+[[nodiscard]] Outcome<config::Shape> shape_of(const GenerateArguments& arguments);
+/// The mesh of that shape, not written. Errors: usage, memory, stopped.
+[[nodiscard]] Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, const Host& host);
 [[nodiscard]] int generate_command(const GenerateArguments& arguments);
 
 struct PlotArguments {
@@ -194,6 +204,11 @@ struct InfoArguments {
 [[nodiscard]] int explain_command(const std::string& topic);
 [[nodiscard]] int schema_command();
 
+/// Sizes by reference, as arguments give them: [KIND:]REFERENCE,…=SIZE. Errors: usage.
+[[nodiscard]] Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts);
+/// Puts a verb's geometry, where there is one, into a pipeline.
+[[nodiscard]] Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline);
+
 }  // namespace camber::app
 
 namespace camber::app {
@@ -202,12 +217,8 @@ namespace camber::app {
 /// geometry.
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments);
 
-/// Sizes by reference, as arguments give them: [KIND:]REFERENCE,…=SIZE. Errors: usage.
-[[nodiscard]] Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts);
-
-/// Puts a verb's metric and geometry, where there are any, into its pipeline.
+/// Puts a verb's metric, where there is one, into its pipeline.
 [[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);
-[[nodiscard]] Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline);
 
 /// Prints the pipeline or the plan if that is asked for, else runs it, prints what came out, and returns the exit code.
 [[nodiscard]] int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments);

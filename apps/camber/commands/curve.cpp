@@ -61,7 +61,9 @@ bool is_for_solution(const CurveArguments& arguments) {
            std::ranges::none_of(arguments.settings, says);
 }
 
-Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
+}  // namespace
+
+Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
     auto pipeline = pipeline_of(R"({"input": {"mesh": "-"}})", arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
@@ -72,8 +74,6 @@ Outcome<config::Pipeline> curving(const CurveArguments& arguments) {
             if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = *objective;
     return pipeline;
 }
-
-}  // namespace
 
 Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline) {
     if (choice.metric) {
@@ -121,6 +121,6 @@ Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline&
     return Done{};
 }
 
-int curve_command(const CurveArguments& arguments) { return run_verb(curving(arguments), arguments); }
+int curve_command(const CurveArguments& arguments) { return run_verb(pipeline_of(arguments), arguments); }
 
 }  // namespace camber::app

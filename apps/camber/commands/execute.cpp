@@ -28,6 +28,7 @@ import :cad_reader;
 import :ending;
 import :execute;
 import :formats;
+import :given;
 import :inputs;
 import :nodal_fields;
 import :page_file;
@@ -164,7 +165,7 @@ struct OutputWriter {
             if (const auto format = format_of(output.mesh))
                 for (Notice& notice : (*format)->losses(mesh_for(**format)))
                     run.report.notices.push_back(std::move(notice.what));
-        if (run.metric)
+        if (run.metric && !output.metric.empty())
             if (auto done = write_metric(*run.metric, output.metric); !done) return done;
         if (!run.solution.empty() && !output.solution.empty())
             if (auto done = write_solution_of_run(); !done) return done;
@@ -305,6 +306,13 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
 
 }  // namespace
 
+config::Output files_of(config::Output output) {
+    for (std::string* const name :
+         {&output.mesh, &output.vtu, &output.metric, &output.solution, &output.report, &output.plots, &output.page})
+        if (config::is_in_memory(*name)) name->clear();
+    return output;
+}
+
 Outcome<Done> check_outputs(const config::Output& output) {
     if (auto endings = check_endings(output); !endings) return endings;
     for (const std::string& path : named_outputs(output))
@@ -320,7 +328,7 @@ Outcome<Done> check_outputs(const config::Output& output) {
 Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     if (auto endings = check_endings(given.output); !endings) return fail(endings.error());
     const Execution execution{.threads = given.threads, .stop = stop_on_signals()};
-    auto inputs = read_inputs(given, execution);
+    auto inputs = read_inputs(given, {}, execution);
     if (!inputs) return fail(inputs.error());
     auto fitted = fitted_to(inputs->mesh.mesh, given, fit);
     if (!fitted) return fail(fitted.error());
@@ -340,11 +348,10 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     return text;
 }
 
-Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const Fit& fit) {
-    if (auto outputs = check_outputs(given.output); !outputs) return fail(outputs.error());
-    Progress progress;
+Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const Fit& fit, Host host) {
+    if (auto outputs = check_outputs(files_of(given.output)); !outputs) return fail(outputs.error());
+    Progress progress(std::move(host.told));
     std::vector<run::StageTime> times;
-    const std::stop_token stop = stop_on_signals();
     const Around around = [&](std::string_view stage,
                               const std::function<Outcome<Done>(const Execution&)>& body) -> Outcome<Done> {
         if (comes_in_rounds(given, stage))
@@ -353,7 +360,7 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
             progress.begin(std::string(stage));
         const Meter meter;
         auto done = guarded(
-            [&] { return body(Execution{.threads = given.threads, .stop = stop, .progress = progress.ticks()}); });
+            [&] { return body(Execution{.threads = given.threads, .stop = host.stop, .progress = progress.ticks()}); });
         if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty()) done.error().where = stage;
         const Usage usage = meter.read();
         add_time(times, {std::string(stage), usage.seconds, usage.peak_bytes});
@@ -363,9 +370,10 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
     std::optional<run::Inputs> inputs;
     auto read = around(std::holds_alternative<config::FilePath>(given.input.source) ? "read" : "generate",
                        [&](const Execution& execution) -> Outcome<Done> {
-                           auto got = read_inputs(given, execution);
+                           auto got = read_inputs(given, host.given, execution);
                            if (!got) return fail(got.error());
                            inputs = std::move(*got);
+                           host.given = {};  // what the run takes is not held twice
                            return check_memory(inputs->mesh.mesh);
                        });
     if (!read) return fail(read.error());
@@ -380,7 +388,8 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
         progress.of_mesh(of_linear(inputs->mesh.mesh, [](const auto& m) { return m.elements.size(); }));
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) return fail(of_input(run.error(), pipeline));
-    OutputWriter writer{*run, pipeline.output, around, written, run::as_mesh_fields(run->mesh, run->solution),
+    const config::Output files = files_of(pipeline.output);
+    OutputWriter writer{*run, files,           around, written, run::as_mesh_fields(run->mesh, run->solution),
                         {},   always_in_space, lift,   format};
     if (lift) {
         auto placed = raised(*run, writer.carried_fields, *lift, around);
@@ -392,7 +401,7 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
     run->report.times = std::move(times);
     run->report.threads = threads_used(pipeline);
     run->report.origin = std::move(origin);
-    if (const std::string& path = pipeline.output.report; !path.empty())
+    if (const std::string& path = files.report; !path.empty())
         if (auto done = written.add(path, write_text(path, run::to_json(run->report))); !done)
             return fail(done.error());
     return run;

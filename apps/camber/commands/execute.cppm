@@ -7,6 +7,7 @@ import camber.config;
 import camber.io;
 import camber.run;
 import :ending;
+import :given;
 
 namespace camber::app {
 
@@ -27,15 +28,17 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
 Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
                                            const Execution& execution);
 
-/// What a config's geometry is in files for: a CAD model, another mesh.
-Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution);
+/// What a config's geometry is in files for: a CAD model, another mesh, unless that is given.
+Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
+                                           const Given& given = {});
 
 /// A pipeline as the mesh that it begins with asks for.
 using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyMesh&)>;
 
 /// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
-/// and adds them to those written. `fit`, if there is one, is asked once the input is read.
-Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, const Fit& fit = {});
+/// and adds them to those written. `fit`, if there is one, is asked once the input is read. Outputs with names of
+/// values in memory are not written: the run has them.
+Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, const Fit& fit = {}, Host host = {});
 
 /// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
 Outcome<std::string> plan(const config::Pipeline& pipeline, const Fit& fit = {});

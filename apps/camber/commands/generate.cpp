@@ -20,7 +20,9 @@ import camber.shapes;
 import :ending;
 import :execute;
 import :formats;
+import :given;
 import :named_files;
+import :steps_for;
 
 namespace camber::app {
 
@@ -71,13 +73,6 @@ Outcome<config::Shape> with_count(const config::Shape& shape, double elements) {
         return fail(ErrorKind::usage, what, config::name_of(shape), {}, "ask for more, or give it fewer layers");
     if (off_by(1.2)) tell_note(config::name_of(shape) + " " + what);
     return scaled;
-}
-
-Outcome<config::Shape> shape_of(const GenerateArguments& a) {
-    auto shape = read_shape(a);
-    if (shape && a.structure) shape = with_structure(*shape, *a.structure);
-    if (shape && a.elements) shape = with_count(*shape, *a.elements);
-    return shape;
 }
 
 bool is_unstructured(const config::Shape& shape) {
@@ -164,6 +159,22 @@ std::string text_of(const Made& made, const config::Shape& shape, const std::str
 }
 
 }  // namespace
+
+Outcome<config::Shape> shape_of(const GenerateArguments& a) {
+    auto shape = read_shape(a);
+    if (shape && a.structure) shape = with_structure(*shape, *a.structure);
+    if (shape && a.elements) shape = with_count(*shape, *a.elements);
+    return shape;
+}
+
+Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, const Host& host) {
+    const auto shape = shape_of(arguments);
+    if (!shape) return fail(shape.error());
+    if (auto enough = check_memory(*shape); !enough) return fail(enough.error());
+    Progress progress(host.told);
+    return run_step(steps_for(progress, host, arguments.threads), "generate",
+                    [&](const Execution& e) { return run::generate_shape(*shape, e); });
+}
 
 int generate_command(const GenerateArguments& arguments) {
     if (auto distinct = check_names(arguments); !distinct) return report_error(distinct.error());

@@ -20,6 +20,7 @@ import camber.app_shell;
 import :cad_reader;
 import :execute;
 import :formats;
+import :given;
 import :inputs;
 import :nodal_fields;
 import :suggestion;
@@ -34,12 +35,32 @@ std::string operations_at_vertices(const std::string& file) {
            "without them takes all of it";
 }
 
+/// What is given by that name; null: it is a file's.
+template <class Values>
+const typename Values::mapped_type* found(const Values& values, const std::string& name) {
+    const auto at = config::is_in_memory(name) ? values.find(name) : values.end();
+    return at != values.end() ? &at->second : nullptr;
+}
+
+Outcome<DecodedMesh> mesh_named(const std::string& name, config::Flat flat, const Given& given,
+                                const Execution& execution) {
+    if (const DecodedMesh* const mesh = found(given.meshes, name)) return *mesh;
+    return read_mesh(name, flat, execution);
+}
+
+Outcome<run::RowsByNodes> metric_named(const DecodedMesh& mesh, const std::string& name, const Given& given,
+                                       std::vector<Notice>& notices, const Execution& execution) {
+    if (const Solution* const rows = found(given.metrics, name))
+        return run::rows_by_nodes(*rows, mesh, without_progress(execution));
+    return read_metric_rows(mesh, name, notices, execution);
+}
+
 /// The metric file, and the mesh that it speaks of where that is another, or curved with rows at its nodes.
 Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config::FilePath& metric, run::Inputs& inputs,
-                                 const Execution& execution) {
+                                 const Given& given, const Execution& execution) {
     std::vector<Notice>& notices = inputs.mesh.notices;
     if (pipeline.metric_mesh.empty()) {
-        auto rows = read_metric_rows(inputs.mesh, metric.path, notices, execution);
+        auto rows = metric_named(inputs.mesh, metric.path, given, notices, execution);
         if (!rows) return fail(rows.error());
         if (rows->is_at_nodes) {
             inputs.metric_mesh = {inputs.mesh.mesh, run::MetricMesh::Of::input};
@@ -47,9 +68,9 @@ Outcome<Solution> read_metric_of(const config::Pipeline& pipeline, const config:
         }
         return std::move(rows->solution);
     }
-    auto mesh = read_mesh(pipeline.metric_mesh, pipeline.input.flat, part_of(execution, 0, 0.6));
+    auto mesh = mesh_named(pipeline.metric_mesh, pipeline.input.flat, given, part_of(execution, 0, 0.6));
     if (!mesh) return fail(mesh.error());
-    auto rows = read_metric_rows(*mesh, metric.path, notices, part_of(execution, 0.6, 1));
+    auto rows = metric_named(*mesh, metric.path, given, notices, part_of(execution, 0.6, 1));
     if (!rows) return fail(rows.error());
     inputs.metric_mesh = {std::move(mesh->mesh), run::MetricMesh::Of::another};
     return std::move(rows->solution);
@@ -66,10 +87,15 @@ void keep_finite(std::vector<run::NamedField>& fields, std::vector<Notice>& noti
 }
 
 /// The fields that go along, and what the config's metrics that are made for them take.
-Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& inputs, const Execution& execution) {
+Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& inputs, const Given& values,
+                               const Execution& execution) {
     const config::GivenSolution& given = pipeline.solution;
     std::vector<Notice>& notices = inputs.mesh.notices;
-    if (!given.file.empty()) {
+    if (const auto* const known = found(values.solutions, given.file)) {
+        auto fields = run::named(*known, given.fields, "/solution/fields");
+        if (!fields) return fail(fields.error());
+        inputs.fields = std::move(*fields);
+    } else if (!given.file.empty()) {
         auto fields = read_nodal_fields(inputs.mesh, given.file, given.fields, notices, execution);
         if (!fields) return fail(fields.error());
         inputs.fields = std::move(*fields);
@@ -104,9 +130,13 @@ Outcome<Done> read_solution_of(const config::Pipeline& pipeline, run::Inputs& in
     const auto add = [&](const config::Metric& metric, const std::string& path) -> Outcome<Done> {
         const auto* const asked = std::get_if<config::SolutionMetric>(&metric);
         if (asked == nullptr) return Done{};
-        auto metrics = read_metrics_at_vertices(inputs.mesh, asked->intersect, notices, execution);
-        if (!metrics) return fail(metrics.error());
-        inputs.solution_metrics.push_back({*asked, std::move(*metrics), path + "/solution"});
+        std::vector<Solution> metrics;
+        for (const config::FilePath& file : asked->intersect) {
+            auto rows = metric_named(inputs.mesh, file.path, values, notices, execution);
+            if (!rows) return fail(rows.error());
+            metrics.push_back(run::rows_at_vertices(std::move(*rows), inputs.mesh.mesh));
+        }
+        inputs.solution_metrics.push_back({*asked, std::move(metrics), path + "/solution"});
         return Done{};
     };
     if (auto done = add(pipeline.metric, "/metric"); !done) return done;
@@ -124,7 +154,8 @@ run::AvailableMemory available_memory() {
 
 }  // namespace
 
-Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution) {
+Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
+                                           const Given& given) {
     run::GeometrySource source;
     if (const auto* cad = std::get_if<config::Cad>(&geometry)) {
         auto model = read_cad_apart(*cad, execution);
@@ -132,7 +163,7 @@ Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, con
         source.cad = std::move(*model);
     }
     if (const auto* file = std::get_if<config::FilePath>(&geometry)) {
-        auto mesh = read_mesh(file->path, config::Flat::plane, execution);
+        auto mesh = mesh_named(file->path, config::Flat::plane, given, execution);
         if (!mesh) return fail(mesh.error());
         source.mesh = std::make_shared<const AnyMesh>(std::move(mesh->mesh));
     }
@@ -175,34 +206,35 @@ Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::s
     return decoded;
 }
 
-Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Execution& execution) {
+Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& given, const Execution& execution) {
     const config::Input& input = pipeline.input;
     const auto* file = std::get_if<config::FilePath>(&input.source);
     const auto* const metric = std::get_if<config::FilePath>(&pipeline.metric);
     const double of_mesh = metric != nullptr ? 0.7 : 1;
     const Execution of_first = part_of(execution, 0, of_mesh);
-    auto mesh = file != nullptr ? read_mesh(file->path, input.flat, of_first)
+    auto mesh = file != nullptr ? mesh_named(file->path, input.flat, given, of_first)
                                 : run::generate_shape(std::get<config::Shape>(input.source), of_first);
     if (!mesh) return fail(mesh.error());
     run::Inputs inputs{std::move(*mesh)};
     inputs.memory = available_memory();
-    if (auto read = read_solution_of(pipeline, inputs, without_progress(execution)); !read) return fail(read.error());
+    if (auto read = read_solution_of(pipeline, inputs, given, without_progress(execution)); !read)
+        return fail(read.error());
     if (metric == nullptr && !pipeline.metric_mesh.empty())
         return fail(ErrorKind::usage, "is the mesh of a metric file, and the metric is none", "/metric_mesh", {},
                     "give \"metric\": {\"file\": …}, or leave it out");
     if (metric != nullptr) {
-        auto solution = read_metric_of(pipeline, *metric, inputs, part_of(execution, of_mesh, 1));
+        auto solution = read_metric_of(pipeline, *metric, inputs, given, part_of(execution, of_mesh, 1));
         if (!solution) return fail(solution.error());
         inputs.metric = std::move(*solution);
     }
-    auto geometry = read_geometry(pipeline.geometry, without_progress(execution));
+    auto geometry = read_geometry(pipeline.geometry, without_progress(execution), given);
     if (!geometry) return fail(geometry.error());
     inputs.geometry = std::move(*geometry);
     for (const config::MetricOperation& operation : pipeline.metric_operations) {
         const auto* intersect = std::get_if<config::Intersect>(&operation);
         const auto* operand = intersect != nullptr ? std::get_if<config::FilePath>(&intersect->metric) : nullptr;
         if (operand == nullptr) continue;
-        auto read = read_metric_rows(inputs.mesh, operand->path, inputs.mesh.notices, without_progress(execution));
+        auto read = metric_named(inputs.mesh, operand->path, given, inputs.mesh.notices, without_progress(execution));
         if (!read) return fail(read.error());
         run::MetricFile rows{operand->path, std::move(read->solution)};
         if (read->is_at_nodes) {

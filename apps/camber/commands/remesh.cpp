@@ -13,7 +13,9 @@ namespace {
 
 constexpr const char* remesh_alone = R"({"input": {"mesh": "-"}, "stages": ["remesh"]})";
 
-Outcome<config::Pipeline> remeshing(const RemeshArguments& arguments) {
+}  // namespace
+
+Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments) {
     auto pipeline = pipeline_of(remesh_alone, arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
@@ -28,8 +30,6 @@ Outcome<config::Pipeline> remeshing(const RemeshArguments& arguments) {
     return pipeline;
 }
 
-}  // namespace
-
-int remesh_command(const RemeshArguments& arguments) { return run_verb(remeshing(arguments), arguments); }
+int remesh_command(const RemeshArguments& arguments) { return run_verb(pipeline_of(arguments), arguments); }
 
 }  // namespace camber::app

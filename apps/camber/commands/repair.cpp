@@ -13,7 +13,9 @@ namespace {
 /// Nothing is elevated and nothing is curved: the mesh brings its own nodes.
 constexpr const char* base = R"({"input": {"mesh": "-"}, "stages": ["validate", "relax", "commit"]})";
 
-Outcome<config::Pipeline> repairing(const RepairArguments& arguments) {
+}  // namespace
+
+Outcome<config::Pipeline> pipeline_of(const RepairArguments& arguments) {
     auto pipeline = pipeline_of(base, arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
@@ -23,8 +25,6 @@ Outcome<config::Pipeline> repairing(const RepairArguments& arguments) {
     return pipeline;
 }
 
-}  // namespace
-
-int repair_command(const RepairArguments& arguments) { return run_verb(repairing(arguments), arguments); }
+int repair_command(const RepairArguments& arguments) { return run_verb(pipeline_of(arguments), arguments); }
 
 }  // namespace camber::app

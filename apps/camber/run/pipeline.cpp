@@ -90,7 +90,8 @@ Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
                 .map(some);
         });
     if (run.field() == nullptr) {
-        run.report(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
+        if (!config::is_in_memory(run.config.output.metric))
+            run.report(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
         return std::nullopt;
     }
     const bool at_nodes = end && file_with_mesh(run.config, run.files);
@@ -269,7 +270,39 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pip
     return asked_growth(run);
 }
 
+/// In the order of the input, whatever it is: the rows are the vertices'.
+template <int D>
+Outcome<MadeMetric> metric_on(StageInputs<D> given, const config::Pipeline& pipeline, Inputs& inputs,
+                              const Around& around) {
+    const OrderingOptions as_it_is{.min_elements = max_entities};
+    auto sound = run_step(around, "prepare",
+                          [&](const Execution& e) { return prepare_stage(std::move(given), {}, as_it_is, e); });
+    if (!sound) return fail(sound.error());
+    Runner<D> run(pipeline, std::move(sound->inputs.mesh), sound->inputs.files, nullptr, std::move(inputs.geometry),
+                  std::move(inputs.memory), around);
+    run.report(sound->notices);
+    auto field = asked_field(run);
+    if (!field) return fail(field.error());
+    auto rows = run.step("fields", [&](const Execution& e) { return metric_solution(field->back, e); });
+    if (!rows) return fail(rows.error());
+    return MadeMetric{std::move(*rows), std::move(field->report), std::move(run).take_report().notices};
+}
+
 }  // namespace
+
+Outcome<MadeMetric> made_metric(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
+    auto rows = metric_rows(pipeline, inputs, around);
+    if (!rows) return fail(rows.error());
+    const Notices of_rows = rows->notices;
+    auto made = std::visit(
+        [&]<class Mesh>(Mesh mesh) {
+            return metric_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
+                             around);
+        },
+        std::move(inputs.mesh.mesh));
+    if (made) std::ranges::copy(of_rows, std::back_inserter(made->notices));
+    return made;
+}
 
 Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs, const Around& around) {
     auto rows = metric_rows(pipeline, inputs, around);

@@ -66,6 +66,15 @@ struct Run {
 [[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
                                                             const Around& around);
 
+/// The metric of a config, its operations done, at the vertices of the input's mesh; no stage is run. Errors: those of
+/// the run so far.
+struct MadeMetric {
+    Solution metric;
+    MetricReport report;
+    std::vector<std::string> notices;
+};
+[[nodiscard]] Outcome<MadeMetric> made_metric(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
+
 /// The mesh of a config's shape.
 [[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});
 

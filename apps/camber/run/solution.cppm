@@ -42,6 +42,10 @@ struct SolutionMetricMade {
                                                            std::span<const Solution> given, double ridge_angle,
                                                            const Around& around);
 
+/// The second derivatives of a field of numbers at the vertices, where materials meet the mean of their sides. Errors:
+/// those of `recover_derivatives`; no field of numbers (usage).
+[[nodiscard]] Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, const Execution& execution);
+
 /// The fields of a mesh on another one. Errors: those of `transfer`; meshes of two dimensions (input).
 struct TransferredFields {
     std::vector<NamedField> fields;

@@ -87,6 +87,11 @@ void report_metric(Runner<D>& run, MetricTold told);
 template <int D>
 [[nodiscard]] Outcome<std::optional<Growth>> asked_growth(Runner<D>& run);
 
+/// The field that passes of the config would go by, on the run's mesh as it is. Errors: those of describe_boundary and
+/// make_own_field.
+template <int D>
+[[nodiscard]] Outcome<OwnField<D>> asked_field(Runner<D>& run);
+
 /// A mesh that passes have changed becomes one as any other; nothing where none has.
 template <int D>
 [[nodiscard]] Outcome<Done> finish(Runner<D>& run);

@@ -57,6 +57,12 @@ class Child {
     int pipe_;
 };
 
+/// The shell's one setting of the process: see start_itself_by.
+std::vector<std::string>& own_words() {
+    static std::vector<std::string> words{"/proc/self/exe"};
+    return words;
+}
+
 /// 0, and the child's number; else an error's.
 int spawn_self(const std::vector<std::string>& arguments, int pipe, pid_t& pid) {
     posix_spawn_file_actions_t files;
@@ -64,13 +70,13 @@ int spawn_self(const std::vector<std::string>& arguments, int pipe, pid_t& pid) 
     posix_spawn_file_actions_adddup2(&files, pipe, handed_over);
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         posix_spawn_file_actions_addopen(&files, stream, "/dev/null", O_RDWR, 0);
-    std::vector<std::string> words{"camber"};
+    std::vector<std::string> words = own_words();
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> list;
     list.reserve(words.size() + 1);
     for (std::string& word : words) list.push_back(word.data());
     list.push_back(nullptr);
-    const int error = posix_spawn(&pid, "/proc/self/exe", &files, nullptr, list.data(), environ);
+    const int error = posix_spawn(&pid, own_words().front().c_str(), &files, nullptr, list.data(), environ);
     posix_spawn_file_actions_destroy(&files);
     return error;
 }
@@ -87,6 +93,9 @@ ChildResult ended(int status, std::string bytes) {
 
 }  // namespace
 
+void start_itself_by(std::vector<std::string> words) { own_words() = std::move(words); }
+bool can_start_itself() { return !own_words().empty(); }
+
 Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const ChildLimits& limits,
                               const Execution& execution) {
     using Clock = std::chrono::steady_clock;
@@ -99,7 +108,8 @@ Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const C
     Child child(error == 0 ? pid : -1, pipe[0]);
     if (error != 0)
         return fail(ErrorKind::internal,
-                    "the program cannot be started once more (error " + std::to_string(error) + ")", "/proc/self/exe");
+                    "the program cannot be started once more (error " + std::to_string(error) + ")",
+                    own_words().front());
     const auto until = Clock::now() + std::chrono::duration<double>(limits.seconds);
     std::string bytes;
     std::vector<char> part(1U << 16U);

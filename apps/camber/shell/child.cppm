@@ -22,6 +22,11 @@ struct ChildResult {
     std::string how;    ///< it crashed
 };
 
+/// By which words this program is started once more: first the file, then arguments that come before others. At first
+/// /proc/self/exe. None: it cannot be, as a library of programs that know nothing of it.
+void start_itself_by(std::vector<std::string> words);
+[[nodiscard]] bool can_start_itself();
+
 /// Runs this program with other arguments, and waits. It dies with its parent. Errors: stopped; internal, it cannot be
 /// started.
 [[nodiscard]] Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const ChildLimits& limits,

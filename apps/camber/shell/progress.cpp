@@ -31,7 +31,10 @@ std::string short_count(double count) {
 
 }  // namespace
 
-Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1 && voice() == Voice::usual) { begin({}); }
+Progress::Progress(ProgressTold told)
+    : told_(std::move(told)), terminal_(!told_ && ::isatty(STDERR_FILENO) == 1 && voice() == Voice::usual) {
+    begin({});
+}
 
 Progress::~Progress() { wipe(); }
 
@@ -41,6 +44,7 @@ void Progress::begin(std::string stage) {
     stage_ = std::move(stage);
     share_ = StageShare(elements_);
     start_ = last_ = std::chrono::steady_clock::now();
+    if (told_ && !stage_.empty()) told_(stage_, 0);
 }
 
 void Progress::begin_in_rounds(std::string_view stage, const std::string& step) {
@@ -54,7 +58,7 @@ void Progress::begin_in_rounds(std::string_view stage, const std::string& step) 
 }
 
 std::function<void(std::size_t, std::size_t)> Progress::ticks() {
-    if (!terminal_) return {};
+    if (!terminal_ && !told_) return {};
     return [this](std::size_t done, std::size_t total) { show(done, total); };
 }
 
@@ -68,6 +72,7 @@ void Progress::show(std::size_t done, std::size_t total) {
         total = static_cast<std::size_t>(parts);
     }
     const Share share = share_.tick(done, total, seconds);
+    if (told_) return told_(stage_, share.part);
     if (seconds < shown_from || (shown_ && now - last_ < 100ms)) return;
     last_ = now;
     shown_ = true;

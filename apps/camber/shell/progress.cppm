@@ -49,11 +49,15 @@ class RoundsShare {
     double share_ = 0;
 };
 
+/// Who is told, in place of a terminal: the stage, and how far it is, from 0 up to 1; from any thread, one at a time.
+using ProgressTold = std::function<void(const std::string& stage, double part)>;
+
 /// One line on standard error that tells how far a stage is: only on a terminal, and only once the stage has taken a
 /// second. Wiped when the next stage begins and at the end.
 class Progress {
   public:
-    Progress();
+    /// `told`: empty, the terminal.
+    explicit Progress(ProgressTold told = {});
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
     Progress(Progress&&) = delete;
@@ -72,6 +76,7 @@ class Progress {
   private:
     void show(std::size_t done, std::size_t total);
 
+    ProgressTold told_;
     bool terminal_;
     bool shown_ = false;
     std::size_t elements_ = 0;

@@ -270,6 +270,20 @@ Outcome<std::optional<Growth>> asked_growth(Runner<D>& run) {
 }
 
 template <int D>
+Outcome<OwnField<D>> asked_field(Runner<D>& run) {
+    if (const auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh)) {
+        const auto edges = edges_of(run, *straight);
+        if (!edges) return fail(edges.error());
+        const auto boundary = describe_boundary(run, *straight, *edges);
+        return boundary ? make_own_field(run, *straight, *edges, *boundary)
+                        : Outcome<OwnField<D>>(fail(boundary.error()));
+    }
+    const QuadraticMesh<D>& mesh = run.quadratic().mesh;
+    const auto boundary = describe_boundary(run, mesh.linear, mesh.edges, own_boundary_nodes(run, mesh));
+    return boundary ? make_own_field(run, mesh, *boundary) : Outcome<OwnField<D>>(fail(boundary.error()));
+}
+
+template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Collapse& options) {
     return apply_pass(run, options, &collapse<D>);
 }
@@ -323,6 +337,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
 
 #define CAMBER_INSTANTIATE(D)                                             \
     template Outcome<std::optional<Growth>> asked_growth<D>(Runner<D>&);  \
+    template Outcome<OwnField<D>> asked_field<D>(Runner<D>&);             \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Collapse&); \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Split&);    \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);     \

@@ -1,0 +1,265 @@
+// Meshes from arrays and to arrays.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "camber.h"
+#include "handles.hpp"
+import camber.core;
+import camber.bezier;
+import camber.commands;
+import camber.config;
+import camber.io;
+import camber.run;
+import camber.transfer;
+
+namespace camber::c {
+
+namespace {
+
+constexpr std::array<std::string_view, 3> straight_names{"line", "triangle", "tetra"};
+constexpr std::array<std::string_view, 3> curved_names{"line3", "triangle6", "tetra10"};
+
+/// Nodes that the caller counts from `first`; below that they are none.
+template <int Nodes>
+CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
+    Buffer<std::array<VertexId, Nodes>> nodes(static_cast<std::size_t>(cells.count));
+    for (std::size_t c = 0; c < nodes.size(); ++c)
+        for (std::size_t i = 0; i < Nodes; ++i) {
+            const std::int64_t node = std::int64_t{cells.nodes[c * Nodes + i]} - first;
+            nodes[c][i] = node < 0 ? VertexId() : VertexId(static_cast<std::size_t>(node));
+        }
+    CellArray<Nodes> out{Column<std::array<VertexId, Nodes>>(std::move(nodes))};
+    if (cells.references != nullptr)
+        out.references = Column<Reference>(Buffer<Reference>(cells.references, cells.references + cells.count));
+    return out;
+}
+
+/// Whether these are cells of that dimension, which then are put there.
+template <int K>
+bool put(const camber_cells& cells, int first, CellArrays<K>& into) {
+    if (cells.type == straight_names[K - 1])
+        into.straight = cell_array<K + 1>(cells, first);
+    else if (cells.type == curved_names[K - 1])
+        into.curved = cell_array<quadratic_nodes<K>>(cells, first);
+    else
+        return false;
+    return true;
+}
+
+template <int D>
+Outcome<DecodedMesh> made(std::int64_t points, const double* coordinates, int types, const camber_cells* cells,
+                          int first) {
+    Buffer<Vec<D>> all(static_cast<std::size_t>(points));
+    for (std::size_t p = 0; p < all.size(); ++p)
+        for (std::size_t d = 0; d < D; ++d) all[p][d] = coordinates[p * D + d];
+    MeshArrays<D> arrays{.points = Column<Vec<D>>(std::move(all))};
+    for (int t = 0; t < types; ++t) {
+        bool is_known = put(cells[t], first, arrays.elements) || put(cells[t], first, arrays.facets);
+        if constexpr (D == 3) is_known = is_known || put(cells[t], first, arrays.edges);
+        if (!is_known)
+            return fail(ErrorKind::input, "is no type of cells of a mesh in " + std::to_string(D) + "D", cells[t].type,
+                        {}, "they are line, triangle, tetra, line3, triangle6 and tetra10");
+    }
+    return mesh_of_arrays<D>(std::move(arrays), {});
+}
+
+/// f(mesh of degree 2 or null, straight mesh).
+template <class F>
+auto on(const camber_mesh& mesh, F&& f) {
+    return std::visit(
+        [&]<class Mesh>(const Mesh& m) {
+            if constexpr (requires { m.linear; })
+                return f(&m, m.linear);
+            else
+                return f(static_cast<const QuadraticMesh<Mesh::dimension>*>(nullptr), m);
+        },
+        mesh.value.mesh);
+}
+
+/// f(simplices, their edges or null) of those of that type; false: there are none.
+template <class F>
+bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
+    return on(mesh, [&]<class Mesh>(const Mesh* curved, const auto& linear) {
+        constexpr std::size_t D = Mesh::dimension;
+        const auto& names = curved ? curved_names : straight_names;
+        if (type == names[D - 1])
+            f(linear.elements, curved ? &curved->edges.of_elements : nullptr);
+        else if (type == names[D - 2])
+            f(linear.facets, curved ? &curved->edges.of_facets : nullptr);
+        else
+            return false;
+        return true;
+    });
+}
+
+template <int K>
+void copy_cells(const Simplices<K>& simplices, const Column<std::array<EdgeId, edges_per_simplex<K>>>* edges,
+                std::size_t vertices, int first, std::int32_t* nodes) {
+    const auto put_row = [&](const auto& row) {
+        for (const VertexId v : row) *nodes++ = static_cast<std::int32_t>(v.index()) + first;
+    };
+    if (edges == nullptr)
+        for (const auto& row : simplices.vertices) put_row(row);
+    else
+        for (const auto& row : nodes_of_cells<K>(simplices.vertices, *edges, vertices)) put_row(row);
+}
+
+}  // namespace
+
+}  // namespace camber::c
+
+using namespace camber;
+
+int camber_read(const char* path, camber_mesh** mesh) {
+    if (path == nullptr) return c::missing("path");
+    if (mesh == nullptr) return c::missing("mesh");
+    return c::guarded_status([&] {
+        auto read = app::read_into_memory(path, config::Flat::plane, {}, {.stop = {}});
+        if (!read) return c::status_of(read.error());
+        read->node_numbers = {};
+        *mesh = new camber_mesh{std::move(*read)};
+        return int{CAMBER_OK};
+    });
+}
+
+int camber_write(const camber_mesh* mesh, const char* path, const char* format) {
+    if (mesh == nullptr) return c::missing("mesh");
+    if (path == nullptr) return c::missing("path");
+    return c::guarded_status([&] {
+        const auto done = app::write_from_memory(mesh->value, app::nodal_fields_of(mesh->value), path,
+                                                 format == nullptr ? "" : format, {.stop = {}});
+        return done ? int{CAMBER_OK} : c::status_of(done.error());
+    });
+}
+
+int camber_make(int dimension, int64_t points, const double* coordinates, int types, const camber_cells* cells,
+                int first, camber_mesh** mesh) {
+    if (mesh == nullptr) return c::missing("mesh");
+    if (coordinates == nullptr && points > 0) return c::missing("coordinates");
+    if (cells == nullptr && types > 0) return c::missing("cells");
+    if (dimension != 2 && dimension != 3)
+        return c::status_of(Error{ErrorKind::usage, "must be 2 or 3", "dimension", {}, {}});
+    return c::guarded_status([&] {
+        auto made = dimension == 2 ? c::made<2>(points, coordinates, types, cells, first)
+                                   : c::made<3>(points, coordinates, types, cells, first);
+        if (!made) return c::status_of(made.error());
+        made->node_numbers = {};
+        *mesh = new camber_mesh{std::move(*made)};
+        return int{CAMBER_OK};
+    });
+}
+
+void camber_free_mesh(camber_mesh* mesh) { delete mesh; }
+
+int camber_dimension(const camber_mesh* mesh) {
+    return std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, mesh->value.mesh);
+}
+int camber_degree(const camber_mesh* mesh) {
+    return c::on(*mesh, [](const auto* curved, const auto&) { return curved ? 2 : 1; });
+}
+int64_t camber_vertices(const camber_mesh* mesh) {
+    return c::on(*mesh, [](const auto*, const auto& m) { return static_cast<int64_t>(m.points.size()); });
+}
+int64_t camber_points(const camber_mesh* mesh) {
+    return c::on(*mesh, [](const auto* curved, const auto& m) {
+        return static_cast<int64_t>(m.points.size() + (curved ? curved->mid_nodes.size() : 0));
+    });
+}
+int64_t camber_count(const camber_mesh* mesh, const char* type) {
+    int64_t count = 0;
+    c::on_type(*mesh, type,
+               [&](const auto& simplices, const auto*) { count = static_cast<int64_t>(simplices.size()); });
+    return count;
+}
+
+int camber_get_points(const camber_mesh* mesh, double* coordinates) {
+    if (mesh == nullptr) return c::missing("mesh");
+    if (coordinates == nullptr) return c::missing("coordinates");
+    c::on(*mesh, [&](const auto* curved, const auto& linear) {
+        for (const auto& p : linear.points) coordinates = std::copy(p.c.begin(), p.c.end(), coordinates);
+        if (curved)
+            for (const auto& node : curved->mid_nodes)
+                coordinates = std::copy(node.point.c.begin(), node.point.c.end(), coordinates);
+        return 0;
+    });
+    return CAMBER_OK;
+}
+
+int camber_get_cells(const camber_mesh* mesh, const char* type, int first, int32_t* nodes, int32_t* references) {
+    if (mesh == nullptr) return c::missing("mesh");
+    if (type == nullptr) return c::missing("type");
+    const auto vertices = static_cast<std::size_t>(camber_vertices(mesh));
+    return c::guarded_status([&] {
+        const bool found = c::on_type(*mesh, type, [&](const auto& simplices, const auto* edges) {
+            if (nodes != nullptr) c::copy_cells(simplices, edges, vertices, first, nodes);
+            if (references != nullptr) std::copy(simplices.references.begin(), simplices.references.end(), references);
+        });
+        return found ? int{CAMBER_OK}
+                     : c::status_of(Error{ErrorKind::usage, "is no type of cells that this mesh has", type, {}, {}});
+    });
+}
+
+namespace {
+
+const MeshField* field_of(const camber_mesh* mesh, const char* name) {
+    const MeshField* const field = mesh->value.fields.find(name, Centring::node);
+    return field != nullptr && std::holds_alternative<Column<double>>(field->values) ? field : nullptr;
+}
+
+}  // namespace
+
+int camber_with_field(const camber_mesh* mesh, const char* name, int components, int64_t rows, const double* values,
+                      camber_mesh** with) {
+    if (mesh == nullptr) return c::missing("mesh");
+    if (name == nullptr) return c::missing("name");
+    if (values == nullptr) return c::missing("values");
+    if (with == nullptr) return c::missing("with");
+    const bool at_vertices = rows == camber_vertices(mesh);
+    if (!at_vertices && rows != camber_points(mesh))
+        return c::status_of(Error{
+            ErrorKind::input, "has " + std::to_string(rows) + " rows", name, {}, "give one a vertex, or one a point"});
+    if (components != 1 && components != camber_dimension(mesh))
+        return c::status_of(Error{ErrorKind::input,
+                                  "has " + std::to_string(components) + " components",
+                                  name,
+                                  {},
+                                  "give 1, or as many as the mesh has dimensions"});
+    return c::guarded_status([&] {
+        const run::NamedField field{name, components == 1 ? FieldKind::scalar : FieldKind::vector,
+                                    TransferField{components, at_vertices ? 1 : 2,
+                                                  Column<double>(Buffer<double>(values, values + rows * components))}};
+        auto fields = app::nodal_fields_of(mesh->value);
+        std::erase_if(fields, [&](const run::NamedField& f) { return f.name == name; });
+        fields.push_back(field);
+        auto copy = std::make_unique<camber_mesh>(*mesh);
+        copy->value.fields = run::as_mesh_fields(mesh->value.mesh, fields);
+        *with = copy.release();
+        return int{CAMBER_OK};
+    });
+}
+
+int64_t camber_field_size(const camber_mesh* mesh, const char* name, int* components) {
+    const MeshField* const field = field_of(mesh, name);
+    const int width = field == nullptr ? 0 : values_per_vertex(field->kind, camber_dimension(mesh));
+    if (components != nullptr) *components = width;
+    return field == nullptr ? 0 : static_cast<int64_t>(field->size()) / width;
+}
+
+int camber_get_field(const camber_mesh* mesh, const char* name, double* values) {
+    if (mesh == nullptr) return c::missing("mesh");
+    if (name == nullptr) return c::missing("name");
+    if (values == nullptr) return c::missing("values");
+    const MeshField* const field = field_of(mesh, name);
+    if (field == nullptr) return c::status_of(Error{ErrorKind::usage, "is no field of this mesh", name, {}, {}});
+    const auto& column = std::get<Column<double>>(field->values);
+    std::copy(column.begin(), column.end(), values);
+    return CAMBER_OK;
+}

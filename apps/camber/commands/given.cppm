@@ -1,0 +1,34 @@
+module;
+#include <functional>
+#include <map>
+#include <stop_token>
+#include <string>
+#include <vector>
+export module camber.commands:given;
+import camber.core;
+import camber.app_shell;
+import camber.config;
+import camber.io;
+import camber.run;
+
+/// Runs of programs that have their meshes in memory and not in files.
+export namespace camber::app {
+
+/// What a caller has, by the names that a config or a verb's arguments have it by (config::is_in_memory).
+struct Given {
+    std::map<std::string, DecodedMesh, std::less<>> meshes = {};
+    std::map<std::string, Solution, std::less<>> metrics = {};  ///< rows as a file of the mesh has them
+    std::map<std::string, std::vector<run::NamedField>, std::less<>> solutions = {};
+};
+
+/// Whom a run is for: what it has in memory, who may stop it, and who is told how far it is.
+struct Host {
+    Given given = {};
+    std::stop_token stop = stop_on_signals();
+    ProgressTold told = {};  ///< none: the terminal
+};
+
+/// Those outputs that are files.
+[[nodiscard]] config::Output files_of(config::Output output);
+
+}  // namespace camber::app

@@ -1,0 +1,138 @@
+module;
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.commands;
+import camber.core;
+import camber.app_shell;
+import camber.config;
+import camber.io;
+import camber.run;
+import :ending;
+import :execute;
+import :given;
+import :in_memory;
+import :steps_for;
+
+namespace camber::app {
+
+namespace {
+
+/// A config's cycles whose meshes and solutions stay in memory, by the names that files of theirs would have.
+class CyclesInMemory {
+  public:
+    CyclesInMemory(const config::Pipeline& pipeline, int degree, const Solver& solver, const Host& host)
+        : pipeline_(pipeline), degree_(degree), solver_(solver), host_(host) {}
+
+    Outcome<AdaptedInMemory> run() {
+        for (int cycle = 0; cycle <= pipeline_.adapt.cycles; ++cycle) {
+            if (auto done = make(cycle); !done) return fail(done.error());
+            if (!last_->holds_what_was_asked) {
+                reason_ = fmt::format("the mesh of cycle {} has elements that are not certified valid", cycle);
+                break;
+            }
+            reason_ = run::reason_to_end(rows_, pipeline_.adapt);
+            if (!reason_.empty()) break;
+        }
+        return AdaptedInMemory{std::move(*last_), run::cycles_json(rows_), std::move(reason_)};
+    }
+
+  private:
+    [[nodiscard]] run::CycleFiles names(int cycle) const {
+        return run::files_of_cycle(pipeline_, std::string(config::in_memory) + run::name_of_cycle(cycle));
+    }
+
+    Outcome<Done> make(int cycle) {
+        const run::CycleFiles into = names(cycle);
+        auto made = mesh_of(cycle, into);
+        if (!made) return fail(made.error());
+        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
+        for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
+        MadeInMemory now = made_of(std::move(*made), input_);
+        if (solver_ && now.holds_what_was_asked) {
+            auto solved = solver_(now.mesh, now.solution, cycle);
+            if (!solved) return fail(solved.error());
+            now.solution = std::move(*solved);
+        }
+        if (auto known = compare(now, row); !known) return known;
+        keep(cycle, into, now);
+        rows_.push_back(row);
+        last_ = std::move(now);
+        return Done{};
+    }
+
+    /// Cycles go on from the one before, and from the first mesh as the geometry.
+    void keep(int cycle, const run::CycleFiles& into, const MadeInMemory& now) {
+        if (cycle > 1) {
+            values_.meshes.erase(names(cycle - 1).mesh);
+            values_.solutions.erase(names(cycle - 1).solution);
+        }
+        values_.meshes[into.mesh] = now.mesh;
+        if (solver_) values_.solutions[into.solution] = now.solution;
+    }
+
+    Outcome<run::Run> mesh_of(int cycle, const run::CycleFiles& into) {
+        const config::Pipeline pipeline = cycle == 0
+                                              ? run::first_pipeline(pipeline_, into)
+                                              : run::cycle_pipeline(pipeline_, cycle, names(0), names(cycle - 1), into);
+        Host host = host_;
+        for (const auto& [name, mesh] : values_.meshes) host.given.meshes.insert_or_assign(name, mesh);
+        for (const auto& [name, solution] : values_.solutions) host.given.solutions.insert_or_assign(name, solution);
+        if (const auto* const file = std::get_if<config::FilePath>(&pipeline.input.source))
+            if (const auto found = host.given.meshes.find(file->path); found != host.given.meshes.end())
+                input_ = found->second;
+        const bool is_input = cycle == 0 || pipeline.input == pipeline_.input;
+        const Fit fit = [this, cycle](config::Pipeline asked, const AnyMesh& mesh) -> Outcome<config::Pipeline> {
+            if (degree_ == 1 && run::plan_size(mesh).degree == 2)
+                return fail(ErrorKind::input, "the mesh is of degree 2, and one of degree 1 is asked for", {}, {},
+                            "give the straight one, or leave the degree out");
+            return run::fitted_to(mesh, std::move(asked), cycle);
+        };
+        Written none;
+        return execute(pipeline, none, is_input ? fit : Fit{}, std::move(host));
+    }
+
+    /// Errors where the exact solution is known.
+    Outcome<Done> compare(const MadeInMemory& now, run::CycleRow& row) const {
+        const std::string& exact = pipeline_.adapt.exact;
+        if (exact.empty()) return Done{};
+        const Execution execution{.threads = pipeline_.threads, .stop = host_.stop};
+        const auto interpolated = run::error_of_interpolant(now.mesh.mesh, exact, execution);
+        if (!interpolated) return fail(interpolated.error());
+        row.interpolated = *interpolated;
+        if (!solver_) return Done{};
+        const auto solved = run::error_of_solution(now.mesh.mesh, now.solution, exact, execution);
+        if (!solved) return fail(solved.error());
+        row.solved = *solved;
+        return Done{};
+    }
+
+    const config::Pipeline& pipeline_;
+    int degree_;
+    const Solver& solver_;
+    const Host& host_;
+    Given values_;  ///< meshes and solutions of cycles
+    DecodedMesh input_;
+    std::vector<run::CycleRow> rows_;
+    std::optional<MadeInMemory> last_;
+    std::string reason_;
+};
+
+}  // namespace
+
+Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, const Solver& solver, Host host) {
+    if (solver) pipeline.adapt.solve = {std::string(config::in_memory) + "solver"};
+    if (pipeline.output.metric.empty()) pipeline.output.metric = std::string(config::in_memory) + "metric.sol";
+    if (pipeline.output.solution.empty()) pipeline.output.solution = std::string(config::in_memory) + "carried.sol";
+    if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
+    return CyclesInMemory(pipeline, degree, solver, host).run();
+}
+
+}  // namespace camber::app

@@ -1,0 +1,36 @@
+"""Camber: curved (P2) meshes of triangles and tetrahedra, always valid, driven by a metric and by the geometry.
+
+    import camber
+
+    mesh = camber.read("wing.meshb")                       # or camber.Mesh(points, {"tetra": cells})
+    made = camber.curve(mesh, cad="wing.step")             # made.mesh, made.report
+    finer = camber.remesh(mesh, metric=M)                  # M: (v,) sizes or (v, D, D) tensors
+    made = camber.adapt(mesh, solve=solver, complexity=5000)
+    print(camber.check(made)["table"])
+
+The verbs are the program's, with its arguments as keywords, and give the same bytes. Meshes never change and share their
+memory with numpy. What goes wrong is raised (`camber.exceptions`); notices go to the logger "camber".
+"""
+
+import sys as _sys
+
+from . import _camber, exceptions, exchange, files, metric, plots
+from .exceptions import Error, InputError, NotCertified, Stopped, UsageError
+from .exchange import from_gmsh, from_meshio, from_pyvista, from_vtk, to_dolfinx, to_meshio, to_pyvista, to_skfem, to_vtk
+from .files import read, write
+from .mesh import Mesh
+from .pipelines import elevate, errors, run, validate
+from .result import Made
+from .verbs import adapt, check, curve, generate, geometry, remesh, repair, transfer
+
+__version__: str = _camber.version
+
+_camber.start_itself_by([_sys.executable, "-m", "camber._reader"])
+
+
+__all__ = [
+    "Error", "InputError", "Made", "Mesh", "NotCertified", "Stopped", "UsageError", "adapt", "check", "curve", "elevate",
+    "errors", "exceptions", "exchange", "files", "from_gmsh", "from_meshio", "from_pyvista", "from_vtk", "generate", "geometry",
+    "metric", "plots", "read", "remesh", "repair", "run", "to_dolfinx", "to_meshio", "to_pyvista", "to_skfem", "to_vtk",
+    "transfer", "validate", "write",
+]

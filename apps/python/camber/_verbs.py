@@ -1,0 +1,86 @@
+"""What the verbs do with their keywords."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from . import _camber
+from .mesh import Mesh
+from .result import Made, made_of, mesh_of
+from .words import Words, fields_in, words_of
+
+
+def _split(options: dict[str, Any], *subjects: str) -> tuple[list[Any], Any, dict[str, Any]]:
+    options = dict(options)
+    return [options.pop(name) for name in subjects], options.pop("progress"), options
+
+
+def _pipeline(verb: str, options: dict[str, Any]) -> Made:
+    (mesh,), progress, rest = _split(options, "mesh")
+    words = words_of(verb, mesh, rest)
+    words.words += ["-o", "memory:mesh"]
+    return made_of(_camber.run_words(words.words, *words.values(), words.mesh._handle, progress))
+
+
+def curve(options: dict[str, Any]) -> Made:
+    return _pipeline("curve", options)
+
+
+def remesh(options: dict[str, Any]) -> Made:
+    return _pipeline("remesh", options)
+
+
+def repair(options: dict[str, Any]) -> Made:
+    return _pipeline("repair", options)
+
+
+def adapt(options: dict[str, Any]) -> Made:
+    (mesh, solve), progress, rest = _split(options, "mesh", "solve")
+    if rest.get("complexity") is not None and np.ndim(rest["complexity"]) > 0:
+        rest["complexity"] = ",".join(repr(float(c)) for c in rest["complexity"])
+    words = words_of("adapt", mesh, rest)
+    words.words += ["-o", "memory:mesh"]
+    if solve is None:
+        solver = None
+    else:
+        words.words += ["--solve=memory:solver {mesh} {solution}"]
+
+        def solver(handle: Any, guess: dict[str, np.ndarray], cycle: int) -> dict[str, np.ndarray]:
+            return fields_in(solve(Mesh._of(handle), guess, cycle))
+
+    return made_of(_camber.adapt_words(words.words, *words.values(), words.mesh._handle, solver, progress))
+
+
+def check(options: dict[str, Any]) -> dict[str, Any]:
+    (mesh, metric), progress, rest = _split(options, "mesh", "metric")
+    if isinstance(rest.get("field"), str):
+        rest["field"] = [rest["field"]]
+    words = words_of("check", mesh, rest)
+    rows = None if metric is None else np.asarray(metric, float)
+    raw = _camber.check(words.words, words.mesh._handle, rows, progress)
+    return {**json.loads(raw["report"]), "table": raw["table"], "element_verdicts": raw["elements"], "holds": raw["holds"]}
+
+
+def geometry(options: dict[str, Any]) -> dict[str, Any]:
+    (mesh,), progress, rest = _split(options, "mesh")
+    words = words_of("geometry", mesh, rest)
+    return json.loads(_camber.geometry(words.words, words.mesh._handle, words.meshes, progress))
+
+
+def transfer(options: dict[str, Any]) -> dict[str, np.ndarray]:
+    (old, new, solution), progress, rest = _split(options, "old_mesh", "new_mesh", "solution")
+    words = Words(["transfer", "memory:old", "memory:new", "--solution=memory:solution", "-o", "memory:out.sol"])
+    for name, value in rest.items():
+        words.add(name, value)
+    return _camber.transfer(words.words, mesh_of(old)._handle, mesh_of(new)._handle, fields_in(solution), progress)
+
+
+def generate(options: dict[str, Any]) -> Mesh:
+    (shape,), progress, rest = _split(options, "shape")
+    words = Words(["generate", shape if isinstance(shape, str) else json.dumps(shape), "-o", "memory:mesh.meshb"])
+    for name, value in rest.items():
+        words.add(name, value)
+    return Mesh._of(_camber.generate(words.words, progress))

@@ -1,0 +1,54 @@
+"""Files of meshes, in all formats that the program reads and writes (docs/formats.md)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any, Literal
+
+from . import _camber
+from .mesh import Mesh
+from .result import _log, mesh_of
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    flat: Literal["plane", "surface"] = "plane",
+    reference_array: str | None = None,
+    zone: str | None = None,
+    progress: Callable[[str, float], Any] | None = None,
+) -> Mesh:
+    """The mesh of a file, with its fields (`Mesh.fields`).
+
+    flat: what triangles without tetrahedra and of one z are: "plane", a mesh in 2D, written with its z again, or
+        "surface", one in space.
+    reference_array: the array of cells that has their references (.vtu, .vtk).
+    zone: the zone to read, by its number or name (.su2, .cgns); default: all.
+
+    Raises InputError: what is wrong with the file, and where.
+    """
+    words = ["info", os.fspath(path)]
+    if reference_array is not None:
+        words.append(f"--reference-array={reference_array}")
+    if zone is not None:
+        words.append(f"--zone={zone}")
+    return Mesh._of(_camber.read(os.fspath(path), flat, words, progress))
+
+
+def write(
+    path: str | os.PathLike[str],
+    mesh: Any,
+    *,
+    format: str = "",
+    progress: Callable[[str, float], Any] | None = None,
+) -> None:
+    """Write a mesh to a file, with its fields where the format has a place for them.
+
+    format: the format's name, whatever the ending: "gmf-binary", "msh-ascii" …; default: that of the ending.
+
+    What the format cannot hold is logged ("camber"). Raises UsageError, WriteError.
+    """
+    of = mesh_of(mesh)
+    for loss in _camber.write(of._handle, of.fields, os.fspath(path), format, progress):
+        _log.warning("%s: %s", os.fspath(path), loss)

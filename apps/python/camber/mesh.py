@@ -1,0 +1,199 @@
+"""Meshes as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from . import _camber
+from .exceptions import InputError
+
+#: Nodes of a cell, by the name that meshio has for its type.
+NODES = {"line": 2, "triangle": 3, "tetra": 4, "line3": 3, "triangle6": 6, "tetra10": 10}
+DIMENSIONS = {"line": 1, "triangle": 2, "tetra": 3, "line3": 1, "triangle6": 2, "tetra10": 3}
+
+
+class Mesh:
+    """A mesh of triangles or tetrahedra, of degree 1 or 2. It never changes: verbs make others.
+
+    points : (n, 2) or (n, 3) floats, the vertices, and of degree 2 the nodes of edges among them. An array that nobody
+        can write to (`array.flags.writeable = False`) is shared; any other is copied once.
+    cells : {type: (m, k) ints} by meshio's names, "triangle", "tetra", "line" or "triangle6", "tetra10", "line3";
+        nodes count the points from 0 and are in VTK's order. Cells of the points' dimension are elements, those of one
+        less facets of the boundary or of interfaces; lines in 3D are feature edges.
+    references : {type: (m,) ints}, the materials of elements, the surfaces of facets; also "vertex". Default: 0.
+    names : {(dimension, reference): name}, Gmsh's physical groups.
+    fields : {name: (n,), (n, D) or (n, D, D) floats} at the points, for `write` and for verbs that carry fields.
+    flat : "plane": triangles of one z are a mesh in 2D, and are written with their z again; "surface": one in space.
+
+    Raises InputError: a shape or a node that is wrong.
+    """
+
+    def __init__(
+        self,
+        points: Any,
+        cells: Mapping[str, Any],
+        references: Mapping[str, Any] | None = None,
+        names: Mapping[tuple[int, int], str] | None = None,
+        fields: Mapping[str, Any] | None = None,
+        flat: str = "plane",
+    ) -> None:
+        points = _floats(points)
+        handle = _camber.Mesh.from_arrays(
+            points,
+            {name: _nodes(name, rows, len(points)) for name, rows in cells.items()},
+            {name: _references(name, rows, len(points)) for name, rows in (references or {}).items()},
+            [(d, r, name) for (d, r), name in (names or {}).items()],
+            flat == "plane",
+        )
+        self._handle = handle.with_fields(dict(fields)) if fields else handle
+
+    @classmethod
+    def _of(cls, handle: _camber.Mesh) -> Mesh:
+        mesh = cls.__new__(cls)
+        mesh._handle = handle
+        return mesh
+
+    @property
+    def dimension(self) -> int:
+        """2 or 3."""
+        return self._handle.dimension
+
+    @property
+    def degree(self) -> int:
+        """1: straight. 2: each edge has a node, on its curve."""
+        return self._handle.degree
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """(n, D): vertices, then of degree 2 the nodes of `edges`. Read-only; of degree 1 the mesh's own memory."""
+        return self._handle.points
+
+    @cached_property
+    def vertices(self) -> np.ndarray:
+        """(v, D): the corners of elements, the mesh's own memory. Read-only."""
+        return self._handle.vertices
+
+    @cached_property
+    def mid_nodes(self) -> np.ndarray | None:
+        """(e, D): of degree 2 the node of each edge, on the curve; the mesh's own memory. Read-only."""
+        return self._handle.mid_nodes
+
+    @cached_property
+    def edges(self) -> np.ndarray | None:
+        """(e, 2): of degree 2 the ends of each edge, the lower first. Read-only."""
+        return self._handle.edges
+
+    @cached_property
+    def cells(self) -> dict[str, np.ndarray]:
+        """{type: (m, k)}: rows of `points` of each cell, in VTK's order; elements first. Read-only."""
+        return self._handle.cells
+
+    @cached_property
+    def corners(self) -> dict[str, np.ndarray]:
+        """{type: (m, d + 1)}: rows of `vertices` of each cell, the mesh's own memory. Read-only."""
+        return self._handle.corners
+
+    @cached_property
+    def references(self) -> dict[str, np.ndarray]:
+        """{type: (m,)}: the reference of each cell and, as "vertex", of each vertex; the mesh's own memory. Read-only."""
+        return self._handle.references
+
+    @cached_property
+    def names(self) -> dict[tuple[int, int], str]:
+        """{(dimension, reference): name}."""
+        return {(d, r): name for d, r, name in self._handle.groups}
+
+    @cached_property
+    def fields(self) -> dict[str, np.ndarray]:
+        """{name: values}: those of the file, or those that were carried along; a row a vertex, or a node of degree 2."""
+        return self._handle.fields()
+
+    @property
+    def z(self) -> float | None:
+        """Of a mesh in 2D that was a flat one in space: its height."""
+        return self._handle.z
+
+    @property
+    def notices(self) -> list[str]:
+        """What is worth knowing of how it was read."""
+        return self._handle.notices
+
+    @property
+    def elements(self) -> np.ndarray:
+        """(m, D + 1): rows of `vertices` of each element; of a surface alone in space of each triangle."""
+        for kind in ("tetra10", "tetra", "triangle6", "triangle"):
+            if kind in self.corners:
+                return self.corners[kind]
+        return np.empty((0, self.dimension + 1), np.uint32)
+
+    def with_fields(self, **fields: Any) -> Mesh:
+        """The same mesh with these fields, and no others."""
+        return Mesh._of(self._handle.with_fields(fields))
+
+    def write(self, path: Any, format: str = "") -> None:
+        """Write to a file, in the format of its ending or of that name, with the fields where that has a place."""
+        from .files import write
+
+        write(path, self, format=format)
+
+    def page(self, title: str = "mesh") -> str:
+        """The HTML page of `camber report`: the mesh to be turned, cut and coloured, the worst elements, the numbers."""
+        return _camber.page(self._handle, self.fields, title, None)
+
+    def _repr_html_(self) -> str:
+        from .plots import in_notebook
+
+        return in_notebook(self)
+
+    def plot(self, **options: Any) -> Any:
+        """Draw it: `camber.plots.plot`."""
+        from .plots import plot
+
+        return plot(self, **options)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mesh) and self._handle == other._handle
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        cells = ", ".join(f"{len(rows)} {name}" for name, rows in self.corners.items())
+        return f"<camber.Mesh in {self.dimension}D, degree {self.degree}: {len(self.vertices)} vertices, {cells}>"
+
+
+def _floats(points: Any) -> np.ndarray:
+    array = np.asarray(points)
+    if array.dtype != np.float64 or not array.flags.c_contiguous:
+        array = np.ascontiguousarray(array, np.float64)
+    if array.ndim != 2 or array.shape[1] not in (2, 3):
+        raise InputError(f"has the shape {array.shape}", "points", remedy="give (n, 2) or (n, 3)")
+    return array
+
+
+def _references(name: str, rows: Any, points: int) -> np.ndarray:
+    array = np.asarray(rows, np.int32)
+    # Of a mesh of degree 2 those of the vertices, which come first: nodes of edges have none.
+    return np.pad(array, (0, points - len(array))) if name == "vertex" and len(array) < points else array
+
+
+def _nodes(name: str, rows: Any, points: int) -> np.ndarray:
+    if name not in NODES:
+        raise InputError("is no type of cells that Camber knows", name, remedy="they are " + ", ".join(NODES))
+    array = np.asarray(rows)
+    if array.size == 0:
+        return np.empty((0, NODES[name]), np.uint32)
+    if array.ndim != 2 or array.shape[1] != NODES[name]:
+        raise InputError(f"has the shape {array.shape}", name, remedy=f"give (m, {NODES[name]})")
+    if array.dtype.kind not in "iu":
+        raise InputError(f"are of {array.dtype} and no whole numbers", name)
+    if array.dtype == np.uint32:
+        return array
+    wrong = (array < 0) | (array >= points)
+    if wrong.any():
+        row = int(np.argwhere(wrong.any(axis=1))[0, 0])
+        raise InputError(f"has a node that is none of the {points} points", name, f"row {row}", "nodes count from 0")
+    return array.astype(np.uint32)

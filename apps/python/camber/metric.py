@@ -1,0 +1,121 @@
+"""Metrics: (v, D, D) arrays, a symmetric positive definite matrix at each vertex. In it an edge that is as long as it
+should be has length 1: eigenvalues are 1/size². Sizes, (v,), stand for isotropic ones.
+
+    M = camber.metric.from_solution(mesh, u, complexity=5000)
+    M = camber.metric.gradation(mesh, M, 1.5)
+    finer = camber.remesh(mesh, metric=M)
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _camber
+from .exceptions import UsageError
+from .result import _log, mesh_of
+from .words import Words, fields_in
+
+
+def of(mesh: Any, metric: Any = "natural", operations: Sequence[Mapping[str, Any]] = (), **config: Any) -> np.ndarray:
+    """The metric that a config makes at the vertices: its source, and what is done to it, in this order.
+
+    metric: an array, a size, or the config's: "natural", {"field": {…}}, {"file": …}.
+    operations: [{"gradation": {"ratio": 1.5}}, {"complexity": {"target": 5000}}, {"intersect": …}, …]; an array in
+        "intersect" is one at the vertices (docs/pipelines.md).
+    config: other parts of it: geometry, features, threads.
+    """
+    on = mesh_of(mesh)
+    metrics: dict[str, Any] = {}
+
+    def source(value: Any) -> Any:
+        if isinstance(value, np.ndarray) and value.ndim > 0:
+            name = f"memory:metric{len(metrics)}.sol"
+            metrics[name] = value
+            return {"file": name}
+        if isinstance(value, (int, float, np.number)):
+            return {"constant": {"sizes": [float(value)]}}
+        return value
+
+    done = [
+        {"intersect": source(step["intersect"])} if "intersect" in step else dict(step) for step in operations
+    ]
+    text = json.dumps(
+        {"input": {"mesh": "memory:mesh"}, "metric": source(metric), "metric_operations": done, "stages": [], **config}
+    )
+    made = _camber.metric_json(text, {"memory:mesh": on._handle}, metrics, {}, on._handle, None)
+    return _told(made)
+
+
+def natural(mesh: Any) -> np.ndarray:
+    """The mesh's own: that in which all edges of an element have length 1 (paper §1.2.1), averaged at vertices."""
+    return of(mesh)
+
+
+def constant(mesh: Any, size: float) -> np.ndarray:
+    """The same size everywhere (model units)."""
+    return of(mesh, float(size))
+
+
+def intersect(mesh: Any, first: Any, *others: Any) -> np.ndarray:
+    """The largest sizes that all of them allow; arrays, or sources as `of` takes them."""
+    return of(mesh, first, [{"intersect": other} for other in others])
+
+
+def gradation(mesh: Any, metric: Any, ratio: float) -> np.ndarray:
+    """Made smaller until sizes of adjacent edges differ by no more than this ratio."""
+    return of(mesh, metric, [{"gradation": {"ratio": float(ratio)}}])
+
+
+def bound(
+    mesh: Any,
+    metric: Any,
+    min_size: float | None = None,
+    max_size: float | None = None,
+    max_anisotropy: float | None = None,
+) -> np.ndarray:
+    """Sizes within limits (model units), and their largest ratio at a point."""
+    given = {"min_size": min_size, "max_size": max_size, "max_anisotropy": max_anisotropy}
+    return of(mesh, metric, [{"bound": {name: float(v) for name, v in given.items() if v is not None}}])
+
+
+def complexity(mesh: Any, metric: Any, target: float) -> np.ndarray:
+    """Scaled to a complexity, ∫ √det M: about 12 times as many tetrahedra, 2.6 times as many triangles."""
+    return of(mesh, metric, [{"complexity": {"target": float(target)}}])
+
+
+def from_solution(mesh: Any, solution: Any, **options: Any) -> np.ndarray:
+    """The metric of the mesh that interpolates a solution best, for a number of elements or a complexity.
+
+    solution: an array or {name: array} at the vertices or nodes of the mesh.
+    options: those of `camber metric` as keywords: complexity, elements, vertices, error_of, norm, degree, gradation,
+        min_size, max_size, max_anisotropy, size, geometry_error, intersect (an array) …
+    """
+    on = mesh_of(mesh)
+    words = Words(["metric", "memory:mesh", "--solution=memory:solution.sol", "-o", "memory:metric.sol"], on)
+    words.meshes["memory:mesh"] = on._handle
+    words.solutions["memory:solution.sol"] = fields_in(solution)
+    for name, value in options.items():
+        words.add(name, value)
+    return _told(_camber.metric_words(words.words, *words.values(), on._handle, None))
+
+
+def hessian(mesh: Any, solution: Any) -> np.ndarray:
+    """The second derivatives of a scalar field, recovered at the vertices: (v, D, D), symmetric, of any sign.
+
+    Polynomials fitted to the values around each vertex, one-sided where materials meet (docs/algorithms/recovery.md).
+    """
+    on = mesh_of(mesh)
+    fields = fields_in(solution)
+    if len(fields) != 1:
+        raise UsageError("is more than one field", "solution", remedy="give one array")
+    return _camber.hessian(on._handle, fields)
+
+
+def _told(made: Mapping[str, Any]) -> np.ndarray:
+    for notice in made["notices"]:
+        _log.info("%s", notice)
+    return made["metric"]

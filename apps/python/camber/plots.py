@@ -1,0 +1,230 @@
+"""Pictures of meshes: pages in notebooks, in 2D matplotlib with true curves, in 3D VTK with curved faces subdivided."""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import numpy as np
+
+from .exceptions import Error, UsageError
+from .exchange import in_space
+from .mesh import Mesh
+from .result import mesh_of
+
+
+def in_notebook(mesh: Mesh, height: int = 520) -> str:
+    """The page of `camber report` as a frame; without the viewer of pages what `repr` says."""
+    try:
+        page = mesh.page()
+    except Error as error:
+        return f"<pre>{html.escape(repr(mesh))}\n{html.escape(str(error))}</pre>"
+    return f'<iframe srcdoc="{html.escape(page)}" width="100%" height="{height}" style="border:0"></iframe>'
+
+
+def plot(mesh: Any, **options: Any) -> Any:
+    """In 2D an axes of matplotlib's (`plot_2d`), in 3D a picture as an array (`picture_3d`)."""
+    of = mesh_of(mesh)
+    return plot_2d(of, **options) if of.dimension == 2 else picture_3d(of, **options)
+
+
+def edge_curves(mesh: Any, n: int = 8) -> np.ndarray:
+    """(e, n + 1, D): points along each edge of a mesh in 2D or 3D, on the curve x(t) = Σ φ_i(t) x_i."""
+    of = mesh_of(mesh)
+    if of.degree == 1:
+        pairs = np.concatenate([of.elements[:, [i, (i + 1) % 3]] for i in range(3)])
+        ends = of.vertices[np.unique(np.sort(pairs, axis=1), axis=0)]
+        return ends
+    t = np.linspace(0, 1, n + 1)
+    shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)])
+    a, b = of.vertices[of.edges[:, 0]], of.vertices[of.edges[:, 1]]
+    return np.einsum("it,ied->etd", shapes, np.stack([a, b, of.mid_nodes]))
+
+
+def subdivided(mesh: Any, n: int, values: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Triangles of degree 2 as n² flat ones: points (p, D), triangles (q, 3), values at the points."""
+    of = mesh_of(mesh)
+    name = next((c for c in ("triangle6", "triangle") if c in of.cells), None)
+    if name is None:
+        raise UsageError("has no triangles to draw", "mesh")
+    rows = of.cells[name]
+    if name == "triangle":
+        return np.array(of.points), rows.astype(np.int64), values
+    grid = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
+    number = {place: k for k, place in enumerate(grid)}
+    r, s = np.array(grid, float).T / n
+    o = 1 - r - s
+    shapes = np.stack([o * (2 * o - 1), r * (2 * r - 1), s * (2 * s - 1), 4 * o * r, 4 * r * s, 4 * s * o])
+    small = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in grid if i + j < n]
+    small += [(number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in grid if i + j < n - 1]
+    points = np.einsum("kp,mkd->mpd", shapes, of.points[rows]).reshape(-1, of.dimension)
+    offsets = np.arange(len(rows))[:, None, None] * len(grid)
+    triangles = (offsets + np.array(small)[None]).reshape(-1, 3)
+    if values is None:
+        return points, triangles, None
+    if len(values) == len(of.points):
+        return points, triangles, np.einsum("kp,mk->mp", shapes, np.asarray(values)[rows]).ravel()
+    corner = np.stack([o, r, s])
+    return points, triangles, np.einsum("kp,mk->mp", corner, np.asarray(values)[of.corners[name]]).ravel()
+
+
+def plot_2d(
+    mesh: Any, values: np.ndarray | None = None, *, ax: Any = None, n: int = 8, cmap: str = "viridis", **lines: Any
+) -> Any:
+    """Draw a mesh in 2D with its curved edges, and a field over it, by matplotlib; gives the axes.
+
+    values: (v,) at the vertices or (n,) at the nodes. n: pieces an edge is drawn in. lines: of its LineCollection.
+    """
+    from matplotlib import pyplot
+    from matplotlib.collections import LineCollection
+
+    of = mesh_of(mesh)
+    if of.dimension != 2:
+        raise UsageError("is in 3D", "mesh", remedy="camber.plots.picture_3d draws it")
+    ax = pyplot.gca() if ax is None else ax
+    if values is not None:
+        points, triangles, colours = subdivided(of, n, np.asarray(values, float))
+        drawn = ax.tripcolor(points[:, 0], points[:, 1], triangles, colours, shading="gouraud", cmap=cmap)
+        ax.figure.colorbar(drawn, ax=ax)
+    style = {"linewidths": 0.6, "colors": "0.2"} | lines
+    ax.add_collection(LineCollection(edge_curves(of, n), **style))
+    ax.autoscale_view()
+    ax.set_aspect("equal")
+    return ax
+
+
+def surface(mesh: Any, values: np.ndarray | None = None, n: int = 4) -> Any:
+    """The faces of a mesh as a vtkPolyData, each of degree 2 as n² flat triangles; values at the vertices or nodes as scalars."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    points, triangles, colours = subdivided(mesh, n, values)
+    data = vtkPolyData()
+    data.SetPoints(_vtk_points(in_space(points)))
+    data.SetPolys(_vtk_cells(triangles))
+    if colours is not None:
+        data.GetPointData().SetScalars(numpy_to_vtk(colours, deep=True))
+    return data
+
+
+def edge_lines(mesh: Any, n: int = 8) -> Any:
+    """The edges of a mesh's faces along their curves, as a vtkPolyData of lines of n pieces."""
+    from vtkmodules.vtkCommonDataModel import vtkPolyData
+
+    curves = _face_curves(mesh_of(mesh), n)
+    count, length, _ = curves.shape
+    data = vtkPolyData()
+    data.SetPoints(_vtk_points(in_space(curves.reshape(count * length, -1))))
+    data.SetLines(_vtk_cells(np.arange(count * length).reshape(count, length)))
+    return data
+
+
+def picture_3d(
+    mesh: Any,
+    values: np.ndarray | None = None,
+    *,
+    n: int = 4,
+    size: tuple[int, int] = (900, 700),
+    view: tuple[float, float, float] = (1.0, -1.6, 0.9),
+) -> np.ndarray:
+    """(height, width, 3) bytes: the faces of a mesh in 3D from a direction, with their edges, by VTK without a window.
+
+    VTK as Debian has it needs an X server even so; raises UsageError where there is none.
+    """
+    import os
+
+    if "DISPLAY" not in os.environ:
+        raise UsageError(
+            "VTK draws on an X server, and there is none",
+            "DISPLAY",
+            remedy="run it by xvfb-run, look at Mesh.page(), or use camber picture",
+        )
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
+
+    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
+
+    renderer = vtkRenderer()
+    renderer.SetBackground(1, 1, 1)
+    renderer.AddActor(_faces_actor(surface(mesh, values, n)))
+    renderer.AddActor(_edges_actor(edge_lines(mesh, 2 * n)))
+    camera = renderer.GetActiveCamera()
+    camera.SetPosition(*view)
+    camera.SetViewUp(0, 0, 1)
+    renderer.ResetCamera()
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetSize(*size)
+    window.AddRenderer(renderer)
+    window.Render()
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.Update()
+    image = grab.GetOutput()
+    width, height, _ = image.GetDimensions()
+    return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1, :, :3].copy()
+
+
+def _vtk_points(points: np.ndarray) -> Any:
+    from vtkmodules.util.numpy_support import numpy_to_vtk
+    from vtkmodules.vtkCommonCore import vtkPoints
+
+    made = vtkPoints()
+    made.SetData(numpy_to_vtk(np.ascontiguousarray(points), deep=True))
+    return made
+
+
+def _vtk_cells(rows: np.ndarray) -> Any:
+    from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonDataModel import vtkCellArray
+
+    made = vtkCellArray()
+    offsets = np.arange(0, rows.size + 1, rows.shape[1], dtype=np.int64)
+    connectivity = np.ascontiguousarray(rows.ravel(), np.int64)
+    made.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(connectivity, deep=True))
+    return made
+
+
+def _faces_actor(data: Any) -> Any:
+    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+    normals = vtkPolyDataNormals()
+    normals.SetInputData(data)
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputConnection(normals.GetOutputPort())
+    if data.GetPointData().GetScalars() is not None:
+        mapper.SetScalarRange(*data.GetPointData().GetScalars().GetRange())
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(0.55, 0.68, 0.82)
+    return actor
+
+
+def _edges_actor(data: Any) -> Any:
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+    mapper = vtkPolyDataMapper()
+    mapper.SetInputData(data)
+    mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor = vtkActor()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(0.1, 0.15, 0.2)
+    actor.GetProperty().SetLineWidth(1.2)
+    return actor
+
+
+def _face_curves(of: Mesh, n: int) -> np.ndarray:
+    name = next(c for c in ("triangle6", "triangle") if c in of.cells)
+    rows = of.cells[name].astype(np.int64)
+    corners = rows[:, :3]
+    sides = [(0, 1), (1, 2), (2, 0)]
+    ends = np.concatenate([corners[:, side] for side in sides])
+    _, first = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
+    a, b = of.points[ends[first, 0]], of.points[ends[first, 1]]
+    if name == "triangle":
+        return np.stack([a, b], axis=1)
+    middle = of.points[np.concatenate([rows[:, 3 + k] for k in range(3)])[first]]
+    t = np.linspace(0, 1, n + 1)
+    shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)])
+    return np.einsum("it,ied->etd", shapes, np.stack([a, b, middle]))

@@ -1,0 +1,63 @@
+"""What verbs give back."""
+
+from __future__ import annotations
+
+import json
+import logging
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .exceptions import NotCertified, in_python
+from .mesh import Mesh
+
+_log = logging.getLogger("camber")
+
+
+@dataclass(frozen=True)
+class Made:
+    """A mesh that was made, and what is known of how. Verbs take it where they take a mesh."""
+
+    mesh: Mesh
+    report: dict[str, Any] = field(repr=False)  #: the figures of `--report`: docs/report.md
+    metric: np.ndarray | None = field(repr=False)  #: (v,) or (v, D, D): at the vertices, where one was made
+    solution: dict[str, np.ndarray] = field(repr=False)  #: the fields that went along, on this mesh
+    holds: bool = True  #: whether every element is certified valid, above the bound that was asked for
+    cycles: list[dict[str, Any]] = field(default_factory=list, repr=False)  #: of `adapt`: a row a cycle
+    reason: str = ""  #: of `adapt`: why it ended before its number of cycles
+
+    def _repr_html_(self) -> str:
+        return self.mesh._repr_html_()
+
+
+def made_of(raw: Mapping[str, Any]) -> Made:
+    for notice in raw["notices"]:
+        _log.info("%s", in_python(notice))
+    report = json.loads(raw["report"])
+    if not raw["holds"]:
+        warnings.warn("the mesh has elements that are not certified valid: see `report`", NotCertified, stacklevel=4)
+    solution = raw["solution"]
+    cycles = json.loads(raw["cycles"]) if "cycles" in raw else []
+    return Made(
+        Mesh._of(raw["mesh"]),
+        report,
+        raw["metric"],
+        solution,
+        raw["holds"],
+        cycles["cycles"] if isinstance(cycles, dict) and "cycles" in cycles else cycles,
+        in_python(raw.get("reason", "")),
+    )
+
+
+def mesh_of(mesh: Any) -> Mesh:
+    """The mesh of what a verb was given."""
+    if isinstance(mesh, Made):
+        return mesh.mesh
+    if isinstance(mesh, Mesh):
+        return mesh
+    from .exchange import from_others
+
+    return from_others(mesh)

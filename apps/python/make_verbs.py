@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+"""Writes camber/verbs.py: the verbs with the arguments of the program's own, by their descriptions.
+
+    python3 apps/python/make_verbs.py build/python > apps/python/camber/verbs.py
+
+A test holds the file equal to what this makes.
+"""
+
+import json
+import os
+import re
+import sys
+import textwrap
+
+HEAD = '''"""The verbs: `camber curve`, `remesh`, `repair`, `adapt`, `check`, `geometry`, `transfer` and `generate` over meshes in
+memory, with the program's own arguments as keywords.
+
+Made by make_verbs.py from the descriptions of the program's arguments: `camber curve --help`. None is the default
+everywhere: what the program does without the argument.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from . import _verbs
+from .mesh import Mesh
+from .result import Made
+
+Progress = Callable[[str, float], Any]
+'''
+
+# What the program writes to files or says on a terminal, and what has another form here.
+NOT_HERE = {
+    "input", "output", "format", "quiet", "print-config", "dry-run", "histogram", "json", "flat", "report",
+    "output-solution", "output-metric", "solve", "shape", "old_mesh", "new_mesh", "old", "new",
+}
+OF_FILES = {"folder", "from", "mesh-file", "solution-file", "seconds", "vtu", "plots", "page"}
+VERBS = {
+    "curve": ("mesh", "Made", set()),
+    "remesh": ("mesh", "Made", set()),
+    "repair": ("mesh", "Made", set()),
+    "adapt": ("mesh", "Made", OF_FILES),
+    "check": ("mesh", "dict[str, Any]", {"vtu", "page", "threads", "elements"}),
+    "geometry": ("mesh", "dict[str, Any]", {"surface", "threads"}),
+    "transfer": ("old_mesh, new_mesh, solution", "dict[str, np.ndarray]", {"solution", "threads"}),
+    "generate": ("shape", "Mesh", set()),
+}
+# What a value in memory may stand for, beside a text.
+TYPES = {
+    "metric": "str | float | np.ndarray | Mapping[str, Any] | None",
+    "solution": "str | np.ndarray | Mapping[str, Any] | None",
+    "geometry": "str | Mapping[str, Any] | Mesh | Made | None",
+    "size": "Mapping[int | str, float] | Sequence[str] | None",
+    "set": "Mapping[str, Any] | None",
+    "complexity": "float | Sequence[float] | None",
+    "fields": "Sequence[str] | None",
+    "field": "str | Sequence[str] | None",
+}
+MORE = {
+    "metric": "an array at the vertices: sizes (v,) or tensors (v, D, D)",
+    "solution": "an array, or {name: array}, at the vertices or nodes: (n,), (n, D), (n, D, D)",
+    "geometry": "a mesh: its boundary",
+    "size": "{reference: size}",
+    "set": "{path: value}",
+}
+MESH = {
+    "mesh": "the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's",
+    "shape": "its name, or the config's object as a dict",
+    "old_mesh": "the mesh that the fields are on",
+    "new_mesh": "the mesh that they are brought to",
+}
+
+
+def python_name(name):
+    return name.replace("-", "_")
+
+
+def in_python(text):
+    text = re.sub(r"(?<![\w-])--([a-z][a-z-]*[a-z])", lambda m: m[1].replace("-", "_"), text)
+    return text.replace("exit code 1", "holds is False").replace(" (.sol, .solb)", "").strip()
+
+
+def type_of(argument):
+    name, kind = argument["name"], argument["type"]
+    if name in TYPES:
+        return TYPES[name]
+    if argument["flag"]:
+        return "bool | None"
+    if re.fullmatch(r"[a-z_0-9]+(\|[a-z_0-9]+)+", kind):
+        return "Literal[" + ", ".join(f'"{w}"' for w in kind.split("|")) + "] | None"
+    if argument["many"]:
+        return "Sequence[str] | None"
+    if kind.startswith(("INT", "UINT")):
+        return "int | None"
+    if kind.startswith("FLOAT"):
+        return "float | None"
+    return "str | None"
+
+
+def limits_of(kind):
+    found = re.search(r"[\[(][^\[\]()]*, [^\[\]()]*[\])]$", kind)
+    return f" In {found[0]}." if found else ""
+
+
+def sentence(argument):
+    text = in_python(argument["help"])
+    text += "" if text.endswith(".") else "."
+    if argument["name"] in MORE:
+        text += f" Or {MORE[argument['name']]}."
+    text += limits_of(argument["type"])
+    if argument["default"] and "efault" not in text:
+        text += f" Default: {argument['default']}."
+    return text
+
+
+def wrapped(text, indent, first=""):
+    width = 116
+    return textwrap.fill(text, width, initial_indent=indent + first, subsequent_indent=indent + "    ",
+                         break_long_words=False, break_on_hyphens=False)
+
+
+def about(text):
+    """The first paragraphs, without the command line's examples."""
+    kept = [p for p in text.split("\n\n") if not p.startswith("  ")]
+    return [in_python(p) for p in kept]
+
+
+def function(verb, described):
+    subject, returns, without = VERBS[verb]
+    arguments = [a for a in described["arguments"] if a["name"] not in NOT_HERE | without and not a["positional"]]
+    lines = [f"def {verb}("]
+    for part in subject.split(", "):
+        lines.append(f"    {part}: Any,")
+    lines.append("    *,")
+    if verb == "adapt":
+        lines.append("    solve: Callable[[Mesh, Mapping[str, np.ndarray], int], Any] | None = None,")
+    for a in arguments:
+        lines.append(f"    {python_name(a['name'])}: {type_of(a)} = None,")
+    lines.append("    progress: Progress | None = None,")
+    lines.append(f") -> {returns}:")
+    first, *rest = about(described["about"])
+    paragraphs = [first if first.endswith(".") else first + "."] + rest
+    lines.append('    """' + wrapped(paragraphs[0], "    ").strip())
+    for paragraph in paragraphs[1:]:
+        lines += ["", wrapped(paragraph, "    ")]
+    lines.append("")
+    for part in subject.split(", "):
+        lines.append(wrapped(f"{part}: {MESH.get(part, 'the fields: an array, or {name: array}')}.", "    "))
+    if verb == "adapt":
+        lines.append(wrapped("solve: called with each mesh, the solution before brought to it ({} of the first), and the "
+                             "cycle; gives the solution on it, an array or {name: array} at its vertices or nodes.", "    "))
+    for a in arguments:
+        lines.append(wrapped(f"{python_name(a['name'])}: {sentence(a)}", "    "))
+    lines.append(wrapped("progress: called with the stage and its share, from 0 to 1, now and then; False from it stops "
+                         "the work, and Stopped is raised.", "    "))
+    lines.append('    """')
+    lines.append("    options = locals()")
+    lines.append(f"    return _verbs.{verb}(options)")
+    return "\n".join(lines).replace("\\", "\\\\")
+
+
+def main():
+    sys.path.insert(0, os.path.join(sys.argv[1], "camber"))  # the extension alone: the package needs what is made here
+    import _camber
+
+    described = json.loads(_camber.arguments())
+    functions = [function(verb, described[verb]) for verb in VERBS]
+    sys.stdout.write(HEAD + "".join("\n\n" + f + "\n" for f in functions))
+
+
+if __name__ == "__main__":
+    main()

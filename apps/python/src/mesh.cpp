@@ -1,0 +1,253 @@
+#include "mesh.hpp"
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "arrays.hpp"
+#include "watched.hpp"
+import camber.core;
+import camber.bezier;
+import camber.commands;
+import camber.config;
+import camber.io;
+import camber.run;
+
+namespace camber::python {
+
+namespace {
+
+template <class T>
+using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
+
+/// f(straight mesh), f(mesh of degree 2 or null, straight mesh).
+template <class F>
+auto on(const MeshHandle& mesh, F&& f) {
+    return std::visit(
+        [&]<class Mesh>(const Mesh& m) {
+            if constexpr (requires { m.linear; })
+                return f(&m, m.linear);
+            else
+                return f(static_cast<const QuadraticMesh<Mesh::dimension>*>(nullptr), m);
+        },
+        mesh.value.mesh);
+}
+template <class F>
+auto on_linear(const MeshHandle& mesh, F&& f) {
+    return on(mesh, [&](const auto*, const auto& linear) { return f(linear); });
+}
+
+/// The simplices of a dimension that the mesh has, and their edges where it is of degree 2: f(simplices, edges or
+/// null).
+template <int K, class F>
+void on_simplices(const MeshHandle& mesh, F&& f) {
+    on(mesh, [&]<class Mesh>(const Mesh* curved, const auto& linear) {
+        constexpr int D = Mesh::dimension;
+        if constexpr (K == D)
+            f(linear.elements, curved ? &curved->edges.of_elements : nullptr);
+        else if constexpr (K == D - 1)
+            f(linear.facets, curved ? &curved->edges.of_facets : nullptr);
+        else if constexpr (K == 1)
+            on_edges(linear, curved, f);
+    });
+}
+
+template <class Linear, class Curved, class F>
+void on_edges(const Linear& linear, const Curved* curved, F&& f) {
+    // Of feature edges the set has one edge each: as an array of one, as simplices of higher dimension have theirs.
+    if (!curved) return f(linear.edges, static_cast<const Column<std::array<EdgeId, 1>>*>(nullptr));
+    Buffer<std::array<EdgeId, 1>> edges;
+    for (const EdgeId e : curved->edges.of_edges) edges.push_back({e});
+    const Column<std::array<EdgeId, 1>> column(std::move(edges));
+    f(linear.edges, &column);
+}
+
+constexpr std::array<const char*, 3> straight_names{"line", "triangle", "tetra"};
+constexpr std::array<const char*, 3> curved_names{"line3", "triangle6", "tetra10"};
+
+/// {cell type: f(simplices, edges)} of those that there are, elements first.
+template <class F>
+py::dict by_cell_type(const MeshHandle& mesh, F&& f) {
+    py::dict out;
+    const auto add = [&]<int K>() {
+        on_simplices<K>(mesh, [&](const auto& simplices, const auto* edges) {
+            if (simplices.size() > 0) out[(edges ? curved_names : straight_names)[K - 1]] = f(simplices, edges);
+        });
+    };
+    add.template operator()<3>();
+    add.template operator()<2>();
+    add.template operator()<1>();
+    return out;
+}
+
+py::dict cells(const MeshHandle& mesh) {
+    return by_cell_type(mesh, [&]<int K>(const Simplices<K>& simplices, const auto* edges) -> py::array {
+        if (!edges) return view_of<std::uint32_t>(simplices.vertices, K + 1);
+        return view_of<std::uint32_t>(Column<std::array<VertexId, quadratic_nodes<K>>>(
+                                          nodes_of_cells<K>(simplices.vertices, *edges, mesh.vertices())),
+                                      quadratic_nodes<K>);
+    });
+}
+
+py::dict corners(const MeshHandle& mesh) {
+    return by_cell_type(mesh, []<int K>(const Simplices<K>& simplices, const auto*) {
+        return view_of<std::uint32_t>(simplices.vertices, K + 1);
+    });
+}
+
+py::dict references(const MeshHandle& mesh) {
+    py::dict out = by_cell_type(
+        mesh, [](const auto& simplices, const auto*) { return view_of<std::int32_t>(simplices.references, 0); });
+    out["vertex"] = on_linear(mesh, [](const auto& m) { return view_of<std::int32_t>(m.point_references, 0); });
+    return out;
+}
+
+py::array vertices(const MeshHandle& mesh) {
+    return on_linear(mesh, []<int D>(const LinearMesh<D>& m) { return view_of<double>(m.points, D); });
+}
+
+py::object mid_nodes(const MeshHandle& mesh) {
+    return on(mesh, []<int D>(const QuadraticMesh<D>* curved, const LinearMesh<D>&) -> py::object {
+        return curved ? py::object(view_of<double>(curved->mid_nodes, D)) : py::object(py::none());
+    });
+}
+
+/// Vertices, then the edges' nodes.
+py::array points(const MeshHandle& mesh) {
+    return on(mesh, [&]<int D>(const QuadraticMesh<D>* curved, const LinearMesh<D>& linear) -> py::array {
+        if (!curved) return view_of<double>(linear.points, D);
+        py::array_t<double> all({mesh.nodes(), std::size_t{D}});
+        double* to = all.mutable_data();
+        for (const Vec<D>& p : linear.points) to = std::copy(p.c.begin(), p.c.end(), to);
+        for (const LagrangeNode<D>& node : curved->mid_nodes)
+            to = std::copy(node.point.c.begin(), node.point.c.end(), to);
+        all.attr("flags").attr("writeable") = false;
+        return std::move(all);
+    });
+}
+
+py::object edge_vertices(const MeshHandle& mesh) {
+    return on(mesh, [](const auto* curved, const auto&) -> py::object {
+        return curved ? py::object(view_of<std::uint32_t>(curved->edges.vertices, 2)) : py::object(py::none());
+    });
+}
+
+std::vector<std::tuple<int, Reference, std::string>> groups(const MeshHandle& mesh) {
+    return on_linear(mesh, [](const auto& m) {
+        std::vector<std::tuple<int, Reference, std::string>> all;
+        for (const Group& group : m.groups) all.emplace_back(group.dimension, group.reference, group.name);
+        return all;
+    });
+}
+
+std::vector<std::string> notices(const MeshHandle& mesh) {
+    std::vector<std::string> all;
+    for (const Notice& notice : mesh.value.notices) all.push_back(notice.what);
+    return all;
+}
+
+// ---------------------------------------------------------------- from arrays
+
+/// What Python gives of the cells of one type: nodes and references.
+template <int Nodes>
+CellArray<Nodes> cell_array(const py::dict& cells, const py::dict& references, const char* name) {
+    CellArray<Nodes> out;
+    if (!cells.contains(name)) return out;
+    const auto nodes = cells[name].cast<Array<std::uint32_t>>();
+    out.nodes = column_of<std::array<VertexId, Nodes>>(nodes);
+    if (references.contains(name)) out.references = column_of<Reference>(references[name].cast<Array<Reference>>());
+    return out;
+}
+template <int K>
+CellArrays<K> cell_arrays(const py::dict& cells, const py::dict& references) {
+    return {cell_array<K + 1>(cells, references, straight_names[K - 1]),
+            cell_array<quadratic_nodes<K>>(cells, references, curved_names[K - 1])};
+}
+
+template <int D>
+MeshArrays<D> arrays_in(const Array<double>& points, const py::dict& cells, const py::dict& references,
+                        const std::vector<std::tuple<int, Reference, std::string>>& names) {
+    const std::span<const double> coordinates(points.data(), static_cast<std::size_t>(points.size()));
+    MeshArrays<D> arrays{.points = points_of<D>(coordinates, owner_of(points))};
+    if (references.contains("vertex"))
+        arrays.point_references = column_of<Reference>(references["vertex"].cast<Array<Reference>>());
+    arrays.elements = cell_arrays<D>(cells, references);
+    arrays.facets = cell_arrays<D - 1>(cells, references);
+    if constexpr (D == 3) arrays.edges = cell_arrays<1>(cells, references);
+    for (const auto& [dimension, reference, name] : names) arrays.groups.push_back({dimension, reference, name});
+    return arrays;
+}
+
+/// Shapes were seen to be right. `flat`: triangles in one plane of space become a mesh in 2D.
+MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const py::dict& references,
+                       const std::vector<std::tuple<int, Reference, std::string>>& names, bool flat) {
+    const auto made = points.shape(1) == 2 ? mesh_of_arrays<2>(arrays_in<2>(points, cells, references, names), {})
+                                           : mesh_of_arrays<3>(arrays_in<3>(points, cells, references, names), {});
+    if (!made || !flat || points.shape(1) == 2) return handle_of(value_of(made));
+    return handle_of(value_of(with_flat_in_2d(*made, {})));
+}
+
+}  // namespace
+
+int MeshHandle::dimension() const {
+    return std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, value.mesh);
+}
+int MeshHandle::degree() const {
+    return on(*this, [](const auto* curved, const auto&) { return curved ? 2 : 1; });
+}
+std::size_t MeshHandle::vertices() const {
+    return on_linear(*this, [](const auto& m) { return m.points.size(); });
+}
+std::size_t MeshHandle::nodes() const {
+    return on(*this, [](const auto* curved, const auto& m) {
+        return m.points.size() + (curved ? curved->mid_nodes.size() : 0);
+    });
+}
+
+MeshHandle handle_of(DecodedMesh mesh) {
+    mesh.node_numbers = {};
+    return {std::move(mesh)};
+}
+
+void bind_mesh(py::module_& module) {
+    py::class_<MeshHandle>(module, "Mesh")
+        .def_static("from_arrays", &from_arrays)
+        .def_property_readonly("dimension", &MeshHandle::dimension)
+        .def_property_readonly("degree", &MeshHandle::degree)
+        .def_property_readonly("vertices", &vertices)
+        .def_property_readonly("mid_nodes", &mid_nodes)
+        .def_property_readonly("edges", &edge_vertices)
+        .def_property_readonly("points", &points)
+        .def_property_readonly("cells", &cells)
+        .def_property_readonly("corners", &corners)
+        .def_property_readonly("references", &references)
+        .def_property_readonly("groups", &groups)
+        .def_property_readonly("notices", &notices)
+        .def_property_readonly("z",
+                               [](const MeshHandle& m) -> std::optional<double> {
+                                   return m.value.lift ? std::optional(m.value.lift->z) : std::nullopt;
+                               })
+        .def("with_fields",
+             [](const MeshHandle& m, const py::dict& fields) {
+                 MeshHandle with = m;
+                 with.value.fields =
+                     run::as_mesh_fields(m.value.mesh, fields_of(fields, m.dimension(), m.vertices(), m.nodes()));
+                 return with;
+             })
+        .def("fields", [](const MeshHandle& m) { return arrays_of(app::nodal_fields_of(m.value), m.dimension()); })
+        .def("__eq__", [](const MeshHandle& a, const MeshHandle& b) { return a.value.mesh == b.value.mesh; });
+}
+
+}  // namespace camber::python

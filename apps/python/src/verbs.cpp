@@ -1,0 +1,255 @@
+// The verbs, with arguments as words of the command line.
+#include "verbs.hpp"
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "mesh.hpp"
+#include "watched.hpp"
+#include "words.hpp"
+import camber.core;
+import camber.app_shell;
+import camber.commands;
+import camber.config;
+import camber.io;
+import camber.run;
+import camber.transfer;
+
+namespace camber::python {
+
+namespace {
+
+using Words = std::vector<std::string>;
+
+/// What Python has in memory, by name: {"memory:mesh": Mesh}, metrics and solutions of a mesh among them.
+app::Given given_of(const py::dict& meshes, const py::dict& metrics, const py::dict& solutions, const MeshHandle* of) {
+    app::Given given;
+    for (const auto& [name, mesh] : meshes)
+        given.meshes[name.cast<std::string>()] = mesh.cast<const MeshHandle&>().value;
+    for (const auto& [name, rows] : metrics)
+        given.metrics[name.cast<std::string>()] =
+            metric_of(rows.cast<py::array>(), of ? of->dimension() : 3, name.cast<std::string>());
+    for (const auto& [name, fields] : solutions)
+        given.solutions[name.cast<std::string>()] =
+            fields_of(fields.cast<py::dict>(), of ? of->dimension() : 3, of ? of->vertices() : 0, of ? of->nodes() : 0);
+    return given;
+}
+
+py::dict dict_of(app::MadeInMemory made) {
+    py::dict out;
+    made.mesh.fields = run::as_mesh_fields(made.mesh.mesh, made.solution);
+    const MeshHandle mesh = handle_of(std::move(made.mesh));
+    out["solution"] = arrays_of(made.solution, mesh.dimension());
+    out["metric"] = made.metric ? py::object(array_of(*made.metric)) : py::object(py::none());
+    out["report"] = made.report;
+    out["notices"] = made.notices;
+    out["holds"] = made.holds_what_was_asked;
+    out["mesh"] = mesh;
+    return out;
+}
+
+Outcome<config::Pipeline> pipeline_of(const Words& words, int& degree) {
+    auto verb = app::verb_of(words);
+    if (!verb) return fail(verb.error());
+    const app::Verb& v = **verb;
+    degree = words.front() == "adapt" && v.adapt.degree == 1 ? 1 : 0;
+    if (words.front() == "curve") return app::pipeline_of(v.curve);
+    if (words.front() == "remesh") return app::pipeline_of(v.remesh);
+    if (words.front() == "repair") return app::pipeline_of(v.repair);
+    auto pipeline = app::pipeline_of(v.adapt);
+    if (!pipeline) return pipeline;
+    // What arguments gave is as sound as what a config says.
+    if (auto read = config::read_pipeline(config::write_pipeline(*pipeline), "arguments"); !read)
+        return fail(read.error());
+    return pipeline;
+}
+
+py::dict run_pipeline(config::Pipeline pipeline, app::Given given, const py::object& progress) {
+    return dict_of(Watched(progress).run([&](app::Host host) {
+        host.given = std::move(given);
+        return app::run_in_memory(std::move(pipeline), std::move(host));
+    }));
+}
+
+py::dict run_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
+                   const MeshHandle& mesh, const py::object& progress) {
+    int degree = 0;
+    auto pipeline = value_of(pipeline_of(words, degree));
+    return run_pipeline(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
+}
+
+py::dict run_config(const std::string& json, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
+                    const MeshHandle* mesh, const py::object& progress) {
+    auto pipeline = value_of(config::read_pipeline(json, "config"));
+    return run_pipeline(std::move(pipeline), given_of(meshes, metrics, solutions, mesh), progress);
+}
+
+/// `solver`: None, or called with a mesh, the solution brought to it, and the cycle.
+py::dict adapt_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
+                     const MeshHandle& mesh, const py::object& solver, const py::object& progress) {
+    int degree = 0;
+    auto pipeline = value_of(pipeline_of(words, degree));
+    app::Given given = given_of(meshes, metrics, solutions, &mesh);
+    Watched watched(progress);
+    const app::Solver solve = [&](const DecodedMesh& on, const std::vector<run::NamedField>& guess,
+                                  int cycle) -> Outcome<std::vector<run::NamedField>> {
+        std::vector<run::NamedField> fields;
+        const bool went_well = watched.call([&] {
+            const MeshHandle handle = handle_of(on);
+            const py::dict made = solver(handle, arrays_of(guess, handle.dimension()), cycle);
+            fields = fields_of(made, handle.dimension(), handle.vertices(), handle.nodes());
+        });
+        if (!went_well) return fail(ErrorKind::stopped, "the solver raised");
+        return fields;
+    };
+    auto made = watched.run([&](app::Host host) {
+        host.given = std::move(given);
+        return app::adapt_in_memory(std::move(pipeline), degree, solver.is_none() ? app::Solver() : solve,
+                                    std::move(host));
+    });
+    py::dict out = dict_of(std::move(made.last));
+    out["cycles"] = made.cycles;
+    out["reason"] = made.reason;
+    return out;
+}
+
+py::dict check(const Words& words, const MeshHandle& mesh, const std::optional<py::array>& metric,
+               const py::object& progress) {
+    const auto verb = value_of(app::verb_of(words));
+    std::optional<Solution> rows;
+    if (metric) rows = metric_of(*metric, mesh.dimension(), "metric");
+    const auto found = Watched(progress).run(
+        [&](app::Host host) { return app::check_in_memory(mesh.value, rows, verb->check.options, std::move(host)); });
+    py::dict out, elements;
+    for (const app::ElementColumn& column : found.elements)
+        elements[py::str(column.name)] =
+            py::array_t<double>(static_cast<py::ssize_t>(column.values.size()), column.values.data());
+    out["report"] = found.report;
+    out["table"] = found.table;
+    out["elements"] = elements;
+    out["holds"] = found.all_good;
+    return out;
+}
+
+std::string page(const MeshHandle& mesh, const py::dict& fields, const std::string& title, const py::object& progress) {
+    const auto known = fields_of(fields, mesh.dimension(), mesh.vertices(), mesh.nodes());
+    return Watched(progress).run(
+        [&](app::Host host) { return app::page_in_memory(mesh.value, known, title, {}, std::move(host)); });
+}
+
+std::string geometry(const Words& words, const MeshHandle& mesh, const py::dict& meshes, const py::object& progress) {
+    const auto verb = value_of(app::verb_of(words));
+    config::Pipeline pipeline;
+    value_of(app::set_geometry(verb->geometry.geometry, pipeline));
+    app::Given given = given_of(meshes, {}, {}, nullptr);
+    return Watched(progress).run([&](app::Host host) {
+        host.given = std::move(given);
+        return app::geometry_in_memory(mesh.value, pipeline.geometry, verb->geometry.options, std::move(host));
+    });
+}
+
+py::dict metric_of_config(config::Pipeline pipeline, app::Given given, const py::object& progress) {
+    auto made = Watched(progress).run([&](app::Host host) {
+        host.given = std::move(given);
+        return app::metric_in_memory(pipeline, std::move(host));
+    });
+    py::dict out;
+    out["metric"] = array_of(made.metric);
+    out["complexity"] = made.complexity;
+    out["largest_anisotropy"] = made.largest_anisotropy;
+    out["notices"] = made.notices;
+    return out;
+}
+
+py::dict metric_json(const std::string& json, const py::dict& meshes, const py::dict& metrics,
+                     const py::dict& solutions, const MeshHandle& mesh, const py::object& progress) {
+    auto pipeline = value_of(config::read_pipeline(json, "config"));
+    return metric_of_config(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
+}
+
+/// Of a solution, by the words of the verb metric.
+py::dict metric_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
+                      const MeshHandle& mesh, const py::object& progress) {
+    const auto verb = value_of(app::verb_of(words));
+    const app::MetricArguments& a = verb->metric;
+    config::Pipeline pipeline;
+    pipeline.input.source = config::FilePath{a.input};
+    pipeline.solution.file = a.solution;
+    pipeline.solution.fields = a.metric.fields;
+    pipeline.threads = a.threads;
+    config::SolutionMetric asked = a.metric;
+    asked.sizes = value_of(app::read_sizes(a.sizes)).sizes;
+    pipeline.metric = std::move(asked);
+    return metric_of_config(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
+}
+
+py::array hessian(const MeshHandle& mesh, const py::dict& fields) {
+    const auto known = fields_of(fields, mesh.dimension(), mesh.vertices(), mesh.nodes());
+    return array_of(Watched(py::none()).run([&](app::Host host) {
+        return app::hessians_in_memory(mesh.value, known.front(), std::move(host));
+    }));
+}
+
+py::dict transfer(const Words& words, const MeshHandle& old_mesh, const MeshHandle& new_mesh, const py::dict& fields,
+                  const py::object& progress) {
+    const auto verb = value_of(app::verb_of(words));
+    auto known = fields_of(fields, old_mesh.dimension(), old_mesh.vertices(), old_mesh.nodes());
+    const auto made = Watched(progress).run([&](app::Host host) {
+        return app::transfer_in_memory(old_mesh.value, new_mesh.value, std::move(known), verb->transfer.options,
+                                       std::move(host));
+    });
+    return arrays_of(made, new_mesh.dimension());
+}
+
+MeshHandle read(const std::string& path, const std::string& flat, const Words& words, const py::object& progress) {
+    const auto verb = value_of(app::verb_of(words));
+    auto mesh = Watched(progress).run([&](app::Host host) {
+        return app::read_into_memory(path, flat == "surface" ? config::Flat::surface : config::Flat::plane,
+                                     verb->info.read, std::move(host));
+    });
+    return handle_of(std::move(mesh));
+}
+
+Words write(const MeshHandle& mesh, const py::dict& fields, const std::string& path, const std::string& format,
+            const py::object& progress) {
+    const auto known = fields_of(fields, mesh.dimension(), mesh.vertices(), mesh.nodes());
+    return Watched(progress).run(
+        [&](app::Host host) { return app::write_from_memory(mesh.value, known, path, format, std::move(host)); });
+}
+
+MeshHandle generate(const Words& words, const py::object& progress) {
+    const auto verb = value_of(app::verb_of(words));
+    return handle_of(Watched(progress).run(
+        [&](app::Host host) { return app::generate_in_memory(verb->generate, std::move(host)); }));
+}
+
+}  // namespace
+
+void bind_verbs(py::module_& module) {
+    module.def("run_words", &run_words);
+    module.def("run_config", &run_config);
+    module.def("adapt_words", &adapt_words);
+    module.def("check", &check);
+    module.def("page", &page);
+    module.def("geometry", &geometry);
+    module.def("metric_json", &metric_json);
+    module.def("metric_words", &metric_words);
+    module.def("hessian", &hessian);
+    module.def("transfer", &transfer);
+    module.def("read", &read);
+    module.def("write", &write);
+    module.def("generate", &generate);
+    module.def("arguments", &app::arguments_json);
+    module.def("schema", &config::pipeline_schema);
+}
+
+}  // namespace camber::python

@@ -1,0 +1,84 @@
+/* Each line that is printed is a law that does not hold. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "camber.h"
+
+#define HOLDS(condition) \
+    if (!(condition)) printf("line %d: %s; %s\n", __LINE__, #condition, camber_error())
+
+static int stop(const char* stage, double share, void* context) {
+    (void)stage;
+    (void)share;
+    (void)context;
+    return 1;
+}
+
+int main(int argc, char** argv) {
+    const double points[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
+    const int32_t nodes[] = {1, 2, 3, 4, 2, 3, 4, 5}, wrong[] = {1, 2, 3, 9}, references[] = {3, 4};
+    const camber_cells cells = {"tetra", 2, nodes, references}, bad = {"tetra", 1, wrong, NULL}, none = {"quad", 0, NULL, NULL};
+    const char *const curve[] = {"curve"}, *const misspelt[] = {"curve", "--objectve=length"}, *const check[] = {"check"},
+                      *const remesh[] = {"remesh"}, *const small[] = {"remesh", "--metric=0.01"};
+    camber_mesh *mesh = NULL, *with = NULL, *again = NULL;
+    camber_result* result = NULL;
+    double back[15], field[5], sizes[5];
+    int32_t rows[8], refs[2], curved[20];
+    int components = 0, i;
+
+    (void)argc;
+    HOLDS(camber_make(3, 5, points, 1, &cells, 1, &mesh) == CAMBER_OK);
+    HOLDS(camber_dimension(mesh) == 3 && camber_degree(mesh) == 1);
+    HOLDS(camber_vertices(mesh) == 5 && camber_points(mesh) == 5);
+    HOLDS(camber_count(mesh, "tetra") == 2 && camber_count(mesh, "tetra10") == 0);
+    HOLDS(camber_get_points(mesh, back) == CAMBER_OK && memcmp(back, points, sizeof(points)) == 0);
+    HOLDS(camber_get_cells(mesh, "tetra", 1, rows, refs) == CAMBER_OK && memcmp(rows, nodes, sizeof(nodes)) == 0);
+    HOLDS(refs[0] == 3 && refs[1] == 4);
+
+    HOLDS(camber_make(3, 5, points, 1, &bad, 1, &again) == CAMBER_INPUT && strstr(camber_error(), "tetra: row 0") != NULL);
+    HOLDS(camber_make(3, 5, points, 1, &none, 1, &again) == CAMBER_INPUT && strstr(camber_error(), "quad") != NULL);
+    HOLDS(camber_make(4, 5, points, 1, &cells, 1, &again) == CAMBER_USAGE);
+    HOLDS(camber_make(3, 5, points, 1, &cells, 1, NULL) == CAMBER_USAGE);
+    HOLDS(camber_read("nowhere.meshb", &again) == CAMBER_INPUT && strstr(camber_error(), "nowhere.meshb") != NULL);
+
+    for (i = 0; i < 5; ++i) field[i] = points[3 * i], sizes[i] = 0.5;
+    HOLDS(camber_with_field(mesh, "x", 1, 5, field, &with) == CAMBER_OK);
+    HOLDS(camber_field_size(with, "x", &components) == 5 && components == 1);
+    HOLDS(camber_field_size(mesh, "x", &components) == 0);
+    HOLDS(camber_get_field(with, "x", back) == CAMBER_OK && memcmp(back, field, sizeof(field)) == 0);
+    HOLDS(camber_with_field(mesh, "x", 1, 4, field, &again) == CAMBER_INPUT);
+
+    HOLDS(camber_run(mesh, 1, curve, NULL, &result) == CAMBER_OK);
+    HOLDS(camber_degree(camber_result_mesh(result)) == 2);
+    HOLDS(camber_get_cells(camber_result_mesh(result), "tetra10", 0, curved, NULL) == CAMBER_OK && curved[4] >= 5);
+    HOLDS(strstr(camber_result_report(result), "\"validity\"") != NULL);
+    HOLDS(camber_write(camber_result_mesh(result), argv[1], NULL) == CAMBER_OK);
+    HOLDS(camber_read(argv[1], &again) == CAMBER_OK && camber_points(again) == camber_points(camber_result_mesh(result)));
+    camber_free_mesh(again);
+    camber_free_result(result);
+
+    HOLDS(camber_run(mesh, 2, misspelt, NULL, &result) == CAMBER_USAGE && strstr(camber_error(), "--objective") != NULL);
+    HOLDS(camber_run(mesh, 1, check, NULL, &result) == CAMBER_OK && camber_result_mesh(result) == NULL);
+    camber_free_result(result);
+    {
+        camber_options options = {sizes, 1, NULL, NULL};
+        HOLDS(camber_run(with, 1, remesh, &options, &result) == CAMBER_OK);
+        HOLDS(camber_count(camber_result_mesh(result), "tetra") > 2);
+        HOLDS(camber_field_size(camber_result_mesh(result), "x", NULL) == camber_vertices(camber_result_mesh(result)));
+        HOLDS(camber_result_metric_size(result, &components) == camber_vertices(camber_result_mesh(result)) && components == 6);
+        camber_free_result(result);
+        options.metric_width = 5;
+        HOLDS(camber_run(with, 1, remesh, &options, &result) == CAMBER_USAGE);
+        options.metric = NULL;
+        options.progress = stop;
+        HOLDS(camber_run(mesh, 2, small, &options, &result) == CAMBER_STOPPED);
+    }
+    HOLDS(camber_run_config(mesh, "{\"stages\": [\"elevate\"], \"input\": {\"mesh\": \"-\"}}", NULL, &result) == CAMBER_OK);
+    camber_free_result(result);
+    HOLDS(camber_run_config(mesh, "{\"stages\": [\"elevat\"]}", NULL, &result) == CAMBER_USAGE);
+    camber_free_mesh(with);
+    camber_free_mesh(mesh);
+    return 0;
+}

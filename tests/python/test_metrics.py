@@ -1,0 +1,71 @@
+"""camber.metric: laws of what is done to metrics."""
+import unittest
+
+import numpy as np
+
+import shared
+from shared import camber, shell, square
+
+
+def sizes(metric):
+    return 1 / np.sqrt(np.linalg.eigvalsh(metric))
+
+
+class Metrics(unittest.TestCase):
+    def test_natural_of_unit_tetrahedra(self):
+        h = np.array([[1, 0, 0], [0.5, np.sqrt(3) / 2, 0], [0.5, np.sqrt(3) / 6, np.sqrt(2 / 3)]])
+        mesh = camber.Mesh(np.vstack([[0, 0, 0], 0.1 * h]), {"tetra": [[0, 1, 2, 3]]})
+        np.testing.assert_allclose(camber.metric.natural(mesh), np.tile(100 * np.eye(3), (4, 1, 1)), rtol=1e-9, atol=1e-9)
+
+    def test_intersection_is_within_both(self):
+        mesh = square()
+        rng = np.random.default_rng(1)
+        first, second = (self.random(rng, len(mesh.vertices)) for _ in range(2))
+        both = camber.metric.intersect(mesh, first, second)
+        for metric in (first, second):
+            self.assertGreater(np.linalg.eigvalsh(both - metric).min() / np.abs(metric).max(), -1e-10)
+
+    @staticmethod
+    def random(rng, n):
+        rows = rng.normal(size=(n, 2, 2))
+        return np.einsum("nij,nkj->nik", rows, rows) + np.eye(2)
+
+    def test_gradation_bound_complexity(self):
+        mesh = square()
+        steep = np.where(mesh.points[:, 0] < 0.1, 0.01, 1.0)
+        graded = camber.metric.gradation(mesh, steep, 1.5)
+        self.assertLess(sizes(graded).max(), 1.0 + 1e-12)
+        self.assertLess(np.sort(sizes(graded).max(axis=1))[len(graded) // 2], 0.9)
+        bounded = sizes(camber.metric.bound(mesh, steep, min_size=0.1, max_size=0.5))
+        self.assertGreaterEqual(bounded.min(), 0.1 * (1 - 1e-12))
+        self.assertLessEqual(bounded.max(), 0.5 * (1 + 1e-12))
+        made = camber.metric.complexity(mesh, 0.1, 500)
+        area = 1.0
+        np.testing.assert_allclose(np.sqrt(np.linalg.det(made)).mean() * area, 500, rtol=1e-9)
+
+    def test_from_a_solution(self):
+        mesh = shell()
+        u = np.tanh((mesh.points[:, 0] - 0.3) / 0.1)
+        metric = camber.metric.from_solution(mesh, u, complexity=300)
+        self.assertEqual(metric.shape, (len(mesh.vertices), 3, 3))
+        self.assertGreater(np.linalg.eigvalsh(metric).min(), 0)
+        wide = camber.metric.from_solution(mesh, u, complexity=300, intersect=0 * u + 0.2)
+        self.assertLessEqual(sizes(wide).max(), 0.2 * (1 + 1e-9))
+
+    def test_hessian_of_a_quadratic(self):
+        mesh = camber.elevate(square()).mesh
+        x, y = mesh.points.T
+        for field, points in ((x**2 + 3 * x * y - y**2, mesh), (lambda p: p, None)):
+            if points is None:
+                continue
+            found = camber.metric.hessian(points, field)
+            np.testing.assert_allclose(found, np.tile([[2.0, 3.0], [3.0, -2.0]], (len(found), 1, 1)), atol=1e-8)
+
+    def test_shapes_that_are_none(self):
+        mesh = square()
+        with self.assertRaisesRegex(camber.InputError, "metric0?: has the shape"):
+            camber.metric.gradation(mesh, np.ones((len(mesh.vertices), 5)), 1.5)
+
+
+if __name__ == "__main__":
+    shared.main()

@@ -1,0 +1,195 @@
+"""The verbs: the program's bytes, errors, progress, signals, the adaptation loop."""
+import os
+import signal
+import tempfile
+import unittest
+import warnings
+
+import numpy as np
+
+import shared
+from shared import camber, program, shell, square
+
+
+def bytes_of(mesh, folder, name):
+    path = os.path.join(folder, name)
+    mesh.write(path)
+    with open(path, "rb") as file:
+        return file.read()
+
+
+class AsTheProgram(unittest.TestCase):
+    """The same bytes."""
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name):
+        return os.path.join(self.folder.name, name)
+
+    def same(self, made, *words):
+        program(*words, "-o", self.path("program.meshb"), "--quiet")
+        with open(self.path("program.meshb"), "rb") as file:
+            self.assertEqual(bytes_of(made, self.folder.name, "python.meshb"), file.read())
+
+    def given(self, mesh, name):
+        mesh.write(self.path(name))
+        return self.path(name)
+
+    def test_curve(self):
+        mesh = shell()
+        given = self.given(mesh, "shell.meshb")
+        self.same(camber.curve(mesh).mesh, "curve", given)
+        geometry = {"analytic": [{"references": [1], "sphere": {"radius": 0.5}}]}
+        made = camber.curve(mesh, objective="energy", set={"stages/relax/target": 0.2}, threads=1)
+        self.same(made.mesh, "curve", given, "--objective", "energy", "--set", "stages/relax/target=0.2")
+        self.assertTrue(made.holds)
+        self.assertEqual(made.report["mesh"]["degree"], 2)
+        del geometry
+
+    def test_remesh_by_an_array(self):
+        mesh = square()
+        sizes = 0.05 + 0.2 * mesh.points[:, 0]
+        given = self.given(mesh, "square.meshb")
+        tensors = np.einsum("n,ij->nij", sizes**-2, np.eye(2))
+        text = "MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n%d\n1 1\n%s\nEnd\n" % (
+            len(sizes), "\n".join(repr(float(h)) for h in sizes))
+        with open(self.path("sizes.sol"), "w") as file:
+            file.write(text)
+        made = camber.remesh(mesh, metric=sizes)
+        self.same(made.mesh, "remesh", given, "--metric", self.path("sizes.sol"))
+        self.assertEqual(made.metric.shape, (len(made.mesh.vertices), 2, 2))
+        again = camber.remesh(mesh, metric=tensors)
+        self.assertAlmostEqual(len(again.mesh.elements), len(made.mesh.elements), delta=0.05 * len(made.mesh.elements))
+
+    def test_generate_read_write(self):
+        program("generate", "shell", "-o", self.path("s.meshb"), "--elements", 500, "--quiet")
+        mesh = camber.generate("shell", elements=500)
+        self.assertEqual(camber.read(self.path("s.meshb")), mesh)
+
+    def test_run(self):
+        config = {"input": {"generate": {"shell": {"outer_radius": 2, "inner_size": 0.6, "outer_size": 0.9}}},
+                  "stages": ["elevate", {"curve": {"objective": "length"}}, "validate", "relax", "commit"]}
+        made = camber.run(config)
+        self.assertEqual(made.mesh, camber.run({"stages": config["stages"]}, shell()).mesh)
+
+    def test_check(self):
+        mesh = camber.curve(shell()).mesh
+        found = camber.check(mesh, field="tanh((x-0.5)/0.1)")
+        self.assertTrue(found["holds"])
+        self.assertEqual(found["element_verdicts"]["min_scaled_jacobian"].shape, (len(mesh.elements),))
+        self.assertEqual(found["interpolation"][0], camber.errors(mesh, "tanh((x-0.5)/0.1)"))
+        self.assertIn("certified valid", found["table"])
+
+    def test_geometry_and_transfer(self):
+        mesh = camber.curve(shell()).mesh
+        self.assertEqual(len(camber.geometry(mesh)["patches"]), 2)
+        coarse = square(4)
+        fine = square(16)
+        brought = camber.transfer(coarse, fine, 2 * coarse.points[:, 0] - coarse.points[:, 1])
+        np.testing.assert_allclose(brought["u"], 2 * fine.points[:, 0] - fine.points[:, 1], atol=1e-12)
+
+    def test_fields_go_along(self):
+        mesh = square().with_fields(u=square().points[:, 0] * 3)
+        made = camber.remesh(mesh, metric=0.07)
+        np.testing.assert_allclose(made.solution["u"], 3 * made.mesh.points[:, 0], atol=1e-10)
+        np.testing.assert_array_equal(made.mesh.fields["u"], made.solution["u"])
+
+    def test_the_boundary_of_a_mesh_as_geometry(self):
+        first = camber.curve(shell()).mesh
+        made = camber.remesh(first, metric=0.7, geometry=first)
+        self.assertTrue(made.holds)
+        radii = np.linalg.norm(made.mesh.points, axis=1)
+        self.assertLess(radii.max(), 2.01)
+
+
+class Errors(unittest.TestCase):
+    def test_place_and_remedy_in_pythons_words(self):
+        mesh = square()
+        with self.assertRaises(camber.UsageError) as caught:
+            camber.curve(mesh, objective="lenght")
+        self.assertIn("objective", caught.exception.where)
+        self.assertNotIn("--", str(caught.exception))
+        self.assertIn("length", caught.exception.remedy)
+        with self.assertRaisesRegex(ValueError, "gradation"):
+            camber.remesh(mesh, metric=0.1, gradation=0.5)
+        with self.assertRaisesRegex(camber.InputError, r"metric.*\(7\)|7 rows"):
+            camber.remesh(mesh, metric=np.ones(7))
+        with self.assertRaisesRegex(camber.Error, "nowhere.mesh"):
+            camber.read("nowhere.mesh")
+        with self.assertRaises(TypeError):
+            camber.curve(mesh, objectve="length")
+        with self.assertRaisesRegex(camber.UsageError, "a str is no mesh"):
+            camber.curve("wing.meshb")
+
+    def test_what_is_not_certified_is_warned_of(self):
+        points = np.array([[0.0, 0], [1, 0], [0, 1], [0.5, 0.6], [0.5, 0.5], [0, 0.5]])
+        bad = camber.Mesh(points, {"triangle6": [[0, 1, 2, 3, 4, 5]]})
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            made = camber.validate(bad)
+        self.assertFalse(made.holds)
+        self.assertEqual([w.category for w in caught], [camber.NotCertified])
+
+
+class Watching(unittest.TestCase):
+    def test_progress_is_told_in_this_thread(self):
+        told = []
+        camber.remesh(shell(), metric=0.25, progress=lambda stage, share: told.append((stage, share)))
+        self.assertTrue(told)
+        self.assertTrue(all(0 <= share <= 1 for _, share in told))
+
+    def test_false_stops(self):
+        with self.assertRaises(camber.Stopped):
+            camber.remesh(shell(), metric=0.06, progress=lambda stage, share: False)
+
+    def test_what_progress_raises_comes_out(self):
+        def progress(stage, share):
+            raise KeyError(stage)
+
+        self.assertRaises(KeyError, camber.remesh, shell(), metric=0.1, progress=progress)
+
+    def test_ctrl_c(self):
+        signal.signal(signal.SIGALRM, signal.default_int_handler)
+        mesh = shell()
+        signal.setitimer(signal.ITIMER_REAL, 0.3)
+        self.assertRaises(KeyboardInterrupt, camber.remesh, mesh, metric=0.06)
+
+
+class Adapting(unittest.TestCase):
+    def test_a_solver_in_memory(self):
+        def solve(mesh, guess, cycle):
+            seen.append((cycle, len(mesh.points), set(guess)))
+            x, y = mesh.points.T
+            return np.tanh((x + y - 1) / 0.05)
+
+        seen = []
+        made = camber.adapt(square(), solve=solve, complexity=[100, 200], cycles=3, settled=0)
+        self.assertEqual([s[0] for s in seen], [0, 1, 2, 3])
+        self.assertEqual(seen[0][2], set())
+        self.assertEqual(seen[1][2], {"u"})
+        self.assertTrue(made.holds)
+        self.assertEqual(made.mesh.degree, 2)
+        self.assertEqual([row["cycle"] for row in made.cycles], [0, 1, 2, 3])
+        x, y = made.mesh.points.T
+        np.testing.assert_array_equal(made.solution["u"], np.tanh((x + y - 1) / 0.05))
+
+    def test_to_an_expression_as_the_program(self):
+        with tempfile.TemporaryDirectory() as folder:
+            given, out = os.path.join(folder, "s.meshb"), os.path.join(folder, "o.meshb")
+            square().write(given)
+            program("adapt", given, "--field", "tanh((x-0.5)/0.05)", "--complexity", "100,150", "--cycles", 2, "-o", out,
+                    "--quiet")
+            made = camber.adapt(square(), field="tanh((x-0.5)/0.05)", complexity=[100, 150], cycles=2)
+            self.assertEqual(camber.read(out).points.tolist(), made.mesh.points.tolist())
+
+    def test_what_the_solver_raises_comes_out(self):
+        def solve(mesh, guess, cycle):
+            raise ZeroDivisionError("in the solver")
+
+        self.assertRaisesRegex(ZeroDivisionError, "in the solver", camber.adapt, square(), solve=solve)
+
+
+if __name__ == "__main__":
+    shared.main()
