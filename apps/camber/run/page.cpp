@@ -78,12 +78,12 @@ std::string histogram_section(const std::vector<Histogram>& histograms) {
     return text + "</div>\n</section>\n";
 }
 
-using Places = std::vector<std::pair<std::string_view, std::string>>;
+using Placeholders = std::vector<std::pair<std::string_view, std::string>>;
 
-/// The frame with a text at each of its places.
-std::string filled(std::string_view frame, const Places& places) {
+/// The frame with a text for each of its placeholders.
+std::string filled(std::string_view frame, const Placeholders& placeholders) {
     std::size_t size = frame.size();
-    for (const auto& [name, text] : places) size += 3 * text.size();
+    for (const auto& [name, text] : placeholders) size += 3 * text.size();
     std::string out;
     out.reserve(size);
     for (std::size_t at = 0; at < frame.size();) {
@@ -94,7 +94,7 @@ std::string filled(std::string_view frame, const Places& places) {
         }
         out += frame.substr(at, open - at);
         const std::string_view wanted = frame.substr(open + 2, close - open - 2);
-        for (const auto& [name, text] : places)
+        for (const auto& [name, text] : placeholders)
             if (name == wanted) out += text;
         at = close + 2;
     }
