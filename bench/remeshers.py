@@ -18,10 +18,8 @@ the rest is judged by bench/analytic_metrics.py: lengths along edges in the form
 import argparse
 import functools
 import os
-import resource
 import shutil
 import struct
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -29,6 +27,7 @@ from pathlib import Path
 import numpy as np
 
 import analytic_metrics as metrics
+from program import seconds_of
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests" / "oracle"))
@@ -107,13 +106,7 @@ class Bench:
     def quietly(self, words):
         """Seconds of the processor; None where the program leaves no mesh."""
         Path("next.meshb").unlink(missing_ok=True)
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        if done.returncode not in (0, 1):
-            print(f"{' '.join(map(str, words))}\n{done.stderr[-500:]}", file=sys.stderr)
-            return None
-        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        return seconds_of(words)
 
     def begin(self, start):
         if start != "adapted":

@@ -19,7 +19,6 @@ the area is another than its; whether the Euler characteristic and the reference
 """
 import argparse
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -28,6 +27,7 @@ from pathlib import Path
 
 import analytic_metrics as metrics
 import surface_measure
+from program import seconds_of
 from surface_cases import CASES, write_mesh
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -54,17 +54,6 @@ def mmg_words(program, case, mesh, sizes, out, _):
 def read(mesh):
     file = gmf.read(mesh)
     return file.points, file.cells["Triangles"].nodes, file.cells["Triangles"].refs
-
-
-def seconds_of(words):
-    """Of the processor; None where the program fails."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    if done.returncode not in (0, 1):
-        print(f"{' '.join(map(str, words))}\n{(done.stderr or done.stdout)[-500:]}", file=sys.stderr)
-        return None
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def brought(words_of, program, case, start):
