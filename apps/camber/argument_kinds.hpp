@@ -129,6 +129,13 @@ void add_words(CLI::App* verb, const std::string& name, T& value, const std::str
         ->option_text(text);
 }
 
+/// An int, or an optional one.
+template <class T>
+void add_threads(CLI::App* verb, T& threads) {
+    verb->add_option("--threads", threads, "Threads to use; 0: all. The result does not depend on it")
+        ->check(at_least<double>(0));
+}
+
 inline void add_flat(CLI::App* verb, camber::config::Flat& flat) {
     add_words(verb, "--flat", flat,
               "What triangles without tetrahedra and of one z are: plane (the default), a 2D mesh, written with its z "

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,12 @@ struct Verb {
 
 /// Options of several verbs.
 void add_sizes(CLI::App* verb, std::vector<std::string>& sizes);
+void add_metric(CLI::App* verb, MetricChoice& arguments);
 void add_solution_along(CLI::App* verb, SolutionChoice& solution);
+void add_histogram(CLI::App* verb, bool& histogram);
+/// What steers a run of a config, from whichever verb.
+void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
+                  bool& dry_run);
 
 void add_geometry(CLI::App* verb, GeometryArguments& arguments);
 /// The bound of the verbs that judge curved elements.
@@ -37,10 +43,22 @@ void add_bound(CLI::App* verb, PipelineArguments& arguments);
 /// What the verbs that are a pipeline have in common, but for the solution that goes along.
 void add_pipeline(CLI::App* verb, PipelineArguments& arguments);
 
+void add_run(CLI::App& app, Verb& verb);
+void add_curve(CLI::App& app, Verb& verb);
+void add_repair(CLI::App& app, Verb& verb);
+void add_remesh(CLI::App& app, Verb& verb);
 void add_adapt(CLI::App& app, Verb& verb);
 void add_metric_of_solution(CLI::App& app, Verb& verb);
 void add_transfer(CLI::App& app, Verb& verb);
+void add_convert(CLI::App& app, Verb& verb);
+void add_generate(CLI::App& app, Verb& verb);
+void add_check(CLI::App& app, Verb& verb);
+void add_report(CLI::App& app, Verb& verb);
+void add_inspection(CLI::App& app, Verb& verb);
 void add_picture(CLI::App& app, Verb& verb);
+void add_plot(CLI::App& app, Verb& verb);
+/// info, explain, schema.
+void add_others(CLI::App& app, Verb& verb);
 
 /// --quiet of the verbs that say something beside the data that they are asked for.
 void add_quiet(CLI::App& app);

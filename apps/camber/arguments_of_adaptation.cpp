@@ -70,7 +70,7 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
 void add_cycles(CLI::App* verb, AdaptArguments& a) {
     using S = Adaptation;
     verb->add_option("--cycles", a.cycles,
-                     "So many cycles at most; they end where the mesh is at rest. Default: 8, of a solution's file 1")
+                     "So many cycles at most; they end where the mesh has settled. Default: 8, of a solution's file 1")
         ->check(between<int>(1, 1000));
     verb->add_option("--degree", a.degree, "Of the meshes that are made: 1, straight, or 2, curved")
         ->check(between<int>(1, 2))
@@ -109,7 +109,7 @@ void add_adapt(CLI::App& app, Verb& verb) {
         "A cycle takes the mesh and its solution, makes the metric of so many elements that interpolates it best, "
         "remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every "
         "mesh is valid. The boundary stays on the geometry: that of --geometry or --cad, else the first mesh's. Cycles "
-        "end when the mesh is at rest (--settled), after --cycles of them, or by Ctrl-C; what the last whole one made "
+        "end when the mesh has settled (--settled), after --cycles of them, or by Ctrl-C; what the last whole one made "
         "is then in OUTPUT and in its folder. How it works: docs/algorithms/adaptation.md");
     AdaptArguments& a = verb.adapt;
     adapt->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();

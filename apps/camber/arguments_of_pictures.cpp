@@ -52,8 +52,7 @@ void add_picture(CLI::App& app, Verb& verb) {
     picture->add_flag("--no-edges", a.no_edges, "Leave out the edges of the mesh");
     picture->add_option("--worst", a.worst, "Point at so many of the worst elements")->check(between<int>(0, 1000));
     add_flat(picture, a.flat);
-    picture->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(at_least<double>(0));
+    add_threads(picture, a.threads);
 }
 
 }  // namespace camber::app

@@ -112,8 +112,7 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
             "A metric of the same mesh that is fixed too (" + endings_of_solutions() + "); again for more")
         ->allow_extra_args(false);
     add_flat(metric, a.flat);
-    metric->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(at_least<double>(0));
+    add_threads(metric, a.threads);
 }
 
 void add_transfer(CLI::App& app, Verb& verb) {
@@ -139,8 +138,7 @@ void add_transfer(CLI::App& app, Verb& verb) {
     add_words(transfer, "--bounds", a.options.bounds,
               "conserve only: none (the default), or local: no value beyond the old ones around");
     add_flat(transfer, a.flat);
-    transfer->add_option("--threads", a.threads, "Threads to use; 0: all. The result does not depend on it")
-        ->check(at_least<double>(0));
+    add_threads(transfer, a.threads);
 }
 
 }  // namespace camber::app
