@@ -1,0 +1,110 @@
+module;
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <system_error>
+#include <type_traits>
+#include <variant>
+module camber.io;
+import camber.core;
+import :text;
+import :vtk_source;
+import :vtu_file;
+
+namespace camber::vtk {
+
+namespace {
+
+template <class T>
+Outcome<vtu::Numbers> text_numbers(Source& source, std::uint64_t n) {
+    if (n > (source.text.size() - source.at + 1) / 2)
+        return source.wrong("announces " + std::to_string(n) + " numbers, more than follow");
+    Buffer<T> numbers;
+    numbers.reserve(n);
+    Words words{source.text.data() + source.at, source.text.data() + source.text.size()};
+    for (std::uint64_t i = 0; i < n; ++i) {
+        bool sound = false;
+        if constexpr (std::is_floating_point_v<T>) {
+            double value = 0;
+            sound = read_number(words, value);
+            numbers.push_back(static_cast<T>(value));
+        } else {
+            T value{};
+            if (words.find()) {
+                const auto [stop, error] = std::from_chars(words.at, words.end, value);
+                words.at = stop;
+                sound = error == std::errc{} && words.at_word_end();
+            }
+            numbers.push_back(value);
+        }
+        if (!sound) {
+            source.at = static_cast<std::size_t>(words.at - source.text.data());
+            return source.wrong("number " + std::to_string(i + 1) + " of " + std::to_string(n) +
+                                " is missing, malformed or too large for its kind");
+        }
+    }
+    source.at = static_cast<std::size_t>(words.at - source.text.data());
+    return numbers;
+}
+
+/// They follow the end of this line, the most significant byte first.
+template <class T>
+Outcome<vtu::Numbers> binary_numbers(Source& source, std::uint64_t n) {
+    source.line();
+    if (n > (source.text.size() - source.at) / sizeof(T))
+        return source.wrong("announces " + std::to_string(n) + " numbers, more than follow");
+    Buffer<T> numbers(n);
+    if (n > 0) std::memcpy(numbers.data(), source.text.data() + source.at, n * sizeof(T));
+    source.at += n * sizeof(T);
+    if constexpr (sizeof(T) > 1 && std::endian::native == std::endian::little)
+        for (T& number : numbers) {
+            auto* const begin = reinterpret_cast<std::byte*>(&number);
+            std::reverse(begin, begin + sizeof(T));
+        }
+    return numbers;
+}
+
+template <class T>
+Outcome<vtu::Numbers> numbers_of(Source& source, std::uint64_t n) {
+    return source.binary ? binary_numbers<T>(source, n) : text_numbers<T>(source, n);
+}
+
+/// Eight in a byte.
+Outcome<vtu::Numbers> bits(Source& source, std::uint64_t n) {
+    if (!source.binary) return text_numbers<std::uint8_t>(source, n);
+    return binary_numbers<std::uint8_t>(source, (n + 7) / 8).map([&](const vtu::Numbers& packed) -> vtu::Numbers {
+        const auto& bytes = std::get<Buffer<std::uint8_t>>(packed);
+        Buffer<std::uint8_t> numbers(n);
+        for (std::uint64_t i = 0; i < n; ++i)
+            numbers[i] = static_cast<std::uint8_t>(bytes[i / 8] >> (7U - i % 8U) & 1U);
+        return numbers;
+    });
+}
+
+}  // namespace
+
+Outcome<vtu::Numbers> Source::numbers(const std::string& type, std::uint64_t rows, std::uint64_t components) {
+    if (components != 0 && rows > std::numeric_limits<std::uint64_t>::max() / components)
+        return wrong("has more numbers than can be counted");
+    const std::uint64_t n = rows * components;
+    if (type == "double") return numbers_of<double>(*this, n);
+    if (type == "float") return numbers_of<float>(*this, n);
+    if (type == "int" || type == "vtkidtype") return numbers_of<std::int32_t>(*this, n);
+    if (type == "unsigned_int") return numbers_of<std::uint32_t>(*this, n);
+    if (type == "vtktypeint64" || type == "long" || type == "vtktypeint64_t") return numbers_of<std::int64_t>(*this, n);
+    if (type == "vtktypeuint64" || type == "unsigned_long") return numbers_of<std::uint64_t>(*this, n);
+    if (type == "short") return numbers_of<std::int16_t>(*this, n);
+    if (type == "unsigned_short") return numbers_of<std::uint16_t>(*this, n);
+    if (type == "unsigned_char") return numbers_of<std::uint8_t>(*this, n);
+    if (type == "char" || type == "signed_char") return numbers_of<std::int8_t>(*this, n);
+    if (type == "bit") return bits(*this, n);
+    return refused("has an array of the type \"" + vtu::printable(type) + "\", which is none of numbers",
+                   "write it as .vtu");
+}
+
+}  // namespace camber::vtk
