@@ -83,10 +83,7 @@ Outcome<Done> each_strip(const Scene& scene, const Execution& execution, const S
 class Shader {
   public:
     explicit Shader(const Scene& scene)
-        : scene_(scene),
-          theme_(theme_of(scene.options.background)),
-          width_(std::clamp(static_cast<double>(std::min(scene.options.width, scene.options.height)) / 800, 0.8, 4.0)) {
-    }
+        : scene_(scene), theme_(theme_of(scene.options.background)), width_(line_width(scene.options, 0.8)) {}
 
     [[nodiscard]] Colour operator()(const Hit& hit) const {
         Colour colour = colour_of(scene_.options.colouring, value_at(hit.patch.values, hit.xi), theme_);
@@ -95,8 +92,7 @@ class Shader {
     }
 
   private:
-    /// How much of the line's colour there is. A line keeps its width on paper; where triangles are hardly wider than
-    /// lines these are paler, so that layers do not become black.
+    /// How much of the line's colour there is.
     [[nodiscard]] double line_at(const Hit& hit) const {
         double most = 0;
         for (std::size_t e = 0; e < 3; ++e) {
@@ -106,7 +102,7 @@ class Shader {
             const double half =
                 (hit.patch.lines[e] == LineKind::rim ? 1.1 : 0.5) * width_ * (hit.patch.is_marked ? 2.0 : 1.0);
             const double cover = std::clamp((half - away) * samples_per_pixel + 0.5, 0.0, 1.0);
-            most = std::max(most, cover * std::clamp(height / (7 * width_), 0.1, 0.85));
+            most = std::max(most, cover * line_opacity(height, width_, 0.85));
         }
         return most;
     }

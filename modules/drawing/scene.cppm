@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -44,6 +45,16 @@ struct PictureOptions {
 
     [[nodiscard]] bool has_legend() const { return !std::holds_alternative<OneColour>(colouring); }
 };
+
+/// The width of lines (pixels), the same share of pictures of any size, but for very small and large ones.
+[[nodiscard]] inline double line_width(const PictureOptions& options, double least) {
+    return std::clamp(static_cast<double>(std::min(options.width, options.height)) / 800, least, 4.0);
+}
+/// How much of a line's colour there is beside a triangle of this height (pixels). A line keeps its width on paper;
+/// where triangles are hardly wider than lines these are paler, so that layers do not become black.
+[[nodiscard]] inline double line_opacity(double height, double width, double most) {
+    return std::clamp(height / (7 * width), 0.1, most);
+}
 
 /// Which sides of faces can be seen.
 enum class VisibleSides : std::uint8_t {

@@ -154,8 +154,8 @@ std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::ui
 
 constexpr double most_opacity = 0.8;
 
-/// As the pixels' lines: paler where a triangle is hardly wider than they are.
-double line_opacity(const DrawnFace& patch, double width) {
+/// In tenths.
+double opacity_of_lines(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const Vec<3> u = patch.nodes[(i + 1) % 3] - patch.nodes[i];
@@ -163,16 +163,13 @@ double line_opacity(const DrawnFace& patch, double width) {
     }
     const Vec<3> u = patch.nodes[1] - patch.nodes[0], v = patch.nodes[2] - patch.nodes[0];
     const double height = longest > 0 ? std::abs(u[0] * v[1] - u[1] * v[0]) / longest : 0;
-    return std::clamp(std::round(10 * height / (7 * width)) / 10, 0.1, most_opacity);
+    return std::round(10 * line_opacity(height, width, most_opacity)) / 10;
 }
 
 class Writer {
   public:
     explicit Writer(const Scene& scene)
-        : scene_(scene),
-          theme_(theme_of(scene.options.background)),
-          width_(std::clamp(static_cast<double>(std::min(scene.options.width, scene.options.height)) / 800, 0.6, 4.0)) {
-    }
+        : scene_(scene), theme_(theme_of(scene.options.background)), width_(line_width(scene.options, 0.6)) {}
 
     void head() {
         const PictureOptions& o = scene_.options;
@@ -239,7 +236,7 @@ class Writer {
         const std::string fill = fill_of(patch);
         out_ += "<path d=\"" + outline(patch) + "\" fill=\"" + fill + "\"";
         if (is_lined && !patch.is_marked) {
-            put_opacity(line_opacity(patch, width_));
+            put_opacity(opacity_of_lines(patch, width_));
             out_ += "/>\n";
             return;
         }
@@ -251,7 +248,7 @@ class Writer {
             if (patch.lines[e] == LineKind::none) continue;
             out_ += "<path d=\"" + curve(patch, e) + "\" fill=\"none\"";
             if (patch.is_marked) out_ += " stroke=\"" + hex(theme_.accent) + "\"";
-            put_opacity(patch.is_marked ? 1 : line_opacity(patch, width_));
+            put_opacity(patch.is_marked ? 1 : opacity_of_lines(patch, width_));
             if (patch.lines[e] == LineKind::rim || patch.is_marked) put(out_, "stroke-width", 1.8 * width_);
             out_ += "/>\n";
         }
