@@ -65,7 +65,7 @@ void whole_sphere(benchmark::State& state) {
     Crossings found;
     for (auto _ : state) found = find_crossings(mesh, Execution{.threads = 1}).value();
     state.counters["pairs"] = static_cast<double>(found.pairs);
-    state.counters["not clear"] = static_cast<double>(found.found.size());
+    state.counters["not disjoint"] = static_cast<double>(found.found.size());
     state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * mesh.linear.facets.size()));
 }
 BENCHMARK(whole_sphere)->Arg(11)->Arg(45)->Arg(142)->Unit(benchmark::kMillisecond);

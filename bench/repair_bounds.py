@@ -66,7 +66,7 @@ def not_good(validity):
 
 def figures(report):
     curve, validity, relax = report["curve"], report["validity"], report["relax"]
-    lost = curve["before_correction"]["mean_gain"] - curve["after_correction"]["mean_gain"]
+    lost = curve["before_correction"]["mean_length_reduction"] - curve["after_correction"]["mean_length_reduction"]
     left = not_good(validity)
     seconds = sum(s["seconds"] for s in report["stages"] if s["stage"] == "relax")
     before = report["validity_before_correction"]

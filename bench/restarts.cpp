@@ -82,7 +82,7 @@ void costs(int n) {
     const auto logs = metrics_of<D>([&](const Vec<D>& t) { return box.metric(t); }, cells);
     const auto nodal = must(make_nodal_back_mesh(mesh, around, logs, alone));
     const auto straight = must(make_back_mesh(mesh.linear, around, logs.vertices, alone));
-    const auto carried = must(make_curved_back_mesh(mesh, around, logs.vertices, alone, KeptGradients::recovered));
+    const auto curved = must(make_curved_back_mesh(mesh, around, logs.vertices, alone, KeptGradients::recovered));
     std::vector<Vec<D>> near, far, beyond;
     Dice dice(1);
     for (int k = 0; k < 200000; ++k) {
@@ -94,9 +94,9 @@ void costs(int n) {
     }
     for (const auto& [name, points] : {std::pair("next to one another", &near), std::pair("anywhere", &far),
                                        std::pair("beyond the boundary", &beyond)})
-        std::printf("%dD, %zu elements, %s: %.2f us a sample; straight %.2f, carried %.2f\n", D,
+        std::printf("%dD, %zu elements, %s: %.2f us a sample; straight %.2f, curved %.2f\n", D,
                     mesh.linear.elements.size(), name, time_of(nodal, *points), time_of(straight, *points),
-                    time_of(carried, *points));
+                    time_of(curved, *points));
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ COMMAND = re.compile(r"(<!-- command (\w+) -->\n).*?(<!-- end of command -->)", 
 WIDTH = 150
 NUMBER = re.compile(r"([-−]?\d[\d.]*(?:e[-+]?\d+)?)(<!-- (\w+)/([^/>]+)/(\w+) (z?\.?\d*[dfg]) -->)")
 SIX = ["spheres-coarse", "spheres-fine", "layer-single", "layer-double", "cube-cylinder", "polar-100k"]
-# (what, vertices, edges, tetrahedra, corrected, gain, kept, smallest Jacobian, seconds) as the paper's tables have them
+# (what, vertices, edges, tetrahedra, corrected, length reduction, kept, smallest Jacobian, seconds) as the paper's tables have them
 PAPER = {"paper-spheres-coarse": ("spheres, coarse", "270", "1 552", "1 145", "36", "0.0190 → 0.0178", "94 %", "", "0.023"),
          "paper-spheres-fine": ("spheres, fine", "3 577", "23 058", "18 517", "627", "0.0093 → 0.0032", "34 %", "", "0.89"),
          "paper-layer-single": ("layer, single", "2 095", "12 182", "9 120", "276", "0.0258 → 0.0192", "74 %", "", "0.26"),
@@ -39,8 +39,8 @@ def markdown(titles, rows):
     return "".join("| " + " | ".join(map(str, line)) + " |\n" for line in lines)
 
 
-def gains(row):
-    return f"{row['gain_before']:.5f} → {row['gain']:.5f}"
+def reductions(row):
+    return f"{row['reduction_before']:.5f} → {row['reduction']:.5f}"
 
 
 def distances(row):
@@ -56,12 +56,12 @@ def meshes(results):
 def runs(name, distance):
     """A table of runs, one a line."""
     def make(results):
-        titles = ["mesh", "elements", "mean gain: before → after correction", "kept", "largest gain", "mean curvature",
+        titles = ["mesh", "elements", "mean length reduction: before → after correction", "kept", "largest", "mean curvature",
                   "not valid before", "relaxed volume edges", "surface edges", "longer than straight",
                   "smallest scaled Jacobian", *(["distance to the geometry: straight → curved", "s"] if distance else [])]
         rows = []
         for mesh, row in results[name]["rows"].items():
-            rows.append([mesh, grouped(row["elements"]), gains(row), f"{row['kept']:.2f} %", f"{row['largest_gain']:.3f}",
+            rows.append([mesh, grouped(row["elements"]), reductions(row), f"{row['kept']:.2f} %", f"{row['largest_reduction']:.3f}",
                          f"{row['curvature']:.3f}", row["invalid_before"], row["relaxed_volume_edges"],
                          row["relaxed_surface_edges"], row["longer"], f"{row['smallest']:.2g}",
                          *([distances(row), f"{row['seconds']:.2g}"] if distance else [])])
@@ -78,10 +78,10 @@ def paper(results):
         counts = [grouped(first[key]) for key in ("vertices", "edges", "elements", "corrected_elements")]
         for way, row in ours.items():
             who = {"default": "Camber", "relax": "by θ-relaxation", "reinsert": "by cavities, `reinsert`"}[way]
-            gain = f"{row['gain_before']:.4f} → {row['gain']:.4f}" if way == "default" else f"→ {row['gain']:.4f}"
-            rows.append(["", who, *(counts if way == "default" else [""] * 4), gain, f"{row['kept']:.0f} %",
+            lengths = f"{row['reduction_before']:.4f} → {row['reduction']:.4f}" if way == "default" else f"→ {row['reduction']:.4f}"
+            rows.append(["", who, *(counts if way == "default" else [""] * 4), lengths, f"{row['kept']:.0f} %",
                          f"{row['smallest']:.2g}", f"{row['seconds']:.2g}"])
-    return markdown(["case", "who", "vertices", "edges", "tetrahedra", "corrected", "mean gain before → after", "kept",
+    return markdown(["case", "who", "vertices", "edges", "tetrahedra", "corrected", "mean length reduction before → after", "kept",
                      "smallest scaled Jacobian", "seconds"], rows)
 
 
@@ -98,9 +98,9 @@ def repair(results):
         rows.append([case if case != last else "", bound, ways["relax"]["before"], *cells,
                      f"{100 * ways['extension']['lost'] / ways['relax']['lost']:.1f} %"])
         last = case
-    return markdown(["mesh", "bound", "below it", "relax: gain lost, smallest, surface edges, time",
-                     "edge: gain lost, smallest, elements left, time",
-                     "cavity: gain lost, smallest, surface edges, time",
+    return markdown(["mesh", "bound", "below it", "relax: length reduction lost, smallest, surface edges, time",
+                     "edge: length reduction lost, smallest, elements left, time",
+                     "cavity: length reduction lost, smallest, surface edges, time",
                      "extension: the same", "extension's loss of relax's"], rows)
 
 
@@ -112,12 +112,12 @@ def shape(results):
 
 def cavities(results):
     def cell(row):
-        return (f"{row['gain']:.5f}, {row['relaxed_volume_edges']}, {row['relaxed_surface_edges']}, {row['longer']}, "
+        return (f"{row['reduction']:.5f}, {row['relaxed_volume_edges']}, {row['relaxed_surface_edges']}, {row['longer']}, "
                 f"{row['smallest']:.2g}")
     whole, ours = results["curving"]["rows"], results["reinsert"]["rows"]
-    return markdown(["mesh", "whole mesh: gain, relaxed volume and surface edges, longer edges, smallest scaled Jacobian",
-                     "by cavities: the same", "cavities committed, turns"],
-                    [[name, cell(whole[name]), cell(ours[name]), f"{grouped(ours[name]['patches'])}, {ours[name]['turns']}"]
+    return markdown(["mesh", "whole mesh: length reduction, relaxed volume and surface edges, longer edges, smallest scaled Jacobian",
+                     "by cavities: the same", "cavities committed, sweeps"],
+                    [[name, cell(whole[name]), cell(ours[name]), f"{grouped(ours[name]['patches'])}, {ours[name]['sweeps']}"]
                      for name in SIX])
 
 
@@ -126,16 +126,16 @@ def relaxation(results):
     rows = []
     for name in SIX:
         three = [default[name], other[name + " relax"], other[name + " segment"]]
-        rows.append([name, f"{three[0]['gain_before']:.5f}",
-                     *(f"{r['gain']:.5f}, {r['relaxed_surface_edges']}, {r['longer']}" for r in three)])
-    return markdown(["mesh", "mean gain before", "after `cavity`: gain, relaxed surface edges, longer edges",
+        rows.append([name, f"{three[0]['reduction_before']:.5f}",
+                     *(f"{r['reduction']:.5f}, {r['relaxed_surface_edges']}, {r['longer']}" for r in three)])
+    return markdown(["mesh", "mean length reduction before", "after `cavity`: length reduction, relaxed surface edges, longer edges",
                      "after `relax`, the paper's", "after `segment`"], rows)
 
 
 def starts(results):
     found = results["starts"]["rows"]
     names = {"energy": "best sector of the shell", "length": "the same, then the length lowered (default)"}
-    return markdown(["start", *SIX[:4]], [[name, *(f"{found[f'{mesh} {end}']['gain_before']:.5f}" for mesh in SIX[:4])]
+    return markdown(["start", *SIX[:4]], [[name, *(f"{found[f'{mesh} {end}']['reduction_before']:.5f}" for mesh in SIX[:4])]
                                           for end, name in names.items()])
 
 

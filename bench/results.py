@@ -106,15 +106,15 @@ def figures(report):
     before, after = curve.get("before_correction", {}), curve.get("after_correction", {})
     row = {"vertices": report["mesh"]["vertices"], "elements": report["mesh"]["elements"],
            "edges": curve.get("edges"), "volume_edges": curve.get("volume_edges"),
-           "gain_before": before.get("mean_gain"), "gain": after.get("mean_gain"),
-           "largest_gain": before.get("largest_gain"), "curvature": before.get("mean_curvature"),
+           "reduction_before": before.get("mean_length_reduction"), "reduction": after.get("mean_length_reduction"),
+           "largest_reduction": before.get("largest_length_reduction"), "curvature": before.get("mean_curvature"),
            "longer": after.get("longer_edges"),
            "left": repair_bounds.not_good(validity), "smallest": validity["min_scaled_jacobian"],
            "anisotropy": report.get("metric", {}).get("largest_anisotropy"),
            "seconds": sum(stage["seconds"] for stage in report["stages"]),
            "megabytes": max(stage["peak_bytes"] for stage in report["stages"]) / 1e6}
-    if row["gain_before"]:
-        row["kept"] = 100 * row["gain"] / row["gain_before"]
+    if row["reduction_before"]:
+        row["kept"] = 100 * row["reduction"] / row["reduction_before"]
         row["lost"] = 100 - row["kept"]
     if "validity_before_correction" in report:
         bad = report["validity_before_correction"]
@@ -123,7 +123,7 @@ def figures(report):
         row |= {key: report["relax"][key] for key in ("corrected_elements", "relaxed_volume_edges",
                                                       "relaxed_surface_edges", "moved_vertices")}
     if "reinsert" in report:
-        row |= {key: report["reinsert"][key] for key in ("patches", "turns")}
+        row |= {key: report["reinsert"][key] for key in ("patches", "sweeps")}
     boundary = report.get("boundary", {})
     row |= {"distance": boundary.get("largest_distance"), "straight_distance": boundary.get("largest_distance_straight")}
     return {key: value for key, value in row.items() if value is not None}
@@ -216,7 +216,7 @@ TABLES = {
                         by_case(MESHES, [REINSERT]) | by_case(["coated-sphere"], [REINSERT], of_config=True)),
     "paper": by_runs("the objective energy in the straight field, which the configs name, and two other ways",
                      by_way(PAPER, ["default", "relax", "reinsert"], of_config=True)),
-    "starts": by_runs("the objective energy in the straight field, gains before correction (so the quickest is taken), with "
+    "starts": by_runs("the objective energy in the straight field, length reductions before correction (so the quickest is taken), with "
                       "stages/curve/length_tolerance=0 and with its default",
                       {f"{case} {end}": Run(case, (*way("relax", False), *more)) for case in MESHES[:4]
                        for end, more in {"energy": ["stages/curve/length_tolerance=0"], "length": []}.items()}),

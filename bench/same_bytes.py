@@ -65,7 +65,7 @@ def figures(folder, name):
     curve = report.get('curve') or {}
     validity = report.get('validity') or {}
     relax = report.get('relax') or {}
-    gain = (curve.get('after_correction') or curve.get('before_correction') or {}).get('mean_gain')
+    gain = (curve.get('after_correction') or curve.get('before_correction') or {}).get('mean_length_reduction')
     smallest = next((validity[k] for k in validity if 'scaled_jacobian' in k and 'bound' not in k), None)
     return (f"gain {gain}, smallest {smallest}, invalid {validity.get('invalid')}, undecided {validity.get('undecided')}, "
             f"surface edges {relax.get('relaxed_surface_edges')}, work {relax.get('work')}")

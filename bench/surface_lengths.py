@@ -23,7 +23,7 @@ import gmsh
 
 from cad_parts import near_wing, quiet, wing
 
-COLUMNS = ("body", "geometry", "by", "edges asked", "placed", "nothing better", "mean gain", "largest", "walked", "limited",
+COLUMNS = ("body", "geometry", "by", "edges asked", "placed", "nothing better", "mean reduction", "largest", "walked", "limited",
            "off, far, elements", "largest distance", "invalid")
 
 
@@ -94,7 +94,7 @@ def rows(body, folder, camber):
             boundary, validity = found["boundary"], found["validity"]
             nodes = boundary.get("nodes")
             told = ("–",) * 8 if nodes is None else (
-                nodes["edges"], nodes["placed"], nodes["best"], f"{100 * nodes['mean_gain']:.2f} %", f"{100 * nodes['largest_gain']:.1f} %",
+                nodes["edges"], nodes["placed"], nodes["best"], f"{100 * nodes['mean_reduction']:.2f} %", f"{100 * nodes['largest_reduction']:.1f} %",
                 nodes["walked"], nodes["limited"], "{off}, {far}, {elements}".format(**nodes))
             yield body, geometry, by, *told, f"{boundary['largest_distance']:.1e}", validity["invalid"] + validity["undecided"]
 

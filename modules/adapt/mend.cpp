@@ -114,7 +114,7 @@ Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, con
                          const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     Adapted<D> out{std::move(state), {}};
-    for (int turn = 0; turn < options.turns; ++turn) {
+    for (int sweep = 0; sweep < options.sweeps; ++sweep) {
         const std::size_t before = out.statistics.accepted;
         auto swapped = swap<D>(std::move(out.state), goal, {.wanted = options.wanted}, execution);
         if (!swapped) return fail(swapped.error());

@@ -135,16 +135,16 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                          const SmoothOptions& options, const Execution& execution);
 
-/// Swaps and moves for bad elements alone, in turns, until there are none or no turn finds anything to do.
+/// Swaps and moves for bad elements alone, sweep after sweep, until there are none or no sweep finds anything to do.
 struct MendOptions {
     double wanted = 0.3;
-    int turns = 4;
+    int sweeps = 4;
 
     [[nodiscard]] static constexpr auto options() {
         using S = MendOptions;
         return std::tuple(
             option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
-            option("turns", &S::turns, "turns of swaps and moves").at_least(0).at_most(1000));
+            option("sweeps", &S::sweeps, "sweeps of swaps and moves").at_least(0).at_most(1000));
     }
     friend bool operator==(const MendOptions&, const MendOptions&) = default;
 };

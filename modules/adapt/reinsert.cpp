@@ -121,16 +121,16 @@ Outcome<Reinserted<D>> reinserted(const QuadraticMesh<D>& mesh, const Proposal<D
     Reinserted<D> out;
     Reinsertions<D> pass(*begun, goal, options);
     std::vector<Task> tasks = pass.tasks(*begun);
-    constexpr int max_approaching_turns = 10;  // what they win becomes less and less
-    int approaching_turns = 0;
-    while (static_cast<int>(out.turns) < options.max_turns) {
+    constexpr int max_approaching_sweeps = 10;  // what they win becomes less and less
+    int approaching_sweeps = 0;
+    while (static_cast<int>(out.sweeps) < options.max_sweeps) {
         if (tasks.empty() && pass.begin_approaching()) tasks = pass.tasks(*begun);
-        if (pass.is_approaching() && approaching_turns++ == max_approaching_turns) tasks.clear();
+        if (pass.is_approaching() && approaching_sweeps++ == max_approaching_sweeps) tasks.clear();
         if (tasks.empty()) break;
         auto statistics = run_pass<D>(*begun, goal, pass, std::move(tasks), part_of(execution, 0.05, 1));
         if (!statistics) return fail(statistics.error());
         out.statistics += *statistics;
-        ++out.turns;
+        ++out.sweeps;
         tasks = pass.tasks(*begun);
     }
     out.left = tasks.size();

@@ -22,7 +22,7 @@ export namespace camber {
 /// reductions, so it is fixed.
 inline constexpr std::size_t default_grain = 256;
 
-/// The error of a stage that heard the wish to stop.
+/// The error of a stage that heard the request to stop.
 [[nodiscard]] inline auto stopped() { return fail(ErrorKind::stopped, "stopped on request"); }
 
 /// The loops below fail when stopped, and with ErrorKind::memory when f, in whichever thread, or the loop itself finds

@@ -8,12 +8,12 @@ export module camber.core:execution;
 
 export namespace camber {
 
-/// How a stage may run: the one explicit way by which threads, the wish to stop, and progress enter.
+/// How a stage may run: the one explicit way by which threads, the request to stop, and progress enter.
 /// Only `each` and `tell` read it. Results do not depend on it.
 struct Execution {
     /// Threads to use; 0 means all that the machine has.
     int threads = 0;
-    /// Polled between chunks: a stage that sees the wish returns ErrorKind::stopped.
+    /// Polled between chunks: a stage that sees it returns ErrorKind::stopped.
     std::stop_token stop = {};
     /// Called from one thread at a time with what is done and what there is in all: items of a loop, or shares of a
     /// stage of several (`part_of`).

@@ -32,7 +32,7 @@ struct Looking {
         all.steps += static_cast<std::size_t>(judgement.steps);
         if (judgement.cut_short)
             open.push_back({first, second});
-        else if (judgement.verdict != Crossing::clear)
+        else if (judgement.verdict != Crossing::disjoint)
             all.found.push_back({first, second, judgement.verdict});
     }
     friend Looking operator+(Looking a, const Looking& b) {

@@ -9,7 +9,7 @@ import :pair;
 
 export namespace camber {
 
-/// Two facets that are not clear of each other; one that is not of itself.
+/// Two facets that are not disjoint; one that is not of itself.
 struct FacetCrossing {
     FacetId first, second;  ///< the lower one first; the same twice: of itself
     Crossing verdict = Crossing::undecided;
@@ -21,13 +21,13 @@ struct FacetCrossing {
 
 /// What became of all pairs of a mesh's facets.
 struct Crossings {
-    std::size_t pairs = 0;  ///< whose boxes meet, and that were looked at; the others are clear by their boxes
+    std::size_t pairs = 0;  ///< whose boxes meet, and that were looked at; the others are disjoint by their boxes
     std::size_t crossing = 0, touching = 0, undecided = 0;
     std::size_t cut_short = 0;              ///< of the undecided: for want of work; more of it might have told
     std::size_t steps = 0;                  ///< the work: pairs of pieces that were looked at
-    std::vector<FacetCrossing> found = {};  ///< those that are not clear, by rising facets
+    std::vector<FacetCrossing> found = {};  ///< those that are not disjoint, by rising facets
 
-    [[nodiscard]] bool all_clear() const { return found.empty(); }
+    [[nodiscard]] bool all_disjoint() const { return found.empty(); }
     friend bool operator==(const Crossings&, const Crossings&) = default;
 };
 

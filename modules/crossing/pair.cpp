@@ -37,10 +37,10 @@ Judgement judge_bent(const NodalFacet<3>& first, const NodalFacet<3>& second, co
 
 template <int D>
 Judgement judge_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort) {
-    if (first == second) return {Crossing::clear, 0, false};
+    if (first == second) return {Crossing::disjoint, 0, false};
     const auto pair = net_pair(first, second);
     if (pair) {
-        if (pair->same) return {Crossing::clear, 0, false};
+        if (pair->same) return {Crossing::disjoint, 0, false};
         const Crossing found = Search<D>(1).pair(pair->first, pair->second);
         if (found != Crossing::undecided) return {found, 1, false};
     }
@@ -52,7 +52,7 @@ Judgement judge_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, in
 
 template <>
 Judgement judge_itself<2>(const NodalFacet<2>&, int) {
-    return {Crossing::clear, 0, false};
+    return {Crossing::disjoint, 0, false};
 }
 
 template <>
@@ -61,7 +61,8 @@ Judgement judge_itself<3>(const NodalFacet<3>& facet, int effort) {
     const auto unit = unit_for(facet, facet, origin);
     if (!unit) return {Crossing::undecided, 0, false};
     const Net<3> net = net_of(facet, origin, *unit);
-    if (Search<3>(1).itself(net) == Crossing::clear || is_simple_in_plane(net)) return {Crossing::clear, 1, false};
+    if (Search<3>(1).itself(net) == Crossing::disjoint || is_simple_in_plane(net))
+        return {Crossing::disjoint, 1, false};
     Search<3> search(effort);
     const Crossing verdict = search.itself(net);
     return {verdict, 1 + search.steps(), verdict == Crossing::undecided && search.cut_short()};

@@ -9,16 +9,16 @@ export namespace camber {
 
 /// Do two facets cross?
 enum class Crossing : std::uint8_t {
-    clear,     ///< proved: they have nothing in common but what they share
+    disjoint,  ///< proved: they have nothing in common but what they share
     crossing,  ///< proved: they pass through each other
     touching,  ///< proved: they have more in common than they share, and do not pass through each other: contact
     undecided  ///< nearer to each other than the work or rounding allow to tell
 };
 
-/// "clear", "crossing", "touching", "undecided".
+/// "disjoint", "crossing", "touching", "undecided".
 [[nodiscard]] constexpr std::string_view word(Crossing crossing) {
     switch (crossing) {
-        case Crossing::clear: return "clear";
+        case Crossing::disjoint: return "disjoint";
         case Crossing::crossing: return "crossing";
         case Crossing::touching: return "touching";
         case Crossing::undecided: break;
@@ -31,16 +31,16 @@ inline constexpr int default_effort = 4000;
 
 /// Whether two P2 facets have points in common other than what they share by right: vertices at the same place, and
 /// edges of which all three nodes are. Facets of which all nodes are at the same places are one (the two sides of a
-/// slit), and clear. Proofs hold for the nodes as they are stored, rounding included; facets whose mid nodes are
+/// slit), and disjoint. Proofs hold for the nodes as they are stored, rounding included; facets whose mid nodes are
 /// `midpoint` of their edges' ends are straight, and two of them are always decided (those without area are not), in
-/// integers if need be. Facets in one plane do not pass through each other: they are clear or touch. Nodes that are not
-/// finite: undecided.
+/// integers if need be. Facets in one plane do not pass through each other: they are disjoint or touch. Nodes that are
+/// not finite: undecided.
 template <int D>
 [[nodiscard]] Crossing crossing_of(const NodalFacet<D>& first, const NodalFacet<D>& second,
                                    int effort = default_effort);
 
 /// Whether a facet has a point twice. A curve in the plane has none unless it turns back on itself, where it is not
-/// regular: clear.
+/// regular: disjoint.
 template <int D>
 [[nodiscard]] Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort = default_effort);
 

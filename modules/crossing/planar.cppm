@@ -108,7 +108,7 @@ struct Shadow {
     for (int i = 0; i < 3; ++i) net.corner[i] = static_cast<SharedPoint>(i) + 1;
     const Shadow shadow = shadow_of(net, axis);
     for (int e = 0; e < 3; ++e)
-        if (Search<2>(1).pair(shadow.edges[e], shadow.edges[(e + 1) % 3]) != Crossing::clear) return false;
+        if (Search<2>(1).pair(shadow.edges[e], shadow.edges[(e + 1) % 3]) != Crossing::disjoint) return false;
     return true;
 }
 
@@ -125,9 +125,9 @@ class PlanarTest {
     template <class InOnePlane>
     [[nodiscard]] std::optional<Crossing> verdict(InOnePlane&& in_one_plane) {
         const Crossing of_edges = compare_edges();
-        if (of_edges == Crossing::clear && keeps_orientation(first_, axis_) && keeps_orientation(second_, axis_) &&
+        if (of_edges == Crossing::disjoint && keeps_orientation(first_, axis_) && keeps_orientation(second_, axis_) &&
             is_outside(0) && is_outside(1))
-            return Crossing::clear;
+            return Crossing::disjoint;
         if ((of_edges == Crossing::crossing || has_inside(0) || has_inside(1)) && in_one_plane())
             return Crossing::touching;
         return {};
@@ -147,7 +147,7 @@ class PlanarTest {
 
     /// Each edge of the one with each of the other that is not the same.
     [[nodiscard]] Crossing compare_edges() {
-        Crossing worst = Crossing::clear;
+        Crossing worst = Crossing::disjoint;
         for (int e = 0; e < 3; ++e)
             for (int f = 0; f < 3; ++f) {
                 if (first_.part[e].same_as(second_.part[f])) continue;
@@ -156,7 +156,7 @@ class PlanarTest {
                 steps_ += search.steps();
                 left_ -= search.cut_short() ? left_ + 1 : search.steps();
                 if (found == Crossing::crossing || left_ < 0) return found;
-                if (found != Crossing::clear) worst = found;
+                if (found != Crossing::disjoint) worst = found;
             }
         return worst;
     }

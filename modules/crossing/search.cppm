@@ -53,7 +53,7 @@ class Search {
         if (--left_ < 0) return Crossing::undecided;
         const Common<D> common = common_corners(first, second);
         const bool edge = share_edge(first, second, common);
-        if (is_clear(first, second, common, edge)) return Crossing::clear;
+        if (are_apart(first, second, common, edge)) return Crossing::disjoint;
         if (pass_through(first, second)) return Crossing::crossing;
         const bool both = common.count >= 2;
         const bool first_only = !both && extent(first) >= extent(second);
@@ -63,10 +63,10 @@ class Search {
     [[nodiscard]] Crossing itself(const Net<3>& net) {
         if (--left_ < 0) return Crossing::undecided;
         const std::array<Sheet, 1> sheet{sheet_of(net)};
-        if (is_graph(sheet)) return Crossing::clear;
+        if (is_graph(sheet)) return Crossing::disjoint;
         if (net.divisions == max_divisions) return Crossing::undecided;
         const auto parts = pieces(named(net));
-        Crossing worst = Crossing::clear;
+        Crossing worst = Crossing::disjoint;
         for (std::size_t i = 0; i < 4; ++i)
             for (std::size_t j = i + 1; j < 4; ++j)
                 if (join(worst, pair(parts[i], parts[j])) == Crossing::crossing) return worst;
@@ -76,7 +76,7 @@ class Search {
     }
 
   private:
-    static bool is_clear(const Net<D>& first, const Net<D>& second, const Common<D>& common, bool edge) {
+    static bool are_apart(const Net<D>& first, const Net<D>& second, const Common<D>& common, bool edge) {
         if constexpr (D == 2)
             if (separated_by_parabola(first, second, common)) return true;
         if (common.count == 0) return separated(first, second);
@@ -85,14 +85,14 @@ class Search {
     }
 
     static Crossing join(Crossing& worst, Crossing found) {
-        if (found != Crossing::clear) worst = found == Crossing::crossing ? found : std::max(worst, found);
+        if (found != Crossing::disjoint) worst = found == Crossing::crossing ? found : std::max(worst, found);
         return worst;
     }
 
     Crossing divided(const Net<D>& first, const Net<D>& second, bool divide_first, bool divide_second) {
         if ((divide_first && first.divisions == max_divisions) || (divide_second && second.divisions == max_divisions))
             return Crossing::undecided;
-        Crossing worst = Crossing::clear;
+        Crossing worst = Crossing::disjoint;
         const auto against = [&](const Net<D>& piece) {
             if (!divide_second) return join(worst, pair(piece, second));
             for (const Net<D>& other : pieces(second))

@@ -149,7 +149,7 @@ Stretch section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
 /// Common points are those that are shared, or more.
 Crossing contact(Overlap overlap, int common) {
     const bool is_shared = overlap == Overlap::point ? common > 0 : common == 2;
-    return overlap == Overlap::none || is_shared ? Crossing::clear : Crossing::touching;
+    return overlap == Overlap::none || is_shared ? Crossing::disjoint : Crossing::touching;
 }
 
 /// An axis along which a vector does not vanish.
@@ -164,7 +164,7 @@ int axis_of(const Point<D>& v) {
 /// them; along that line they touch.
 Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int common) {
     bool overlap_everywhere = true;
-    Crossing found = Crossing::clear;
+    Crossing found = Crossing::disjoint;
     for (const auto& [t, other] : {std::pair(&a, &b), std::pair(&b, &a)})
         for (int i = 0; i < 3; ++i) {
             const Point<3>& p = (*t)[i];
@@ -173,7 +173,7 @@ Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int co
             Sides<3> sides;
             for (int k = 0; k < 3; ++k) sides.heights[k] = area<3>(p, q, (*other)[k], x, y);
             if (is_left ? sides.any_above() : sides.any_below()) continue;
-            if (sides.apart()) return Crossing::clear;
+            if (sides.apart()) return Crossing::disjoint;
             overlap_everywhere = false;
             const int axis = p[x] != q[x] ? x : y;
             Stretch edge;
@@ -194,9 +194,9 @@ std::optional<Crossing> crossing_of_straight(const NodalFacet<2>& first, const N
     const int common = common_vertices<2>(a, b);
     const Sides<2> of_a{{area<2>(b[0], b[1], a[0], 0, 1), area<2>(b[0], b[1], a[1], 0, 1)}};
     const Sides<2> of_b{{area<2>(a[0], a[1], b[0], 0, 1), area<2>(a[0], a[1], b[1], 0, 1)}};
-    if (of_a.apart() || of_b.apart()) return Crossing::clear;
+    if (of_a.apart() || of_b.apart()) return Crossing::disjoint;
     if (of_a.straddle() && of_b.straddle()) return Crossing::crossing;
-    if (!of_a.all_on()) return common > 0 ? Crossing::clear : Crossing::touching;
+    if (!of_a.all_on()) return common > 0 ? Crossing::disjoint : Crossing::touching;
     const int axis = a[0][0] != a[1][0] ? 0 : 1;
     return contact(overlap(section<2>(a, of_a, axis), section<2>(b, of_b, axis)), common);
 }
@@ -214,7 +214,7 @@ std::optional<Crossing> crossing_of_straight(const NodalFacet<3>& first, const N
         return s;
     };
     const Sides<3> of_a = sides(a, m, b[0]), of_b = sides(b, n, a[0]);
-    if (of_a.apart() || of_b.apart()) return Crossing::clear;
+    if (of_a.apart() || of_b.apart()) return Crossing::disjoint;
     const int common = common_vertices<3>(a, b);
     if (of_a.all_on()) {
         const int axis = axis_of<3>(n);

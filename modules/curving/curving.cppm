@@ -4,7 +4,7 @@
 export module camber.curving;
 export import :edge_target;
 export import :by_element;
-export import :carried;
+export import :back_mesh_nodes;
 export import :curve;
 export import :extension;
 export import :placed_nodes;

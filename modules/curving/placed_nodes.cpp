@@ -336,9 +336,9 @@ PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
         const double gain = node.fate == NodeFate::placed && node.after > 0 ? node.before / node.after - 1 : 0;
         before += node.before;
         after += node.after;
-        s.largest_gain = std::max(s.largest_gain, gain);
+        s.largest_reduction = std::max(s.largest_reduction, gain);
     }
-    if (after > 0) s.mean_gain = before / after - 1;
+    if (after > 0) s.mean_reduction = before / after - 1;
     return s;
 }
 

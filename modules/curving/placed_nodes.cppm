@@ -72,8 +72,8 @@ struct PlacementStatistics {
     std::size_t edges = 0;  ///< that were asked
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
-    std::size_t walked = 0, limited = 0;     ///< of those that were placed
-    double mean_gain = 0, largest_gain = 0;  ///< of the sums over all that were asked; of one
+    std::size_t walked = 0, limited = 0;               ///< of those that were placed
+    double mean_reduction = 0, largest_reduction = 0;  ///< of the sums over all that were asked; of one
 };
 template <int D>
 [[nodiscard]] PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes);

@@ -41,13 +41,13 @@ bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch) {
     const auto made = new_facets(r.mesh, patch);
     std::vector<FacetId> near;
     for (std::size_t i = 0; i < made.size(); ++i) {
-        if (crossing_of_itself(made[i]) != Crossing::clear) return false;
+        if (crossing_of_itself(made[i]) != Crossing::disjoint) return false;
         for (std::size_t j = 0; j < i; ++j)
-            if (crossing_of(made[i], made[j]) != Crossing::clear) return false;
+            if (crossing_of(made[i], made[j]) != Crossing::disjoint) return false;
         r.walls.meeting(box_of(made[i]), near);
         for (const FacetId f : near) {
             if (std::ranges::find(patch.removed.facets, f) != patch.removed.facets.end()) continue;
-            if (crossing_of(made[i], nodal_facet(r.mesh, f)) != Crossing::clear) return false;
+            if (crossing_of(made[i], nodal_facet(r.mesh, f)) != Crossing::disjoint) return false;
         }
     }
     return true;
@@ -67,7 +67,7 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     for (const NodalFacet<D>& facet : made) {
         grid_.meeting(box_of(facet), near_);
         for (const FacetId f : near_)
-            if (crossing_of(facet, facets_[f.index()]) != Crossing::clear) return false;
+            if (crossing_of(facet, facets_[f.index()]) != Crossing::disjoint) return false;
     }
     for (const NodalFacet<D>& facet : made) {
         grid_.insert(FacetId(facets_.size()), box_of(facet));

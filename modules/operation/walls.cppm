@@ -22,7 +22,8 @@ void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChang
 template <int D>
 [[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
-/// Whether facets that a patch makes are proved to be clear of themselves, of each other and of the mesh's other ones.
+/// Whether facets that a patch makes are proved not to cross themselves, and to be disjoint from each other and from
+/// the mesh's other ones.
 template <int D>
 [[nodiscard]] bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch);
 
@@ -31,7 +32,7 @@ template <int D>
 class NewWalls {
   public:
     void clear();
-    /// Takes the patch's facets, unless they are not clear of those taken before.
+    /// Takes the patch's facets, unless they are not disjoint from those taken before.
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
   private:

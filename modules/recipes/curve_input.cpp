@@ -183,7 +183,7 @@ bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
 }  // namespace
 
 template <int D>
-Outcome<CurveInput<D>> carried_in_planes(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
+Outcome<CurveInput<D>> extended_in_planes(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
     if (D == 2 || from.nodes == NodesOf::input || is_surface_alone(from.mesh.linear) || is_straight(from.mesh, input))
         return input;
     const auto inside =
@@ -217,7 +217,7 @@ Outcome<CurveInput<D>> extended_input(const CurvedFrom<D>& from, CurveInput<D> i
 
 #define CAMBER_INSTANTIATE(D)                                                                                        \
     template Outcome<CurveInput<D>> curve_input<D>(const CurvedFrom<D>&, const Execution&);                          \
-    template Outcome<CurveInput<D>> carried_in_planes<D>(const CurvedFrom<D>&, CurveInput<D>, const Execution&);     \
+    template Outcome<CurveInput<D>> extended_in_planes<D>(const CurvedFrom<D>&, CurveInput<D>, const Execution&);    \
     template Outcome<CurveInput<D>> extended_input<D>(const CurvedFrom<D>&, CurveInput<D>, const Execution&);        \
     template Outcome<CurveInput<D>> placed_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \
                                                     const CurveOptions&, const PlacementOptions&, const Execution&); \

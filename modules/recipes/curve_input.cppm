@@ -52,10 +52,10 @@ template <int D>
 /// The same with the nodes of edges within plane walls where the displacement of all others extends to: layers that end
 /// at a plane wall go on it as they go inside.
 template <int D>
-[[nodiscard]] Outcome<CurveInput<D>> carried_in_planes(const CurvedFrom<D>& from, CurveInput<D> input,
-                                                       const Execution& execution);
+[[nodiscard]] Outcome<CurveInput<D>> extended_in_planes(const CurvedFrom<D>& from, CurveInput<D> input,
+                                                        const Execution& execution);
 
-/// The same with what a field that is carried goes along with, if the boundary is displaced at all.
+/// The same with what a curved back mesh is curved by, if the boundary is displaced at all.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> extended_input(const CurvedFrom<D>& from, CurveInput<D> input,
                                                     const Execution& execution);

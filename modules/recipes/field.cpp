@@ -55,7 +55,7 @@ namespace {
 /// The metric of the mesh with its curves, and of the one with straight edges.
 template <int D>
 struct BothMetrics {
-    Column<LogMetric<D>> carried, straight;
+    Column<LogMetric<D>> curved, straight;
 };
 template <int D>
 Outcome<BothMetrics<D>> both_metrics(const MetricAtVertices<D>& source, const QuadraticMesh<D>& bent,
@@ -67,17 +67,17 @@ Outcome<BothMetrics<D>> both_metrics(const MetricAtVertices<D>& source, const Qu
         of_curved = std::move(made->curved);
         of_straight = std::move(made->straight);
     }
-    auto carried = source.make(of_curved, part_of(execution, source.of_natural ? 0.85 : 0, 1));
-    if (!carried) return fail(carried.error());
-    if (!source.of_natural) return BothMetrics<D>{*carried, *carried};
+    auto curved = source.make(of_curved, part_of(execution, source.of_natural ? 0.85 : 0, 1));
+    if (!curved) return fail(curved.error());
+    if (!source.of_natural) return BothMetrics<D>{*curved, *curved};
     auto straight = source.make(of_straight, without_progress(execution));
     if (!straight) return fail(straight.error());
-    return BothMetrics<D>{std::move(*carried), std::move(*straight)};
+    return BothMetrics<D>{std::move(*curved), std::move(*straight)};
 }
 
 template <int D>
-Outcome<CurvingField<D>> carried_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
-                                       const MetricAtVertices<D>& source, CurvingAim aim, const Execution& execution) {
+Outcome<CurvingField<D>> curved_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
+                                      const MetricAtVertices<D>& source, CurvingAim aim, const Execution& execution) {
     // Shares of the time with the natural metric, of shells with layers, 1 and 5 million elements.
     const auto around = balls(mesh.linear, part_of(execution, 0, 0.05));
     if (!around) return fail(around.error());
@@ -85,18 +85,17 @@ Outcome<CurvingField<D>> carried_field(const QuadraticMesh<D>& mesh, const Curve
     bent.mid_nodes = input.extended;
     auto metrics = both_metrics<D>(source, bent, *around, part_of(execution, 0.05, 0.37));
     if (!metrics) return fail(metrics.error());
-    auto starts = noticeable_nodes(mesh, input.extended.view(), metrics->carried, part_of(execution, 0.37, 0.44));
+    auto starts = noticeable_nodes(mesh, input.extended.view(), metrics->curved, part_of(execution, 0.37, 0.44));
     if (!starts) return fail(starts.error());
     Column<LagrangeNode<D>> nodes(std::move(*starts));
-    auto carried = carried_nodes(mesh, nodes.view(), input.shells, part_of(execution, 0.44, 0.64));
-    if (!carried) return fail(carried.error());
-    bent.mid_nodes = std::move(*carried);
-    auto back =
-        make_curved_back_mesh(std::move(bent), *around, std::move(metrics->carried), part_of(execution, 0.64, 1),
-                              aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
+    auto of_back_mesh = back_mesh_nodes(mesh, nodes.view(), input.shells, part_of(execution, 0.44, 0.64));
+    if (!of_back_mesh) return fail(of_back_mesh.error());
+    bent.mid_nodes = std::move(*of_back_mesh);
+    auto back = make_curved_back_mesh(std::move(bent), *around, std::move(metrics->curved), part_of(execution, 0.64, 1),
+                                      aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
     if (!back) return fail(back.error());
-    // Searches begin where the field is carried to; nodes for accuracy, whose offsets are asked for there, follow walls
-    // that hardly sag, too: functions that are smooth mind them.
+    // Searches begin where the back mesh has their edges; nodes for accuracy, whose offsets are asked for there, follow
+    // walls that hardly sag, too: functions that are smooth mind them.
     if (aim == CurvingAim::accuracy) nodes = input.extended;
     return CurvingField<D>{std::move(*back), std::move(metrics->straight), std::move(nodes)};
 }
@@ -108,7 +107,7 @@ Outcome<CurvingField<D>> make_curving_field(const QuadraticMesh<D>& mesh, const 
                                             const MetricSource<D>& metric, CurvingAim aim, const Execution& execution) {
     const auto* const at_vertices = std::get_if<MetricAtVertices<D>>(&metric);
     if (at_vertices != nullptr && !input.extended.empty())
-        return carried_field(mesh, input, *at_vertices, aim, execution);
+        return curved_field(mesh, input, *at_vertices, aim, execution);
     auto back = make_field(mesh.linear, metric, execution);
     if (!back) return fail(back.error());
     return CurvingField<D>{std::move(*back), {}, {}};

@@ -32,14 +32,14 @@ namespace {
 
 template <int D>
 Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions& options, const Execution& execution) {
-    // The field of a surface alone is constant along its normals: there is nothing to carry.
-    const bool carried = options.back_mesh == BackMeshKind::carried && has_field(options.objective) &&
-                         !is_surface_alone(from.mesh.linear);
-    const double of_nodes = carried ? 0.18 : 0.5, of_planes = carried ? 0.5 : 1;
+    // The field of a surface alone is constant along its normals: its back mesh need not curve.
+    const bool curves = options.back_mesh == BackMeshKind::curved && has_field(options.objective) &&
+                        !is_surface_alone(from.mesh.linear);
+    const double of_nodes = curves ? 0.18 : 0.5, of_planes = curves ? 0.5 : 1;
     auto input = curve_input(from, part_of(execution, 0, of_nodes));
     if (!input) return input;
-    input = carried_in_planes(from, std::move(*input), part_of(execution, of_nodes, of_planes));
-    if (!input || !carried) return input;
+    input = extended_in_planes(from, std::move(*input), part_of(execution, of_nodes, of_planes));
+    if (!input || !curves) return input;
     return extended_input(from, std::move(*input), part_of(execution, 0.5, 1));
 }
 
@@ -47,13 +47,13 @@ Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions
 template <int D>
 Column<LagrangeNode<D>> starting_at(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
                                     Column<LagrangeNode<D>> nodes) {
-    const bool is_carried = !nodes.empty();
-    Buffer<LagrangeNode<D>> base = take(is_carried ? std::move(nodes) : input.base);
+    const bool starts_there = !nodes.empty();
+    Buffer<LagrangeNode<D>> base = take(starts_there ? std::move(nodes) : input.base);
     for (std::size_t e = 0; e < base.size(); ++e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         if (input.kinds[e] != EdgeKind::volume)
             base[e] = input.base[e];
-        else if (!is_carried)
+        else if (!starts_there)
             base[e] = {midpoint(mesh.linear.points[a], mesh.linear.points[b])};
     }
     return base;

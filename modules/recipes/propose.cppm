@@ -27,17 +27,17 @@ enum class Objective : std::uint8_t { accuracy, energy, length, shape, solution 
 
 /// Where the metric is read.
 enum class BackMeshKind : std::uint8_t {
-    carried,   ///< in a mesh of degree 2 that goes along with walls that sag, see carried_nodes of camber.curving
+    curved,    ///< in a mesh of degree 2 that goes along with walls that sag, see back_mesh_nodes of camber.curving
     straight,  ///< in the straight mesh (paper §1.2)
 };
 [[nodiscard]] constexpr auto words(BackMeshKind) {
-    return words_of(Word{BackMeshKind::carried, "carried"}, Word{BackMeshKind::straight, "straight"});
+    return words_of(Word{BackMeshKind::curved, "curved"}, Word{BackMeshKind::straight, "straight"});
 }
 
 /// The options of `curve`, and what chooses between its aims and `shape`.
 struct ProposeOptions : CurveOptions, PlacementOptions {
     Objective objective = Objective::accuracy;
-    BackMeshKind back_mesh = BackMeshKind::carried;
+    BackMeshKind back_mesh = BackMeshKind::curved;
 
     [[nodiscard]] static constexpr auto options() {
         using S = ProposeOptions;
@@ -52,7 +52,7 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
                     "interpolated "
                     "well, no metric"),
                 option("back_mesh", &S::back_mesh,
-                       "where the metric is read: carried, the field goes along with walls that sag by more "
+                       "where the metric is read: curved, in a mesh that goes along with walls that sag by more "
                        "than a little of its sizes, and nodes start from there; straight, at its point's place "
                        "in the straight mesh, as in the paper")),
             PlacementOptions::options(), CurveOptions::options());

@@ -201,7 +201,7 @@ class Recovery {
         }
     }
 
-    /// The same, with lower wishes where these are not met: where nodes are few, or stand in few layers.
+    /// The same, asking for less where that is not met: where nodes are few, or stand in few layers.
     int determine(Work& work, VertexId v, std::size_t row) const {
         Wanted want = wanted(row);
         for (;;) {

@@ -24,7 +24,7 @@ constexpr double min_return = 1e-7;
 /// Nor one on a segment that goes less of the way.
 constexpr double min_step = 0.02;
 
-/// The elements around an edge with what they are to keep where `asked` is wished for: all that are good, and all that
+/// The elements around an edge with what they are to keep where `asked` is wanted: all that are good, and all that
 /// `keeps` says of the others.
 template <int D, class Keeps>
 EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Keeps&& keeps) {

@@ -256,7 +256,7 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
     const RepairOptions& options = passes.state.options;
     const bool homes_first = options.method == RepairMethod::extension;
     const bool with_cavities = has_cavities(options.method);
-    // A wish is not worth large cavities, nor vertices and surface nodes that leave their places.
+    // What is only recommended is not worth large cavities, nor vertices and surface nodes that leave their places.
     const bool is_asked = options.min_scaled_jacobian.is_asked;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {

@@ -143,9 +143,9 @@ OffsetModel<D> vertex_model(const Sliding<D>& at, std::size_t i) {
     return on_geometry(at.points[i], back, model.hessian);
 }
 
-/// `wish`: what the seed is to have; `share`: what is to be left of determinants where vertices move.
+/// `wanted`: what the seed is to have; `share`: what is to be left of determinants where vertices move.
 template <int D>
-JointProgramme<D> programme_at(const Sliding<D>& at, ElementId seed, double wish, double share) {
+JointProgramme<D> programme_at(const Sliding<D>& at, ElementId seed, double wanted, double share) {
     const RepairState<D>& state = at.state;
     JointProgramme<D> programme;
     programme.first_penalty = JointProgramme<D>::strong;
@@ -156,10 +156,10 @@ JointProgramme<D> programme_at(const Sliding<D>& at, ElementId seed, double wish
     programme.elements.reserve(at.cavity.elements.size());
     const double bound = state.options.min_scaled_jacobian + slack;
     for (const ElementId e : at.cavity.elements) {
-        const double kept = jacobian_to_keep(state, e, wish);
+        const double kept = jacobian_to_keep(state, e, wanted);
         typename JointProgramme<D>::Element element{.bezier = bezier_form(at.element(e)),
                                                     .unknowns = {},
-                                                    .floor = e == seed       ? wish
+                                                    .floor = e == seed       ? wanted
                                                              : state.good(e) ? std::max(kept, bound)
                                                                              : kept};
         if (!at.points.empty()) element.least = min_of(state, at.cavity, e, share);
@@ -213,12 +213,12 @@ Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>&
                              double max_work) {
     const auto is_volume = [&](EdgeId e) { return state.kinds[e] == EdgeKind::volume; };
     if (std::ranges::all_of(cavity.edges, is_volume)) return {};
-    const double wish = std::max<double>(state.options.min_scaled_jacobian, asked) + slack_of_seed;
+    const double wanted = std::max<double>(state.options.min_scaled_jacobian, asked) + slack_of_seed;
     Planned<D> planned;
     const auto try_from = [&](SlideStart start, double share) {
         Sliding<D> at = beginning(state, cavity, start);
         for (int step = 0; step < max_steps && planned.work < max_work && !planned.plan; ++step) {
-            auto programme = programme_at(at, seed, wish, share);
+            auto programme = programme_at(at, seed, wanted, share);
             programme.max_work = max_work - planned.work;
             const auto solution = solve(programme, std::vector<Vec<D>>(at.unknowns()));
             planned.work += solution.work;

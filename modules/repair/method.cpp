@@ -61,15 +61,15 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D
 template <int D>
 Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution) {
-    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) {
+    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& of) {
         RepairGuide<D> by = guide;
-        if (stays_on_geometry(guide, wish.min_scaled_jacobian)) by.surface = SurfaceMoves::on_geometry;
-        return repair(judged, by, wish, execution);
+        if (stays_on_geometry(guide, of.min_scaled_jacobian)) by.surface = SurfaceMoves::on_geometry;
+        return repair(judged, by, of, execution);
     };
     auto kept = min_invalid(wanted, to(wanted, options), options, execution, to);
     if (is_surface_alone(wanted.mesh().linear)) return kept;  // chords were tried
     if (!kept || kept->judged.validation().all_valid() || !has_cavities(options.method)) return kept;
-    // The surface is left for no wish.
+    // The surface is not left for a bound that is only recommended.
     RepairOptions demanded = options;
     if (!options.min_scaled_jacobian.is_asked || stays_on_geometry(guide, options.min_scaled_jacobian))
         demanded.min_scaled_jacobian = min_bound;

@@ -50,9 +50,9 @@ template <int D, class Repair>
     RepairOptions from_there = from_wanted;
     from_there.boundary_tolerance = 0;  // what it allows was taken
     const JudgedProposal<D> there = best->repaired.judged;
-    for (const auto& [start, wish] : {std::pair(&there, &from_there), std::pair(&wanted, &from_wanted)}) {
+    for (const auto& [start, by] : {std::pair(&there, &from_there), std::pair(&wanted, &from_wanted)}) {
         if (best->invalid == 0) break;
-        auto lower = repair(*start, *wish);
+        auto lower = repair(*start, *by);
         if (!lower) return lower;
         auto tried = judge_twice(std::move(*lower), bound, execution);
         if (!tried) return fail(tried.error());

@@ -26,8 +26,8 @@ struct SurfaceLeave {
 /// 3. it leaves the geometry, by the least displacement in space;
 /// 4. all nodes of the triangle go towards their chords by theta, until it holds; they return as far as they may.
 ///
-/// No triangle that holds the bound ceases to. 3 and 4 leave the geometry, and are for no wish: where the bound was not
-/// asked for they are done for N · n > 0 alone. By `segment` and `relax` there is only 4.
+/// No triangle that holds the bound ceases to. 3 and 4 leave the geometry, and are not for a recommended bound: where
+/// none was asked for they are done for N · n > 0 alone. By `segment` and `relax` there is only 4.
 [[nodiscard]] Outcome<Repaired<3>> repair_surface(const JudgedProposal<3>& wanted, const RepairGuide<3>& guide,
                                                   const RepairOptions& options, const SurfaceLeave& leave,
                                                   const Execution& execution);

@@ -134,10 +134,10 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
             if (guide.onto || most > 0) return repair_surface(wanted, guide, options, {most > 0, most}, execution);
             return Repaired<D>{wanted};
         }
-    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& wish) -> Outcome<Repaired<D>> {
-        const auto start = validate(judged.mesh(), judged.proposal(), wish.min_scaled_jacobian, execution);
+    const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& by) -> Outcome<Repaired<D>> {
+        const auto start = validate(judged.mesh(), judged.proposal(), by.min_scaled_jacobian, execution);
         if (!start) return fail(start.error());
-        Within<D> within{*start, guide, wish, allowed_work(start->validation().not_valid(), wish.effort), execution};
+        Within<D> within{*start, guide, by, allowed_work(start->validation().not_valid(), by.effort), execution};
         return repair_to_bound(within);
     };
     return min_invalid(wanted, to(wanted, options), options, execution, to);

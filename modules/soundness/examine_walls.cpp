@@ -29,7 +29,7 @@ Hinge hinge_between(const SimplexVertices<D>& element, int i, int j) {
 }
 
 /// The ridges that the file lists, lower vertex first, sorted; in 2D its corners, and the ends of its ridges. An edge
-/// that is merely listed is a seam, and its wall goes on.
+/// that is merely listed is smooth, and its wall goes on.
 template <int D>
 std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     std::vector<Hinge> features;

@@ -190,8 +190,8 @@ Outcome<CurvedPatches> told(const CutBoundary<D>& cut, const Surrogate<D>& surro
         ++(kinked[p] != 0 ? patches.as_read : patches.smooth);
         if (kinked[p] == 0) all.add((*kinks)[p]);
     }
-    patches.largest_kink = all.largest;
-    patches.kink = all.root_mean_square();
+    patches.largest_angle = all.largest;
+    patches.mean_angle = all.root_mean_square();
     return patches;
 }
 

@@ -12,10 +12,10 @@ export namespace camber {
 
 /// What became of the patches of a mesh that has curves.
 struct CurvedPatches {
-    std::size_t smooth = 0;   ///< patches with curves of their own, that one surface goes through
-    std::size_t as_read = 0;  ///< those whose curved facets stay as they are, with their kinks
-    double largest_kink = 0;  ///< by which the smooth ones turn between their pieces, in radians
-    double kink = 0;          ///< the root mean square of these turns
+    std::size_t smooth = 0;    ///< patches with curves of their own, that one surface goes through
+    std::size_t as_read = 0;   ///< those whose curved facets stay as they are, with their kinks
+    double largest_angle = 0;  ///< by which the smooth ones turn between their pieces, in radians
+    double mean_angle = 0;     ///< the root mean square of these turns
 };
 
 template <int D>

@@ -115,7 +115,7 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
 }
 
 /// What the file says of its edges: its ridges are sharp whatever the angle, and an edge that it merely lists tells a
-/// turn from coarseness; where the surface is smooth that is a seam, and no break. Edges inside the volume bound
+/// turn from coarseness; where the surface is smooth that is no break. Edges inside the volume bound
 /// nothing: they stay free.
 void heed_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
     for (const EdgeId e : edges.of_edges)

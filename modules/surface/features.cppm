@@ -37,7 +37,7 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 /// they turn by more than the ridge angle, or if it has not exactly two facets. (A turn of less than 1.5 times that
 /// angle makes no ridge where it is the mesh's coarseness: around a lone facet whose three edges all turn so, which is
 /// too large for a smooth surface and not a face of its own, and at a lone edge that no other ridge meets. At an edge
-/// that the file lists among `edges` it does.) An edge that is merely listed is a seam, and of kind `surface`. A vertex
+/// that the file lists among `edges` it does.) An edge that is merely listed is of kind `surface`. A vertex
 /// of ridges is a corner if the file says so, if it has not exactly two ridge edges, or if they turn by more than the
 /// corner angle; a vertex of none if the file says so, or if it is the tip of a cone: all edges of its facets leave the
 /// plane across their mean direction by more than the ridge angle, to one side. A patch is a set of facets connected

@@ -211,7 +211,8 @@ Outcome<BoundaryInspection<D>> inspect_boundary(const LinearMesh<D>& mesh, const
         }
         if constexpr (D == 3) {
             add_curves(mesh, features, *hinges, out);
-            for (const EdgeId e : edges.of_edges) out.seams += features.edge_kinds[e] == EdgeKind::surface ? 1 : 0;
+            for (const EdgeId e : edges.of_edges)
+                out.smooth_listed_edges += features.edge_kinds[e] == EdgeKind::surface ? 1 : 0;
         }
         auto suspects = find_suspects(mesh, edges, features, *hinges, limits, part_of(execution, 0.5, 1));
         if (!suspects) return fail(suspects.error());

@@ -66,9 +66,9 @@ struct BoundaryInspection {
     std::vector<PatchFacts> patches;  ///< by their numbers in Features
     std::vector<CurveFacts> curves;   ///< 3D
     std::vector<VertexId> corners;
-    std::size_t seams = 0;             ///< edges that the file lists and that are no ridges (3D)
-    std::size_t interface_facets = 0;  ///< with elements on both sides
-    std::size_t lone_facets = 0;       ///< with none, where there are elements
+    std::size_t smooth_listed_edges = 0;  ///< edges that the file lists and that are no ridges (3D)
+    std::size_t interface_facets = 0;     ///< with elements on both sides
+    std::size_t lone_facets = 0;          ///< with none, where there are elements
     /// Edges (2D: vertices, twice the same) of one facet, of more than two, and where two facets are turned to
     /// different sides, with these.
     std::vector<std::array<VertexId, 2>> open, crowded;

@@ -13,11 +13,11 @@ export namespace camber {
 
 /// det J / |det straight| that makes an element valid, rounding included (paper §4.3).
 inline constexpr double min_bound = 1e-9;
-/// The same that is wished for where none is asked: what a solver is glad of, and what costs next to nothing
+/// The same that is recommended where none is asked: what a solver is glad of, and what costs next to nothing
 /// (docs/results.md, The bound).
 inline constexpr double default_bound = 0.1;
 
-/// The scaled Jacobian that elements are to have: asked for, or wished for, which nobody did.
+/// The scaled Jacobian that elements are to have: asked for, or recommended, where nobody did.
 struct JacobianBound {
     double value = default_bound;
     bool is_asked = false;
@@ -34,7 +34,7 @@ template <class S>
     return option("min_scaled_jacobian", &S::min_scaled_jacobian,
                   "an element is good enough when the determinant of its Jacobian is everywhere at least this share of "
                   "the straight element's; what stays below is a failure. null: what a stage before asks for; else "
-                  "0.1, which is a wish: what stays below is a note")
+                  "0.1 is recommended: what stays below is a note")
         .at_least(0)
         .below(1);
 }

@@ -29,7 +29,7 @@ using Verb = Outcome<Adapted<D>> (*)(Adaptation<D>, const AdaptationGoal<D>&, co
 
 /// A pass again and again until it finds nothing to do, and then once more with all that was refused forgotten.
 template <int D, class Options>
-Adaptation<D> at_rest(Adaptation<D> r, const AdaptationGoal<D>& goal, Verb<D, Options> verb) {
+Adaptation<D> settled(Adaptation<D> r, const AdaptationGoal<D>& goal, Verb<D, Options> verb) {
     constexpr int enough = 100;
     std::size_t accepted = 1;
     for (int turn = 0; turn < enough && accepted > 0; ++turn) {
@@ -49,10 +49,10 @@ Adaptation<D> at_rest(Adaptation<D> r, const AdaptationGoal<D>& goal, Verb<D, Op
 template <int D>
 void expect_right(Adaptation<D> r, const AdaptationGoal<D>& goal) {
     for (int round = 0; round < 2; ++round) {
-        r = at_rest<D, CollapseOptions>(std::move(r), goal, &collapse<D>);
+        r = settled<D, CollapseOptions>(std::move(r), goal, &collapse<D>);
         r = must(split<D>(std::move(r), goal, {}, alone)).state;
-        r = at_rest<D, SwapOptions>(std::move(r), goal, &swap<D>);
-        r = at_rest<D, SmoothOptions>(std::move(r), goal, &smooth<D>);
+        r = settled<D, SwapOptions>(std::move(r), goal, &swap<D>);
+        r = settled<D, SmoothOptions>(std::move(r), goal, &smooth<D>);
     }
 }
 

@@ -116,13 +116,13 @@ TEST_CASE("vertices put in again: elements that come in invalid are mended, and 
     CHECK(left == 0);
 }
 
-TEST_CASE("vertices put in again: nodes of the boundary that straight neighbours keep back get there in later turns") {
+TEST_CASE("vertices put in again: nodes of the boundary that straight neighbours keep back get there in later sweeps") {
     // Thin layers at the inner wall, whose sagitta exceeds the first one: straight layer edges are in its way.
     // Inner nodes cannot all be where they are wanted: those of the boundary come first.
     const auto w = wanted(shell_block<2>({3, 12}, 3, [](double s) { return 1 + 0.2 * s + 0.8 * s * s; }));
     CHECK(smallest(w, w.proposal) < -1);
     const auto r = must(put_in_again(w, alone));
-    CHECK(r.turns > 1);
+    CHECK(r.sweeps > 1);
     std::size_t surface = 0;
     for (std::size_t e = 0; e < w.block.mesh.edges.size(); ++e) {
         if (w.block.kinds[e] == EdgeKind::volume) continue;
@@ -134,7 +134,7 @@ TEST_CASE("vertices put in again: nodes of the boundary that straight neighbours
 
 TEST_CASE("vertices put in again: what is wrong is refused") {
     const auto w = wanted(shell_block<2>({3, 2}, 1));
-    CHECK(!put_in_again(w, alone, {.max_turns = 0}).has_value());
+    CHECK(!put_in_again(w, alone, {.max_sweeps = 0}).has_value());
     auto short_one = w;
     short_one.proposal.mid_nodes = {};
     CHECK(!put_in_again(short_one, alone).has_value());

@@ -122,7 +122,7 @@ TEST_CASE("Cycles end where meshes become no nearer to unit in their own solutio
     CHECK_MESSAGE(run::reason_to_end(rows, {.cycles = 9, .settled = 0}).empty(), "never before their number");
     CHECK_MESSAGE(reason(0.1).empty(), "far from unit");
     std::vector<CycleRow> moving{row(2, 0.3, 0.9), row(3, 0.3, 0.9), row(4, 0.3, 0.9)};
-    CHECK_MESSAGE(run::reason_to_end(moving, {.cycles = 9}).empty(), "what moves on is not at rest");
+    CHECK_MESSAGE(run::reason_to_end(moving, {.cycles = 9}).empty(), "what moves on has not settled");
 }
 
 TEST_CASE("The table is read as it was written") {

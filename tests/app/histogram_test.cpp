@@ -142,7 +142,7 @@ TEST_CASE("the tails are told apart") {
     // Both sides of the usual bound are one bin: there lie those that were relaxed down to it.
     CHECK(bins(Quantity::scaled_jacobian, {0.00999, 0.01, 0.01001}) == 1);
     const std::vector<double> gains{-0.5, -0.05, -1e-5, 0, 1e-5, 0.001, 0.01, 0.1, 0.5, 1, 3, 10, 30, 1000};
-    CHECK(bins(Quantity::length_gain, gains) == gains.size());
+    CHECK(bins(Quantity::length_reduction, gains) == gains.size());
     const std::vector<double> curvatures{0, 0.001, 0.01, 0.1, 0.5, 1, 2, 5, 20};
     CHECK(bins(Quantity::curvature, curvatures) == curvatures.size());
     const std::vector<double> lengths{1e-4, 1e-2, 0.1, 0.5, 0.8, 1, 1.2, 2, 10, 100, 1e4};
@@ -166,10 +166,10 @@ TEST_CASE("limits rise, and have the numbers that the documentation says") {
         CHECK(std::adjacent_find(limits.begin(), limits.end(), std::greater_equal<>()) == limits.end());
     }
     // The numbers that one reads are the limits, to the last bit.
-    for (const auto quantity : {Quantity::length_gain, Quantity::curvature, Quantity::scaled_jacobian})
+    for (const auto quantity : {Quantity::length_reduction, Quantity::curvature, Quantity::scaled_jacobian})
         for (const double limit : limits_of(quantity)) CHECK(std::stod(fmt::format("{:.2g}", limit)) == limit);
-    CHECK(limits_of(Quantity::length_gain).front() == -0.1);
-    CHECK(limits_of(Quantity::length_gain).back() == 100);
+    CHECK(limits_of(Quantity::length_reduction).front() == -0.1);
+    CHECK(limits_of(Quantity::length_reduction).back() == 100);
     CHECK(limits_of(Quantity::curvature).front() == 0);
     CHECK(limits_of(Quantity::curvature).back() == 10);
     CHECK(limits_of(Quantity::length).front() == 1.0 / 1024);

@@ -140,7 +140,7 @@ TEST_CASE("the first signal asks to stop, the second ends the process") {
     CHECK(WTERMSIG(status) == SIGINT);
 }
 
-TEST_CASE("a silent or full pipe does not hold whoever wants to stop; nothing is written after the wish") {
+TEST_CASE("a silent or full pipe does not hold whoever wants to stop; nothing is written after the request") {
     const Folder folder;
     const std::string pipe = folder / "pipe";
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);

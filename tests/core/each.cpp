@@ -1,4 +1,4 @@
-// The parallel loops: the same bytes for any number of threads, progress, and the wish to stop.
+// The parallel loops: the same bytes for any number of threads, progress, and the request to stop.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -96,7 +96,7 @@ TEST_CASE("a reduction joins its chunks in order") {
     }
 }
 
-TEST_CASE("the wish to stop ends a loop with ErrorKind::stopped") {
+TEST_CASE("the request to stop ends a loop with ErrorKind::stopped") {
     for (const int threads : thread_counts) {
         std::stop_source source;
         Execution execution{.threads = threads, .stop = source.get_token()};

@@ -80,7 +80,7 @@ void law_of_straight_facets() {
                      const auto moved = mapped<D>(b, [&](const Vec<D>& p) { return p + n * 0x1p-20; });
                      const Crossing then = crossing_of(a, moved);
                      RC_ASSERT(then != Crossing::undecided);
-                     parts = parts || then == Crossing::clear;
+                     parts = parts || then == Crossing::disjoint;
                      stays = stays && then == Crossing::crossing;
                  }
                  RC_ASSERT((found == Crossing::crossing ? stays : parts));
@@ -162,7 +162,7 @@ TEST_CASE("contact face to face") {
         CHECK(found.crossing + found.undecided == 0);
         CHECK(found.steps <= 2 * found.pairs + 2 * mesh.linear.facets.size());
         CHECK(crossings_of(mesh, 2) == found);
-        CHECK(crossings_of(plates(8, 1e-6, 0)).all_clear());
+        CHECK(crossings_of(plates(8, 1e-6, 0)).all_disjoint());
     }
     SUBCASE("facets that are curved within the plane") {
         const auto mesh = plates(8, 0, 0.01);
@@ -171,7 +171,7 @@ TEST_CASE("contact face to face") {
         CHECK(found.crossing == 0);
         CHECK(found.undecided < found.touching / 10);
         check_bounds(mesh, found, 32);
-        CHECK(crossings_of(plates(8, 1e-6, 0.01)).all_clear());
+        CHECK(crossings_of(plates(8, 1e-6, 0.01)).all_disjoint());
     }
     SUBCASE("walls that bulge alike, of other triangles") {
         const UnitSphere<3> unit = icosphere<3>(1);
@@ -197,7 +197,7 @@ TEST_CASE("rings of layers in a plane") {
         const auto mesh = rings(40, 8, 0.01, turn);
         const Crossings found = crossings_of(mesh);
         CHECK(found.pairs > 20'000);
-        CHECK(found.all_clear());
+        CHECK(found.all_disjoint());
         CHECK(found.steps <= 40 * found.pairs);
     }
 }

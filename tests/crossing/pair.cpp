@@ -55,7 +55,7 @@ NodalFacet<D> through(const NodalFacet<D>& other, const Barycentric<D - 1>& xi, 
 template <int D>
 void laws_of_pairs() {
     const std::string d = D == 2 ? "2D " : "3D ";
-    property(d + "facets on two sides of a plane are clear", [] {
+    property(d + "facets on two sides of a plane are disjoint", [] {
         Engine engine(seed());
         const Vec<D> n = normalised(random_vector<D>(engine));
         RC_PRE(norm(n) > 0.5);
@@ -66,8 +66,8 @@ void laws_of_pairs() {
             return mapped<D>(f, [&](const Vec<D>& p) { return p - (side * (least - 1e-9)) * n; });
         };
         const auto a = beyond(random_facet<D>(engine, 0.5), 1), b = beyond(random_facet<D>(engine, 0.5), -1);
-        RC_ASSERT(crossing_of(a, b) == Crossing::clear);
-        RC_ASSERT(crossing_of(b, a) == Crossing::clear);
+        RC_ASSERT(crossing_of(a, b) == Crossing::disjoint);
+        RC_ASSERT(crossing_of(b, a) == Crossing::disjoint);
     });
     property(d + "facets with an inner point in common, transversally, cross; so they do in any numbering", [] {
         Engine engine(seed());
@@ -88,10 +88,10 @@ void laws_of_pairs() {
                  const bool meet = newton_meets(a, b, 1e-9, engine);
                  RC_ASSERT(!meet || found == Crossing::crossing);
                  // Those that only just meet are few enough for so many starts.
-                 RC_ASSERT(meet || found == Crossing::clear || newton_meets(a, b, 0, engine, 1000));
+                 RC_ASSERT(meet || found == Crossing::disjoint || newton_meets(a, b, 0, engine, 1000));
              },
              {.count = 100});
-    property(d + "facets with a common inner point, exactly, are never said to be clear",
+    property(d + "facets with a common inner point, exactly, are never said to be disjoint",
              [] {
                  // Whole nodes, multiples of 64; places whose weights are multiples of 1/4: so the point is a whole
                  // number, and the second facet is moved to it without rounding.
@@ -116,7 +116,7 @@ void laws_of_pairs() {
                  const Vec<D> move = bezier_of(a).point(xi) - bezier_of(b).point(eta);
                  const NodalFacet<D> moved = mapped<D>(b, [&](const Vec<D>& p) { return p + move; });
                  RC_PRE(!(moved == a));
-                 RC_ASSERT(crossing_of(a, moved, 500) != Crossing::clear);
+                 RC_ASSERT(crossing_of(a, moved, 500) != Crossing::disjoint);
              },
              {.count = 300});
     property(d + "the unit of length changes nothing", [] {
@@ -150,16 +150,16 @@ void laws_of_pairs() {
         if constexpr (D == 3) spread = norm(cross(a.nodes[1] - a.nodes[0], a.nodes[2] - a.nodes[0]));
         RC_PRE(spread > 0.05);
         const auto b = mapped<D>(a, [&](const Vec<D>& p) { return p + 1e-9 * n; });
-        RC_ASSERT(crossing_of(a, b) == Crossing::clear);
-        RC_ASSERT(crossing_of(b, renumbered(a, 1, false)) == Crossing::clear);
+        RC_ASSERT(crossing_of(a, b) == Crossing::disjoint);
+        RC_ASSERT(crossing_of(b, renumbered(a, 1, false)) == Crossing::disjoint);
     });
-    property(d + "a facet is clear of its copy, and of itself where it is but gently bent", [] {
+    property(d + "a facet is disjoint from its copy, and from itself where it is but gently bent", [] {
         Engine engine(seed());
         const NodalFacet<D> a = random_facet<D>(engine, 0.02);
-        RC_ASSERT(crossing_of(a, a) == Crossing::clear);
-        RC_ASSERT(crossing_of(a, renumbered(a, 1, true)) == Crossing::clear);
+        RC_ASSERT(crossing_of(a, a) == Crossing::disjoint);
+        RC_ASSERT(crossing_of(a, renumbered(a, 1, true)) == Crossing::disjoint);
         if constexpr (D == 3) RC_PRE(norm(cross(a.nodes[1] - a.nodes[0], a.nodes[2] - a.nodes[0])) > 0.5);
-        RC_ASSERT(crossing_of_itself(a) == Crossing::clear);
+        RC_ASSERT(crossing_of_itself(a) == Crossing::disjoint);
     });
 }
 
@@ -174,14 +174,14 @@ TEST_CASE("pairs in the plane") { laws_of_pairs<2>(); }
 TEST_CASE("pairs in space") { laws_of_pairs<3>(); }
 
 TEST_CASE("common vertices in the plane") {
-    property("a smooth curve cut anywhere is clear of itself; a corner too", [] {
+    property("a smooth curve cut anywhere does not cross itself; a corner too", [] {
         Engine engine(seed());
         const Vec<2> v = random_vector<2>(engine), t = random_vector<2>(engine);
         RC_PRE(norm(t) > 0.1);
         const Vec<2> n{{-t[1], t[0]}};
         const auto a = branch(v, t, n, uniform(engine, -2, 2));
         const auto b = branch(v, t * -uniform(engine, 0.01, 3), n, uniform(engine, -2, 2));
-        RC_ASSERT(crossing_of(a, b) == Crossing::clear);
+        RC_ASSERT(crossing_of(a, b) == Crossing::disjoint);
         const double turn = uniform(engine, 0.05, 3);
         const Vec<2> u = std::cos(turn) * t + std::sin(turn) * n;
         RC_ASSERT(crossing_of(a, branch(v, u, Vec<2>{{-u[1], u[0]}}, 0)) != Crossing::undecided);
@@ -192,21 +192,21 @@ TEST_CASE("common vertices in the plane") {
         const double s = uniform(engine, 0.05, 0.9);
         const NodalFacet<2> parabola{{Vec<2>{{0, 0}}, Vec<2>{{1, 0}}, Vec<2>{{0.5, 0.25}}}};
         RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, s}}})) == Crossing::crossing);
-        RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, -s}}})) == Crossing::clear);
-        RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, 1 + s}}})) == Crossing::clear);
+        RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, -s}}})) == Crossing::disjoint);
+        RC_ASSERT(crossing_of(parabola, straight_facet<2>({Vec<2>{{0, 0}}, Vec<2>{{1, 1 + s}}})) == Crossing::disjoint);
     });
     SUBCASE("a lens: two curves between the same vertices") {
         const Vec<2> a{{0, 0}}, b{{1, 0}};
         const NodalFacet<2> upper{{a, b, Vec<2>{{0.5, 0.1}}}}, lower{{b, a, Vec<2>{{0.5, -0.1}}}};
-        CHECK(crossing_of(upper, lower) == Crossing::clear);
-        CHECK(crossing_of(upper, NodalFacet<2>{{a, b, Vec<2>{{0.5, 0.1 + 1e-3}}}}) == Crossing::clear);
+        CHECK(crossing_of(upper, lower) == Crossing::disjoint);
+        CHECK(crossing_of(upper, NodalFacet<2>{{a, b, Vec<2>{{0.5, 0.1 + 1e-3}}}}) == Crossing::disjoint);
     }
-    SUBCASE("curves that touch with one tangent are never said to be clear or to cross") {
+    SUBCASE("curves that touch with one tangent are never said to be disjoint or to cross") {
         const NodalFacet<2> up{{Vec<2>{{-1, 1}}, Vec<2>{{1, 1}}, Vec<2>{{0, 0}}}};
         const NodalFacet<2> down{{Vec<2>{{-1, -1}}, Vec<2>{{1, -1}}, Vec<2>{{0, 0}}}};
         CHECK(crossing_of(up, down) == Crossing::undecided);
         CHECK(crossing_of(up, mapped<2>(down, [](const Vec<2>& p) { return p - Vec<2>{{0, 1e-9}}; })) ==
-              Crossing::clear);
+              Crossing::disjoint);
         CHECK(crossing_of(up, mapped<2>(down, [](const Vec<2>& p) { return p + Vec<2>{{0, 1e-5}}; })) ==
               Crossing::crossing);
     }
@@ -215,27 +215,27 @@ TEST_CASE("common vertices in the plane") {
 TEST_CASE("degenerate facets") {
     const Vec<3> o{}, x{{1, 0, 0}}, y{{0, 1, 0}}, z{{0, 0, 1}};
     const auto flat = straight_facet<3>({o, x, y});
-    SUBCASE("no area, and all at one place: never clear of what they touch, clear of what is far") {
+    SUBCASE("no area, and all at one place: never disjoint from what they touch, disjoint from what is far") {
         const auto line = straight_facet<3>({x * 0.2 + y * 0.2 - z, x * 0.2 + y * 0.2 + z, x * 0.2 + y * 0.2});
-        CHECK(crossing_of(flat, line) != Crossing::clear);
+        CHECK(crossing_of(flat, line) != Crossing::disjoint);
         const auto point = straight_facet<3>({z, z, z});
-        CHECK(crossing_of(flat, point) == Crossing::clear);
-        CHECK(crossing_of(point, point) == Crossing::clear);
+        CHECK(crossing_of(flat, point) == Crossing::disjoint);
+        CHECK(crossing_of(point, point) == Crossing::disjoint);
         CHECK(crossing_of_itself(point) == Crossing::undecided);
     }
     SUBCASE("a vertex on the other's face, an edge along it: they touch") {
         CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, z, x + z})) == Crossing::touching);
         CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x * 0.25, x + z})) == Crossing::touching);
     }
-    SUBCASE("coplanar facets that overlap are not clear; that are apart are") {
-        CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x + y, x})) != Crossing::clear);
-        CHECK(crossing_of(flat, straight_facet<3>({x + y * 0.5, x + y, x * 0.5 + y})) == Crossing::clear);
+    SUBCASE("coplanar facets that overlap are not disjoint; that are apart are") {
+        CHECK(crossing_of(flat, straight_facet<3>({(x + y) * 0.25, x + y, x})) != Crossing::disjoint);
+        CHECK(crossing_of(flat, straight_facet<3>({x + y * 0.5, x + y, x * 0.5 + y})) == Crossing::disjoint);
     }
     SUBCASE("a common edge, folded by any angle but 0") {
         for (const double angle : {1e-6, 1e-3, 0.1, 1.0, 2.0, 3.1})
             CHECK(crossing_of(flat, straight_facet<3>({x, o, x + std::cos(angle) * y + std::sin(angle) * z})) ==
-                  Crossing::clear);
-        CHECK(crossing_of(flat, straight_facet<3>({x, o, x + y})) != Crossing::clear);
+                  Crossing::disjoint);
+        CHECK(crossing_of(flat, straight_facet<3>({x, o, x + y})) != Crossing::disjoint);
     }
     SUBCASE("nodes that are not finite") {
         auto broken = flat;

@@ -1,4 +1,4 @@
-// Whole walls: smooth ones are clear of themselves, those that bow through each other are found.
+// Whole walls: smooth ones do not cross themselves, those that bow through each other are found.
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -74,7 +74,7 @@ QuadraticMesh<2> circles(std::size_t n, double inner, std::size_t m, double oute
 
 }  // namespace
 
-TEST_CASE("smooth walls are clear of themselves") {
+TEST_CASE("smooth walls do not cross themselves") {
     property("a torus",
              [] {
                  Engine engine(*rc::gen::arbitrary<std::uint64_t>());
@@ -91,7 +91,7 @@ TEST_CASE("smooth walls are clear of themselves") {
              [] {
                  const auto n = static_cast<std::size_t>(*rc::gen::inRange(5, 60));
                  const Crossings found = crossings_of(circles(n, 1, 2 * n, 2, 0.1));
-                 RC_ASSERT(found.all_clear());
+                 RC_ASSERT(found.all_disjoint());
              },
              {.count = 20});
 }
@@ -100,7 +100,7 @@ TEST_CASE("thin layers of long facets") {
     // Strips of the torus stretched by 1000: the facets are needles.
     Engine engine(1);
     auto mesh = torus(12, 10, 0.1, engine);
-    CHECK(crossings_of(mesh).all_clear());
+    CHECK(crossings_of(mesh).all_disjoint());
     const auto stretched = [](Vec<3> p) { return Vec<3>{{p[0], p[1], 1000 * p[2]}}; };
     Buffer<Vec<3>> points = take(std::move(mesh.linear.points));
     for (Vec<3>& p : points) p = stretched(p);
@@ -118,7 +118,7 @@ TEST_CASE("walls that bow through each other") {
         const std::size_t n = 8;
         // Chords of the outer one reach down to outer · cos(π/n); its nodes are pushed to the inner side.
         auto mesh = circles(n, 1, n, 1.2, 0.3);
-        CHECK(crossings_of(mesh).all_clear());
+        CHECK(crossings_of(mesh).all_disjoint());
         const auto k = static_cast<std::size_t>(*rc::gen::inRange(0, int(n)));
         const EdgeId edge = mesh.edges.of_facets[n + k][0];
         Buffer<LagrangeNode<2>> nodes = take(std::move(mesh.mid_nodes));
@@ -154,8 +154,8 @@ TEST_CASE("walls that bow through each other") {
                 return dot(p, facing) < 1 + gap / 2 ? normalised(p) : image(normalised(image(p)));
             });
         };
-        CHECK(crossings_of(spheres(-0.1, false)).all_clear());
-        CHECK(crossings_of(spheres(0.1, true)).all_clear());
+        CHECK(crossings_of(spheres(-0.1, false)).all_disjoint());
+        CHECK(crossings_of(spheres(0.1, true)).all_disjoint());
         const Crossings found = crossings_of(spheres(-0.1, true));
         CHECK(found.crossing > 0);
         CHECK(found.undecided == 0);

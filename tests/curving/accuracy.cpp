@@ -122,7 +122,7 @@ void accuracy_laws(const std::array<int, D>& cells) {
 TEST_CASE("curve triangles for accuracy") { accuracy_laws<2>({8, 5}); }
 TEST_CASE("curve tetrahedra for accuracy") { accuracy_laws<3>({4, 4, 3}); }
 
-TEST_CASE("accuracy: a wish to stop is heard, and options out of range are refused") {
+TEST_CASE("accuracy: a request to stop is heard, and options out of range are refused") {
     const auto b = shell_block<2>({3, 2}, 1);
     std::stop_source source;
     source.request_stop();

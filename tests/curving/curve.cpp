@@ -147,7 +147,7 @@ void curve_laws(const std::array<int, D>& cells) {
 TEST_CASE("curve triangles") { curve_laws<2>({8, 5}); }
 TEST_CASE("curve tetrahedra") { curve_laws<3>({4, 4, 3}); }
 
-TEST_CASE("columns that do not fit are refused, and a wish to stop is heard") {
+TEST_CASE("columns that do not fit are refused, and a request to stop is heard") {
     const auto b = shell_block<2>({3, 2}, 1);
     const auto wrong = curve(b.mesh, Column<EdgeKind>{}, b.boundary_nodes, b.shells, b.back, CurveOptions{}, alone);
     REQUIRE(!wrong.has_value());

@@ -192,7 +192,7 @@ TEST_CASE("a mesh whose z differ by rounding stays in space, and is told of") {
     CHECK(with_flat_in_2d({LinearMesh<3>{}, {}}, {})->notices.empty());
 }
 
-TEST_CASE("a lift of another mesh, and the wish to stop") {
+TEST_CASE("a lift of another mesh, and the request to stop") {
     const LinearMesh<2> mesh = generated::mesh<2>(1, 4);
     const Lift other{.heights = Buffer<double>{0, 1}};
     CHECK(raised(mesh, other, {}).error().kind == ErrorKind::internal);

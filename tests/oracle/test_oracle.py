@@ -12,7 +12,7 @@ import gmf
 import sample_meshes as samples
 from test_gmf import *  # noqa: F401,F403
 from test_laws import *  # noqa: F401,F403
-from test_length_gain import *  # noqa: F401,F403
+from test_length_reduction import *  # noqa: F401,F403
 from test_validity import *  # noqa: F401,F403
 
 

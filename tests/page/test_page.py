@@ -150,7 +150,7 @@ class Text(Folder):
 
     def test_a_run_before_and_after(self):
         page = self.page("report.json").read_text()
-        for text in ("before correction", "after correction", "largest distance to the geometry", "Length gain"):
+        for text in ("before correction", "after correction", "largest distance to the geometry", "Length reduction"):
             self.assertIn(text, page)
 
     def test_a_remeshed_mesh_and_the_one_that_was_given(self):
@@ -161,11 +161,11 @@ class Text(Folder):
             self.assertIn(text, page)
 
     def test_page_beside_what_a_verb_does(self):
-        shown = {"curvature", "length_gain", "distance_to_geometry", "Anisotropy of the metric"}
+        shown = {"curvature", "length_reduction", "distance_to_geometry", "Anisotropy of the metric"}
         camber("curve", "shell.meshb", "-o", "again.meshb", "--page", "curve.html", cwd=self.folder)
         page = (self.folder / "curve.html").read_text()
         self.assertLessEqual(shown, {q["title"] for q in values_of(page)["quantities"]})
-        self.assertIn("mean length gain", page)
+        self.assertIn("mean length reduction", page)
         camber("check", "shell-p2.meshb", "--page", "check.html", cwd=self.folder)
         camber("report", "shell-p2.meshb", "-o", "report.html", cwd=self.folder)
         texts = [(self.folder / name).read_text().split("<h2>Command")[0] for name in ("check.html", "report.html")]

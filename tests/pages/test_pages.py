@@ -89,6 +89,12 @@ class Words(unittest.TestCase):
             if page.name not in ("glossary.md", "report.md"):
                 self.assertIsNone(other.search(text_of(page)), page.relative_to(ROOT))
 
+    def test_words_of_the_house_stay_away(self):
+        """Said instead: recommended, settled, curved back mesh, length reduction, disjoint."""
+        other = re.compile(r"\bwish(?:es|ed)?\b|\bat rest\b|\bcarried (?:field|one)\b|\b(?:length|mean) gain|proved clear", re.IGNORECASE)
+        for page in result_pages.pages():
+            self.assertIsNone(other.search(" ".join(text_of(page).split())), page.relative_to(ROOT))
+
 
 def sentences(text):
     """Of what is read as text: no blocks of code, a table's cells and a list's items each by themselves."""

@@ -68,7 +68,7 @@ class CommandLine(unittest.TestCase):
     def test_curve_check_info(self):
         done = self.camber("curve", "two.mesh", "-o", "out.meshb", "--report", "report.json")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("mean length gain", done.stdout)
+        self.assertIn("mean length reduction", done.stdout)
         self.assertEqual(self.folder.files(), ["out.meshb", "report.json", "two.mesh"])
         checked = json.loads(self.camber("check", "out.meshb", "--json").stdout)
         self.assertEqual((checked["dimension"], checked["degree"], checked["elements"], checked["invalid"],
@@ -190,7 +190,7 @@ class CommandLine(unittest.TestCase):
             done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--metric", metric, "--report", "r.json")
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertLess(abs(json.loads((self.folder.path / "r.json").read_text())
-                                ["curve"]["before_correction"]["largest_gain"]), 1e-12)
+                                ["curve"]["before_correction"]["largest_length_reduction"]), 1e-12)
 
     def metric_report(self, metric, *operations):
         done = self.camber("curve", "two.mesh", "-o", "o.mesh", "--geometry", "straight", "--metric", json.dumps(metric),

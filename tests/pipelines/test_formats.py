@@ -127,7 +127,7 @@ class Formats(unittest.TestCase):
         volume = np.flatnonzero(kinds == 0)
         volume = volume[volume >= vertices]
         after = report["curve"]["after_correction"]
-        self.assertAlmostEqual(nodes["length_gain"][volume].mean(), after["mean_gain"], places=12)
+        self.assertAlmostEqual(nodes["length_reduction"][volume].mean(), after["mean_length_reduction"], places=12)
         self.assertAlmostEqual(nodes["curvature"][volume].max(), after["largest_curvature"], places=12)
         self.assertEqual(set(nodes["edge_change"][:vertices]), {-1})
         # Distances, curvatures and metrics once more from the points alone.
@@ -256,7 +256,7 @@ class Formats(unittest.TestCase):
         self.curved("shell", {"mesh": "m.meshb", "report": "r.json", "plots": "plots"})
         report = json.loads(self.path("r.json").read_text())
         histograms = report["histograms"]
-        self.assertEqual(set(histograms), {"length_gain", "riemannian_length", "curvature", "scaled_jacobian"})
+        self.assertEqual(set(histograms), {"length_reduction", "riemannian_length", "curvature", "scaled_jacobian"})
         for key, histogram in histograms.items():
             things = report["mesh"]["elements"] if key == "scaled_jacobian" else report["curve"]["volume_edges"]
             for series in histogram["mean"]:
@@ -267,8 +267,8 @@ class Formats(unittest.TestCase):
         for when in ("before", "after"):
             self.assertEqual(histograms["curvature"]["max"][when],
                              report["curve"][when + "_correction"]["largest_curvature"])
-            self.assertAlmostEqual(histograms["length_gain"]["mean"][when],
-                                   report["curve"][when + "_correction"]["mean_gain"], places=12)
+            self.assertAlmostEqual(histograms["length_reduction"]["mean"][when],
+                                   report["curve"][when + "_correction"]["mean_length_reduction"], places=12)
         self.assertEqual({f for f in self.folder.files() if f.startswith("plots")},
                          {f"plots/{key}.svg" for key in histograms})
         self.run_camber("plot", "r.json", "-o", "again")

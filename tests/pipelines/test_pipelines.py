@@ -19,21 +19,21 @@ from sample_meshes import binary_file
 
 GOLDEN = json.loads((Path(__file__).parent / "golden.json").read_text())
 # Relative tolerances: counts are exact but for those that a last bit may tip.
-TOLERANCE = {"mean_gain": 0.01, "largest_gain": 0.02, "mean_curvature": 0.01, "largest_distance": 0.05,
+TOLERANCE = {"mean_length_reduction": 0.01, "largest_length_reduction": 0.02, "mean_curvature": 0.01, "largest_distance": 0.05,
              "corrected_elements": 0.2, "relaxed_volume_edges": 0.2, "relaxed_surface_edges": 0.5,
-             "gain_lost": 0.2}
+             "length_reduction_lost": 0.2}
 
 
 def figures(report):
     """The figures that golden.json keeps."""
     before, relax = report["curve"]["before_correction"], report["relax"]
     return {"vertices": report["mesh"]["vertices"], "elements": report["mesh"]["elements"],
-            "edges": report["curve"]["edges"], "mean_gain": before["mean_gain"],
-            "largest_gain": before["largest_gain"], "mean_curvature": before["mean_curvature"],
+            "edges": report["curve"]["edges"], "mean_length_reduction": before["mean_length_reduction"],
+            "largest_length_reduction": before["largest_length_reduction"], "mean_curvature": before["mean_curvature"],
             "corrected_elements": relax["corrected_elements"],
             "relaxed_volume_edges": relax["relaxed_volume_edges"],
             "relaxed_surface_edges": relax["relaxed_surface_edges"],
-            "gain_lost": before["mean_gain"] - report["curve"]["after_correction"]["mean_gain"],
+            "length_reduction_lost": before["mean_length_reduction"] - report["curve"]["after_correction"]["mean_length_reduction"],
             "largest_distance": report["boundary"]["largest_distance"]}
 
 
@@ -68,8 +68,8 @@ class Configs(unittest.TestCase):
         self.assertTrue(report["committed"])
         self.assertEqual(report["curve"]["lost"], 0)
         if name.startswith("paper-"):  # by energy; accuracy asks no edge to be shorter
-            self.assertGreater(after["mean_gain"], 0)
-            self.assertGreaterEqual(after["mean_gain"], 0.9 * report["curve"]["before_correction"]["mean_gain"])
+            self.assertGreater(after["mean_length_reduction"], 0)
+            self.assertGreaterEqual(after["mean_length_reduction"], 0.9 * report["curve"]["before_correction"]["mean_length_reduction"])
             self.assertEqual(report["curve"]["before_correction"]["longer_edges"], 0)
 
     def check_oracle(self, mesh, *arguments):
@@ -143,9 +143,9 @@ class Configs(unittest.TestCase):
         self.assertEqual(report["boundary"]["patches"], 3)
         self.assertEqual(report["boundary"]["ridge_edges"], 0)
         whole = self.report_of("coated-sphere", "--set", 'stages=["elevate", "curve", "validate", "relax", "commit"]')
-        self.assertAlmostEqual(report["curve"]["after_correction"]["mean_gain"],
-                               whole["curve"]["after_correction"]["mean_gain"],
-                               delta=0.01 * whole["curve"]["after_correction"]["mean_gain"])
+        self.assertAlmostEqual(report["curve"]["after_correction"]["mean_length_reduction"],
+                               whole["curve"]["after_correction"]["mean_length_reduction"],
+                               delta=0.01 * whole["curve"]["after_correction"]["mean_length_reduction"])
 
     def test_layers(self):
         self.run_and_check("layers", "layers.meshb", "--sphere", "1,5", "--sphere", "2,1")
@@ -160,7 +160,7 @@ class Configs(unittest.TestCase):
         """An analytic field, bounded and graded; every kind of output."""
         self.run_and_check("polar-2d", "polar-2d.meshb", "--planes")
         written = {p.name for p in (self.folder_of("polar-2d") / "out").rglob("*") if p.is_file()}
-        self.assertEqual(written, {"polar-2d.meshb", "polar-2d.vtu", "polar-2d.report.json", "length_gain.svg",
+        self.assertEqual(written, {"polar-2d.meshb", "polar-2d.vtu", "polar-2d.report.json", "length_reduction.svg",
                                    "riemannian_length.svg", "curvature.svg", "scaled_jacobian.svg"})
 
     def test_a_stage_that_comes_twice_is_blamed_on_the_config(self):

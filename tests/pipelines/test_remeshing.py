@@ -343,7 +343,7 @@ class Remesh(unittest.TestCase):
         lengths = []
         for options in ({"curve": {"objective": "energy"}}, {}, {"curve": {"back_mesh": "straight"}}):
             passes(["swap", {"reinsert": options}])
-            lengths.append(report_of(self.folder.path / "r.json")["curve"]["after_correction"]["mean_gain"])
+            lengths.append(report_of(self.folder.path / "r.json")["curve"]["after_correction"]["mean_length_reduction"])
         self.assertGreater(lengths[0], lengths[1])
         self.assertNotEqual(lengths[2], lengths[1])
         config = {"input": {"mesh": "shell.meshb"}, "stages": ["elevate", {"reinsert": {"relax": {"theta": 0.3}}}], "output": {}}

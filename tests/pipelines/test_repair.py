@@ -186,14 +186,14 @@ class Repair(unittest.TestCase):
         self.assertIn("--cad MODEL", done.stderr)
         self.repair("--boundary-tolerance", would_do)
 
-    def test_what_is_below_the_bound_that_is_wished_for_is_no_failure_and_the_note_says_what_to_do(self):
+    def test_what_is_below_the_recommended_bound_is_no_failure_and_the_note_says_what_to_do(self):
         mesh = self.kinked()
         node = next(n for n, ends in mid_nodes(mesh).items() if set(ends) == {9, 18})
         mesh.points[node] = 0.73 * mesh.points[18] + 0.27 * mesh.points[9]  # scaled Jacobians of 0.08 there
         self.write(mesh)
         done, report = self.repair()
         self.assertGreater(len(report["elements_below_bound"]), 0)
-        self.assertIn("below the scaled Jacobian 0.1 that is wished for", done.stderr)
+        self.assertIn("below the recommended scaled Jacobian 0.1", done.stderr)
         self.assertIn("(no failure: --min-scaled-jacobian 0.1 would make it one; --boundary-tolerance or --cad gives it "
                       "room to raise them)", done.stderr)
         self.repair("--min-scaled-jacobian", 0.1, code=1)

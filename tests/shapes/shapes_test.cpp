@@ -284,7 +284,7 @@ TEST_CASE("about as many elements as were asked for") {
     CHECK(mesh->elements.size() == doctest::Approx(3000).epsilon(0.2));
 }
 
-TEST_CASE("the wish to stop is heard") {
+TEST_CASE("the request to stop is heard") {
     std::stop_source source;
     source.request_stop();
     each_kind([&](const auto& options) {

@@ -186,7 +186,7 @@ LinearMesh<3> shallow_tetrahedron() {
 
 }  // namespace
 
-TEST_CASE("ridges and other references end a wall, seams do not") {
+TEST_CASE("ridges and other references end a wall, smooth listed edges do not") {
     const ExamineOptions options{.ridge_angle_degrees = 30};
     const std::vector<WallElement> whole{{ElementId(0), {VertexId(0), VertexId(1)}}};
     auto mesh = shallow_tetrahedron();

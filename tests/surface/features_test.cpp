@@ -109,7 +109,7 @@ TEST_CASE("references, ridges of the file and open rims are ridges whatever the 
     const auto coloured = features_of(soup.mesh());
     CHECK(coloured.patch_count == 2);
     CHECK(coloured.ridge_edges == 20);
-    CHECK(coloured.corners == 6);  // the seam branches off the rim twice
+    CHECK(coloured.corners == 6);  // the ridge between them branches off the rim twice
 
     auto mesh = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; }).mesh();
     const auto& t = mesh.facets.vertices[15];
@@ -134,10 +134,10 @@ TEST_CASE("a listed edge is a ridge only where the surface breaks; its node is o
                                   const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
                                   const auto soup = seed % 2 == 0 ? sphere(9, 1, seed) : half_cylinder(8, 4, seed);
                                   const auto plain = build(soup.mesh());
-                                  const auto seam = listing(soup.mesh(), plain.mesh.edges,
+                                  const auto some = listing(soup.mesh(), plain.mesh.edges,
                                                             [&](std::size_t e) { return e % 3 == seed % 3; });
-                                  const auto b = build(seam);
-                                  RC_ASSERT(b.mesh.linear.edges == seam.edges);
+                                  const auto b = build(some);
+                                  RC_ASSERT(b.mesh.linear.edges == some.edges);
                                   RC_ASSERT(b.features == plain.features);
                                   RC_ASSERT(b.nodes == plain.nodes);
                               },

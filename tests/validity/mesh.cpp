@@ -87,7 +87,7 @@ TEST_CASE("validate: a straight mesh is valid, and its smallest Jacobian 1") {
     CHECK(v.verdicts.size() == p.mesh.linear.elements.size());
 }
 
-TEST_CASE("validate: no elements, a foreign proposal, the wish to stop") {
+TEST_CASE("validate: no elements, a foreign proposal, the request to stop") {
     const auto empty = validate(QuadraticMesh<3>{}, 0, Execution{1}).value();
     CHECK(empty.all_valid());
     CHECK(empty.smallest == 1);

@@ -81,7 +81,7 @@ std::string note_of_wish(const run::Report& r) {
     else if (r.curve)
         raise = "; --objective shape, or smaller elements there, raises them";
     return fmt::format(
-        "{} elements are valid, but below the scaled Jacobian {:g} that is wished for: {} (no failure: "
+        "{} elements are valid, but below the recommended scaled Jacobian {:g}: {} (no failure: "
         "--min-scaled-jacobian {:g} would make it one{})",
         r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
 }

@@ -91,7 +91,7 @@ struct Codec<double> {
     static Json schema(const Limits&);
     static std::string type(const Limits&);
 };
-/// A number, or null where it is only wished for.
+/// A number, or null where it is only recommended.
 template <>
 struct Codec<JacobianBound> {
     static Outcome<JacobianBound> read(const Json& json, const Place& place, const Limits& limits) {

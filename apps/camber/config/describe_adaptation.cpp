@@ -48,7 +48,8 @@ std::string wrong_with(const Adaptation& a) {
 const Description<Adaptation>& Described<Adaptation>::get() {
     static const Description<Adaptation> description{
         "adapt",
-        "Cycles of the stages, each on the mesh that the one before made, until that is at rest; a solver may be asked "
+        "Cycles of the stages, each on the mesh that the one before made, until that has settled; a solver may be "
+        "asked "
         "for the solution in between. Without a geometry of its own every cycle takes the boundary of the first mesh.",
         listed<Adaptation>(), wrong_with};
     return description;

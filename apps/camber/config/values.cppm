@@ -229,7 +229,7 @@ struct Commit {
 struct Reinsert {
     Curve curve;
     Relax relax;
-    int max_turns = ReinsertionOptions{}.max_turns;
+    int max_sweeps = ReinsertionOptions{}.max_sweeps;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Reinsert;
@@ -237,7 +237,7 @@ struct Reinsert {
             option("curve", &S::curve, "how a cavity's edges find their nodes: the options of the stage curve"),
             option("relax", &S::relax,
                    "what a cavity does about elements that are not valid: the options of the stage relax"),
-            option_of(&ReinsertionOptions::max_turns).as(&S::max_turns));
+            option_of(&ReinsertionOptions::max_sweeps).as(&S::max_sweeps));
     }
     friend bool operator==(const Reinsert&, const Reinsert&) = default;
 };
@@ -291,7 +291,8 @@ struct Output {
                    "is of a format with the same ending, that one: text stays text"),
             option("report", &S::report, "the figures of the run, as JSON; empty: none"),
             option("vtu", &S::vtu,
-                   "the mesh with the run's fields (Jacobians, curvatures, gains, metric …) for ParaView (.vtu), "
+                   "the mesh with the run's fields (Jacobians, curvatures, length reductions, metric …) for ParaView "
+                   "(.vtu), "
                    "beside the mesh; empty: none"),
             option_of(&VtuOptions::cells).as(&S::vtu_cells),
             option(

@@ -115,11 +115,11 @@ struct FacetReport {
     std::vector<std::size_t> vertices = {};  ///< as the file numbers them
 };
 
-/// Two facets that are not clear of each other; the same one twice: of itself.
+/// Two facets that are not disjoint; the same one twice: of itself.
 struct CrossingReport {
     Crossing verdict = Crossing::undecided;
     std::array<FacetReport, 2> facets;
-    bool straight_too = false;  ///< the straight facets of their vertices are not clear either
+    bool straight_too = false;  ///< the straight facets of their vertices are not disjoint either
 };
 
 /// Walls that pass through each other.

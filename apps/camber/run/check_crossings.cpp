@@ -33,8 +33,9 @@ NodalFacet<D> straightened(const NodalFacet<D>& facet) {
 
 template <int D>
 bool cross_straight(const QuadraticMesh<D>& mesh, const FacetCrossing& found) {
-    return found.first != found.second && crossing_of(straightened(nodal_facet(mesh, found.first)),
-                                                      straightened(nodal_facet(mesh, found.second))) != Crossing::clear;
+    return found.first != found.second &&
+           crossing_of(straightened(nodal_facet(mesh, found.first)), straightened(nodal_facet(mesh, found.second))) !=
+               Crossing::disjoint;
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ double wanted_complexity(const config::Adaptation& adapt, int cycle) {
     return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
 }
 
-/// A mesh that is less so in its own solution's metric is not at rest, but far from it, or runs after what moves.
+/// A mesh that is less so in its own solution's metric has not settled, but is far from it, or runs after what moves.
 constexpr double near_to_unit = 0.5;
 
 void replace_all(std::string& text, std::string_view part, const std::string& by) {
@@ -211,7 +211,7 @@ std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptati
     if (last.unit_edges == 0 || last.unit_before > before.unit_before + adapt.settled) return {};
     if (last.unit_before < near_to_unit * last.unit_edges) return {};
     return fmt::format(
-        "at rest: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
+        "settled: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
         "{:.1f} % of cycle {}",
         100 * before.unit_before, before.cycle - 1, 100 * last.unit_before, last.cycle - 1);
 }

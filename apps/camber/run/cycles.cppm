@@ -11,7 +11,7 @@ import camber.io;
 import :report;
 import :solution;
 
-/// A pipeline in cycles (config "adapt"): what each of them runs, when they are at rest, and their table.
+/// A pipeline in cycles (config "adapt"): what each of them runs, when they have settled, and their table.
 export namespace camber::run {
 
 /// Where a cycle's files are: all within its folder.
@@ -68,7 +68,7 @@ struct CycleRow {
 
 [[nodiscard]] CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report);
 
-/// Why the cycles are at rest: meshes become no nearer to unit in their own solution's metric; empty: they are not.
+/// Why the cycles have settled: meshes become no nearer to unit in their own solution's metric; empty: they have not.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 
 /// The table for a terminal, whole or line by line, and as JSON, both ways. Errors of reading: input, with its path.

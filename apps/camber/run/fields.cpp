@@ -145,7 +145,7 @@ Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* fiel
     if (plan) fields = std::move(fields).with(edge_changes(mesh, plan->proposal()));
     if (plan && lengths && !is_surface_alone(mesh.linear))
         fields = std::move(fields).with(
-            edge_field_with_means(mesh, "length_gain", length_gains(lengths->straight, lengths->curved),
+            edge_field_with_means(mesh, "length_reduction", length_reductions(lengths->straight, lengths->curved),
                                   [&](std::size_t e) { return plan->proposal().kinds[e] == EdgeKind::volume; }));
     const Wanted<D>* const wanted = plan ? plan->wanted() : nullptr;
     if (wanted) {

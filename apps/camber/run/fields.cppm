@@ -22,7 +22,8 @@ namespace camber::run {
 /// - `node_kind`: 0 volume, 1 surface, 2 ridge, 3 corner;
 /// - `edge_change`: −1 at vertices, else 0 straight, 1 projected, 2 optimised, 3 relaxed, 4 straightened;
 /// - `curvature`: |P^l − M_11|/|P_20 − P_02| of the node's edge; at a vertex the mean of its edges;
-/// - `length_gain`: L_straight/L − 1 of the node's edge, 0 on boundary edges; at a vertex the mean of its volume edges;
+/// - `length_reduction`: L_straight/L − 1 of the node's edge, 0 on boundary edges; at a vertex the mean of its volume
+/// edges;
 /// - `distance_to_geometry` (model units): of boundary nodes from the nearest point of the geometry; NaN in the volume;
 /// - `metric` (1/length²): M; at nodes of edges log-Euclidean between the back mesh's vertices.
 /// Errors: stopped.

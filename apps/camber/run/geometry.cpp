@@ -168,7 +168,7 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
                                      SurrogateOptions{}, part_of(execution, 0.3, 1));
         if (!curved) return fail(curved.error());
         if (const CurvedPatches& of = curved->patches; of.smooth + of.as_read > 0)
-            patches = {of.smooth, of.as_read, degrees(of.kink), degrees(of.largest_kink)};
+            patches = {of.smooth, of.as_read, degrees(of.mean_angle), degrees(of.largest_angle)};
         return std::move(curved->surrogate);
     };
     const auto made = [&](Geometry<D> g) {

@@ -12,7 +12,7 @@ export namespace camber::run {
 
 /// What is counted, each with bins of its own that never change, so that runs can be compared.
 enum class Quantity : std::uint8_t {
-    length_gain,
+    length_reduction,
     length,
     curvature,
     scaled_jacobian,
@@ -37,7 +37,7 @@ struct QuantityInfo {
 [[nodiscard]] const QuantityInfo& info(Quantity quantity);
 
 /// The limits of a quantity's bins, rising and finer towards the tails, by decades where values span them:
-/// - gain: −0.1, −0.01, −0.001, 0, 1e-5, 1e-4, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 100;
+/// - length_reduction: −0.1, −0.01, −0.001, 0, 1e-5, 1e-4, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 100;
 /// - length in the metric: 2^-10 … 2^10 by octaves, by quarters of them from 2^-3 to 2^3;
 /// - curvature: 0, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 10;
 /// - scaled Jacobian and quality: −10, −1, −0.1, −0.01, −0.001, −1e-6, −1e-9, 0, then 1e-9 … 0.001 by decades,
@@ -63,7 +63,7 @@ struct Series {
 };
 
 struct Histogram {
-    Quantity quantity = Quantity::length_gain;
+    Quantity quantity = Quantity::length_reduction;
     std::vector<double> limits;
     std::vector<Series> series;
     friend bool operator==(const Histogram&, const Histogram&) = default;

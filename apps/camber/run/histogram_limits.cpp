@@ -13,7 +13,7 @@ namespace camber::run {
 namespace {
 
 constexpr std::array<QuantityInfo, quantity_count> infos{{
-    {Quantity::length_gain, "length_gain", "Length gain", "length of the chord / length of the edge - 1",
+    {Quantity::length_reduction, "length_reduction", "Length reduction", "length of the chord / length of the edge - 1",
      "volume edges", 10},
     {Quantity::length, "riemannian_length", "Riemannian length", "length in the metric", "volume edges", 2},
     {Quantity::curvature, "curvature", "Curvature", "offset of the node / length of the chord", "volume edges", 10},
@@ -43,7 +43,7 @@ void add_decades(std::vector<double>& limits, int first, int last, std::initiali
     limits.push_back(decimal(1, last));
 }
 
-std::vector<double> of_gains() {
+std::vector<double> of_reductions() {
     std::vector<double> limits{-0.1, -0.01, -0.001, 0, 1e-5, 1e-4};
     add_decades(limits, -3, 2, {1, 1.5, 2, 3, 5, 7});
     return limits;
@@ -79,7 +79,7 @@ const QuantityInfo& info(Quantity quantity) { return infos[static_cast<std::size
 
 std::vector<double> limits_of(Quantity quantity) {
     switch (quantity) {
-        case Quantity::length_gain: return of_gains();
+        case Quantity::length_reduction: return of_reductions();
         case Quantity::length:
         case Quantity::edge_length:
         case Quantity::curved_edge_length: return of_lengths();

@@ -110,7 +110,7 @@ class Inspector {
             const Vec<D>& p = mesh_.linear.points[v];
             report_.corners.push_back({numbers_(v.index()), {p.c.begin(), p.c.end()}});
         }
-        report_.seams = found.seams;
+        report_.smooth_listed_edges = found.smooth_listed_edges;
         report_.interface_facets = found.interface_facets;
         report_.lone_facets = found.lone_facets;
         const auto ends = [&](const std::array<VertexId, 2>& edge) { return hinge(edge, {}); };

@@ -81,7 +81,7 @@ struct GeometryReport {
     std::vector<PatchReport> patches;
     std::vector<CurveFacts> ridges;
     std::vector<CornerReport> corners;
-    std::size_t seams = 0, interface_facets = 0, lone_facets = 0;
+    std::size_t smooth_listed_edges = 0, interface_facets = 0, lone_facets = 0;
     HingesReport open, crowded, turned;
     std::vector<PlacesReport> suspicious;
     std::optional<CadReport> cad;

@@ -87,7 +87,7 @@ std::string inspect_json(const GeometryReport& report, std::string_view name, st
     j["patches"] = patches(report);
     j["ridges"] = ridges(report);
     j["corners"] = corners(report);
-    j["seams"] = report.seams;
+    j["smooth_listed_edges"] = report.smooth_listed_edges;
     j["interface_facets"] = report.interface_facets;
     j["lone_facets"] = report.lone_facets;
     j["open_edges"] = json(report.open);

@@ -42,7 +42,7 @@ std::string mesh_rows(const GeometryReport& r) {
     text += table_row(flat ? "smooth curves" : "patches", r.patches.size());
     if (!flat) text += table_row("ridges", r.ridges.size());
     text += table_row("corners", r.corners.size());
-    if (r.seams > 0) text += table_row("listed edges that are no ridges", r.seams);
+    if (r.smooth_listed_edges > 0) text += table_row("listed edges that are no ridges", r.smooth_listed_edges);
     return text;
 }
 

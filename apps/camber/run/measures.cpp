@@ -80,10 +80,11 @@ std::vector<double> jacobians(const Validation<D>& v) {
 
 }  // namespace
 
-std::vector<double> length_gains(const Column<double>& straight, const Column<double>& lengths) {
-    std::vector<double> gains(lengths.size());
-    for (std::size_t e = 0; e < gains.size(); ++e) gains[e] = lengths[e] > 0 ? straight[e] / lengths[e] - 1 : 0;
-    return gains;
+std::vector<double> length_reductions(const Column<double>& straight, const Column<double>& lengths) {
+    std::vector<double> reductions(lengths.size());
+    for (std::size_t e = 0; e < reductions.size(); ++e)
+        reductions[e] = lengths[e] > 0 ? straight[e] / lengths[e] - 1 : 0;
+    return reductions;
 }
 
 template <int D>
@@ -114,7 +115,7 @@ std::size_t bent_edges(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
 template <int D>
 EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Column<double>& straight,
                        const Column<double>& lengths) {
-    const auto gains = length_gains(straight, lengths);
+    const auto reductions = length_reductions(straight, lengths);
     const auto curved = curvatures<D>(mesh, proposal.mid_nodes.view());
     const bool is_alone = is_surface_alone(mesh.linear);
     EdgeReport r;
@@ -125,19 +126,19 @@ EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal
         r.largest_curvature = std::max(r.largest_curvature, curved[e]);
         ++n;
         if (!(straight[e] > 0)) continue;
-        r.mean_gain += gains[e];
-        r.largest_gain = std::max(r.largest_gain, gains[e]);
-        r.longer += gains[e] < 0;
+        r.mean_length_reduction += reductions[e];
+        r.largest_length_reduction = std::max(r.largest_length_reduction, reductions[e]);
+        r.longer += reductions[e] < 0;
         ++r.measured;
     }
-    if (r.measured > 0) r.mean_gain /= static_cast<double>(r.measured);
+    if (r.measured > 0) r.mean_length_reduction /= static_cast<double>(r.measured);
     if (n > 0) r.mean_curvature /= static_cast<double>(n);
     return r;
 }
 
 namespace {
 
-/// Of a surface alone: all edges, which gain no length, since they follow the surface.
+/// Of a surface alone: all edges, which become no shorter, since they follow the surface.
 template <int D>
 void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
                          const Proposal<D>& in_the_end, const EdgeLengths& lengths) {
@@ -158,9 +159,10 @@ void count_surface_edges(Counting& counting, const QuadraticMesh<D>& mesh, const
 template <int D>
 void count_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<D>& curved,
                  const Proposal<D>& in_the_end, const EdgeLengths& lengths) {
-    const auto gains = [&counting, &curved](const char* name, const Column<double>& chords, const Column<double>& now) {
-        counting.add(Quantity::length_gain, name,
-                     [&] { return of_measured(length_gains(chords, now), curved.straight_lengths); });
+    const auto reductions = [&counting, &curved](const char* name, const Column<double>& chords,
+                                                 const Column<double>& now) {
+        counting.add(Quantity::length_reduction, name,
+                     [&] { return of_measured(length_reductions(chords, now), curved.straight_lengths); });
     };
     const auto known = [&counting, &curved](const char* name, const Column<double>& values) {
         counting.add(Quantity::length, name, [&] { return of_measured(values.view(), curved.straight_lengths); });
@@ -170,8 +172,8 @@ void count_edges(Counting& counting, const QuadraticMesh<D>& mesh, const Curved<
             return of_volume(curvatures<D>(apply_proposal(mesh, seen), seen.mid_nodes.view()), in_the_end.kinds);
         });
     };
-    gains("before", curved.straight_lengths, curved.lengths);
-    gains("after", lengths.straight, lengths.curved);
+    reductions("before", curved.straight_lengths, curved.lengths);
+    reductions("after", lengths.straight, lengths.curved);
     known("straight", curved.straight_lengths);
     known("before", curved.lengths);
     known("after", lengths.curved);

@@ -15,7 +15,7 @@ import :state;
 namespace camber::run {
 
 /// L_straight/L − 1 (paper eq. 8) of each edge; 0 where there are no lengths.
-[[nodiscard]] std::vector<double> length_gains(const Column<double>& straight, const Column<double>& lengths);
+[[nodiscard]] std::vector<double> length_reductions(const Column<double>& straight, const Column<double>& lengths);
 
 /// |P^l − M_11|/|P_20 − P_02| of each edge with these nodes; 0 for an edge of no length.
 template <int D>
@@ -28,15 +28,15 @@ template <int D>
 template <int D>
 [[nodiscard]] std::size_t bent_edges(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal);
 
-/// Gains of the volume edges that have lengths, and curvatures of all.
+/// Length reductions of the volume edges that have lengths, and curvatures of all.
 template <int D>
 [[nodiscard]] EdgeReport edge_report(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal,
                                      const Column<double>& straight, const Column<double>& lengths);
 
-/// Of a run's end: gains, lengths and curvatures of the volume edges (where there are `lengths`, after correction),
-/// scaled Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end); lengths also
-/// "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a quantity that was
-/// not measured. Errors: memory, stopped.
+/// Of a run's end: length reductions, lengths and curvatures of the volume edges (where there are `lengths`, after
+/// correction), scaled Jacobians of the elements, "before" (as `curve` left them) and "after" (in the end); lengths
+/// also "straight". Without `curve` the Jacobians alone, as "count". Only what is known: no entry for a quantity that
+/// was not measured. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end,
                                                              const std::optional<EdgeLengths>& lengths,

@@ -42,7 +42,8 @@ std::string before_and_after(std::string_view report_json) {
                "/validity/min_scaled_jacobian") +
            row(report, "largest distance to the geometry", "/boundary/largest_distance_straight",
                "/boundary/largest_distance") +
-           row(report, "mean length gain", "/curve/before_correction/mean_gain", "/curve/after_correction/mean_gain") +
+           row(report, "mean length reduction", "/curve/before_correction/mean_length_reduction",
+               "/curve/after_correction/mean_length_reduction") +
            row(report, "mean curvature", "/curve/before_correction/mean_curvature",
                "/curve/after_correction/mean_curvature");
 }

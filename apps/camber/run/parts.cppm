@@ -68,8 +68,9 @@ struct FinishedReport {
 
 /// Of a run's end.
 struct MeasuresReport {
-    std::optional<EdgeReport> edges;                           ///< after correction
-    std::optional<EdgeReport> edges_in_straight_field;         ///< the same in the other field, where that is carried
+    std::optional<EdgeReport> edges;  ///< after correction
+    std::optional<EdgeReport>
+        edges_in_straight_field;  ///< the same in the straight field, where the back mesh is curved
     std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
     std::optional<WallsReport> walls = {};
     std::optional<double> node_distance = {};  ///< see CadReport

@@ -16,7 +16,7 @@ import :solution_report;
 export namespace camber::run {
 
 /// The number of the layout of report.json and of `check --json`: one more when a key goes, or means something else.
-inline constexpr int report_format = 3;
+inline constexpr int report_format = 4;
 
 /// What a run began with: known to the shell alone.
 struct OriginReport {
@@ -28,12 +28,12 @@ struct OriginReport {
     std::string geometry;  ///< "surrogate", "straight", "mesh", "analytic" or "cad"
 };
 
-/// Of the volume edges on the true field, by a 12-point rule: gain L_straight/L − 1 (paper eq. 8) and curvature
-/// |P^l − M_11|/|P_20 − P_02|.
+/// Of the volume edges on the true field, by a 12-point rule: length reduction L_straight/L − 1 (paper eq. 8) and
+/// curvature |P^l − M_11|/|P_20 − P_02|.
 struct EdgeReport {
-    double mean_gain = 0, largest_gain = 0;
+    double mean_length_reduction = 0, largest_length_reduction = 0;
     double mean_curvature = 0, largest_curvature = 0;
-    std::size_t measured = 0;  ///< edges whose lengths are known: what gains and `longer` are of
+    std::size_t measured = 0;  ///< edges whose lengths are known: what reductions and `longer` are of
     std::size_t longer = 0;    ///< edges that are longer than their chords
 };
 
@@ -68,7 +68,7 @@ struct MetricReport {
 /// Pairs of facets that cross, curved as they are in the end (crossing:crossings).
 struct WallsReport {
     std::size_t crossing = 0, touching = 0, undecided = 0;
-    std::size_t first = 0, other = 0;  ///< the first pair that is not clear, from 1; 0: none
+    std::size_t first = 0, other = 0;  ///< the first pair that is not disjoint, from 1; 0: none
 };
 
 /// Vertices that were brought onto a CAD model before all else.
@@ -100,13 +100,14 @@ struct OffSurfacesReport {
 struct BoundaryNodesReport {
     std::string by;  ///< the aim's word
     std::size_t edges = 0, placed = 0, best = 0, off = 0, far = 0, elements = 0, walked = 0, limited = 0;
-    double mean_gain = 0, largest_gain = 0;
+    double mean_reduction = 0, largest_reduction = 0;
 };
 
 /// Of a mesh that was read with curves, the patches that have curves of their own.
 struct CurvedPatchesReport {
     std::size_t smooth = 0, as_read = 0;  ///< with one surface through vertices and nodes; as they are in the file
-    double kink = 0, largest_kink = 0;    ///< between pieces of the smooth ones: root mean square, largest (degrees)
+    double mean_angle = 0,
+           largest_angle = 0;  ///< between pieces of the smooth ones: root mean square, largest (degrees)
 };
 
 struct BoundaryReport {
@@ -136,13 +137,13 @@ struct CurveReport {
     std::optional<NodesByReport> by = {};         ///< of accuracy
     std::optional<ExpectedErrors> expected = {};  ///< of the objective solution
     std::optional<EdgeReport> after;
-    std::optional<EdgeReport> in_straight_field;  ///< after correction, where the field is carried
+    std::optional<EdgeReport> in_straight_field;  ///< after correction, where the back mesh is curved
     double edges_per_second = 0;
 };
 
 struct ValidityReport {
     double bound = 0;
-    bool is_asked = false;                   ///< the bound; else it is wished for
+    bool is_asked = false;                   ///< the bound; else it is recommended
     std::size_t invalid = 0, undecided = 0;  ///< whether det J > 0: it is not; it is not certain
     std::size_t below_bound = 0;             ///< it is, but the scaled Jacobian is not certain to hold the bound
     std::size_t straight_inverted = 0;
@@ -178,7 +179,7 @@ struct RemainingReport {
 };
 
 struct ReinsertReport {
-    std::size_t turns = 0, rounds = 0, patches = 0;
+    std::size_t sweeps = 0, rounds = 0, patches = 0;
     std::size_t rejected_not_valid = 0, rejected_no_gain = 0;
 };
 

@@ -127,8 +127,8 @@ Json json(const BoundaryNodesReport& n) {
             {"elements", n.elements},
             {"walked", n.walked},
             {"limited", n.limited},
-            {"mean_gain", n.mean_gain},
-            {"largest_gain", n.largest_gain}};
+            {"mean_reduction", n.mean_reduction},
+            {"largest_reduction", n.largest_reduction}};
 }
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},
@@ -147,8 +147,8 @@ Json json(const BoundaryReport& b) {
     if (b.curved_patches)
         j["curved_patches"] = {{"smooth", b.curved_patches->smooth},
                                {"as_read", b.curved_patches->as_read},
-                               {"kink", b.curved_patches->kink},
-                               {"largest_kink", b.curved_patches->largest_kink}};
+                               {"mean_angle", b.curved_patches->mean_angle},
+                               {"largest_angle", b.curved_patches->largest_angle}};
     if (b.walls) {
         j["crossing_pairs"] = b.walls->crossing;
         j["touching_pairs"] = b.walls->touching;
@@ -157,14 +157,17 @@ Json json(const BoundaryReport& b) {
     return j;
 }
 Json json(const EdgeReport& e) {
-    return {{"mean_gain", e.mean_gain},           {"largest_gain", e.largest_gain},
-            {"mean_curvature", e.mean_curvature}, {"largest_curvature", e.largest_curvature},
-            {"measured_edges", e.measured},       {"longer_edges", e.longer}};
+    return {{"mean_length_reduction", e.mean_length_reduction},
+            {"largest_length_reduction", e.largest_length_reduction},
+            {"mean_curvature", e.mean_curvature},
+            {"largest_curvature", e.largest_curvature},
+            {"measured_edges", e.measured},
+            {"longer_edges", e.longer}};
 }
 Json surface_json(const EdgeReport& e) {
     return {{"mean_curvature", e.mean_curvature}, {"largest_curvature", e.largest_curvature}};
 }
-/// Of a surface alone: nothing of volume edges, which it has none of, nor of the lengths that they gain.
+/// Of a surface alone: nothing of volume edges, which it has none of, nor of lengths, which they do not reduce.
 Json surface_json(const CurveReport& c) {
     Json j{{"edges", c.edges}, {"curved_edges", c.curved_edges}, {"before_correction", surface_json(c.before)}};
     if (c.after) j["after_correction"] = surface_json(*c.after);
@@ -234,7 +237,7 @@ Json json(const std::vector<RemainingReport>& remaining) {
     return all;
 }
 Json json(const ReinsertReport& r) {
-    return {{"turns", r.turns},
+    return {{"sweeps", r.sweeps},
             {"rounds", r.rounds},
             {"patches", r.patches},
             {"rejected_not_valid", r.rejected_not_valid},

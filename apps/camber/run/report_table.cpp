@@ -149,12 +149,14 @@ std::string curve_rows(const CurveReport& c) {
     std::string text =
         table_row("edges", c.edges) +
         table_row("volume edges (curved)", fmt::format("{} ({})", grouped(c.volume_edges), grouped(c.curved_edges))) +
-        table_row("mean length gain", join_before_after(c.before.mean_gain, pick(&EdgeReport::mean_gain), "{:.5f}")) +
+        table_row("mean length reduction", join_before_after(c.before.mean_length_reduction,
+                                                             pick(&EdgeReport::mean_length_reduction), "{:.5f}")) +
         (c.in_straight_field
-             ? table_row("  in the straight field", fmt::format("{:.5f}", c.in_straight_field->mean_gain))
+             ? table_row("  in the straight field", fmt::format("{:.5f}", c.in_straight_field->mean_length_reduction))
              : std::string()) +
-        table_row("largest length gain",
-                  join_before_after(c.before.largest_gain, pick(&EdgeReport::largest_gain), "{:.4f}")) +
+        table_row("largest length reduction",
+                  join_before_after(c.before.largest_length_reduction, pick(&EdgeReport::largest_length_reduction),
+                                    "{:.4f}")) +
         table_row("mean curvature",
                   join_before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
         table_row("largest curvature",
@@ -185,16 +187,17 @@ std::string validity_rows(const Report& report) {
         return scaled_jacobian_text(of.smallest, of.invalid == 0 && of.undecided == 0);
     };
     const std::string_view judged = report.mesh.is_surface_alone() ? "triangles" : "elements";
-    text += table_row(fmt::format("invalid {}", judged), counts(before.invalid, v.invalid)) +
-            table_row(fmt::format("undecided {}", judged), counts(before.undecided, v.undecided)) +
-            (v.bound > 0 ? table_row(fmt::format("{} below {:g}{}", judged, v.bound, v.is_asked ? "" : " (a wish)"),
-                                     counts(before.below_bound, v.below_bound))
-                         : std::string()) +
-            table_row("smallest scaled Jacobian",
-                      v.worst == 0 && report.mesh.is_surface_alone()
-                          ? std::string("none: all flat")
-                          : smallest(before) + (changed && v.smallest != before.smallest ? " -> " + smallest(v) : "") +
-                                " (1: as straight)");
+    text +=
+        table_row(fmt::format("invalid {}", judged), counts(before.invalid, v.invalid)) +
+        table_row(fmt::format("undecided {}", judged), counts(before.undecided, v.undecided)) +
+        (v.bound > 0 ? table_row(fmt::format("{} below {:g}{}", judged, v.bound, v.is_asked ? "" : " (recommended)"),
+                                 counts(before.below_bound, v.below_bound))
+                     : std::string()) +
+        table_row("smallest scaled Jacobian",
+                  v.worst == 0 && report.mesh.is_surface_alone()
+                      ? std::string("none: all flat")
+                      : smallest(before) + (changed && v.smallest != before.smallest ? " -> " + smallest(v) : "") +
+                            " (1: as straight)");
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
         text += table_row(fmt::format("corrected {}", judged), r->corrected_elements) +
@@ -207,7 +210,7 @@ std::string validity_rows(const Report& report) {
                 (r->slid_vertices > 0 ? table_row("of these slid on geometry", r->slid_vertices) : std::string()) +
                 (r->given_up > 0 ? table_row("given up (work is spent)", r->given_up) : std::string());
     if (const auto& r = report.reinsert)
-        text += table_row("cavities committed (turns)", fmt::format("{} ({})", grouped(r->patches), r->turns));
+        text += table_row("cavities committed (sweeps)", fmt::format("{} ({})", grouped(r->patches), r->sweeps));
     return text;
 }
 
@@ -252,17 +255,17 @@ std::string boundary_rows(const Report& report) {
     if (b.cad) text += cad_rows(*b.cad);
     if (const auto& of = b.curved_patches)
         text += table_row("patches through the nodes, as read",
-                          fmt::format("{}, {}; kinks of {:.2g} degrees at most", grouped(of->smooth),
-                                      grouped(of->as_read), of->largest_kink));
+                          fmt::format("{}, {}; angles of {:.2g} degrees at most", grouped(of->smooth),
+                                      grouped(of->as_read), of->largest_angle));
     if (b.off_surfaces && b.off_surfaces->vertices > 0)
         text +=
             table_row("vertices off analytic surfaces",
                       fmt::format("{}, by up to {:.4g}", grouped(b.off_surfaces->vertices), b.off_surfaces->largest));
     if (b.nodes)
-        text += table_row(
-            "boundary nodes by " + b.nodes->by,
-            fmt::format("{} of {}, fell back {}, mean gain {:.4g}", grouped(b.nodes->placed), grouped(b.nodes->edges),
-                        grouped(b.nodes->off + b.nodes->far + b.nodes->elements), b.nodes->mean_gain));
+        text += table_row("boundary nodes by " + b.nodes->by,
+                          fmt::format("{} of {}, fell back {}, mean reduction {:.4g}", grouped(b.nodes->placed),
+                                      grouped(b.nodes->edges), grouped(b.nodes->off + b.nodes->far + b.nodes->elements),
+                                      b.nodes->mean_reduction));
     if (b.straight_distance && b.curved_distance)
         text +=
             table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));

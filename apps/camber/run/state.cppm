@@ -131,7 +131,7 @@ struct State {
     Column<Vec<D>> given_points;  ///< of the vertices as they were read: where the rows of metric files speak
     Column<LagrangeNode<D>> given_nodes = {};  ///< of a mesh of degree 2 its nodes, likewise: what came is told beside
     std::optional<BackMesh<D>> field;          ///< the last that was made
-    /// Where that is carried: the metric of the straight mesh at its vertices.
+    /// Where that is on a curved back mesh: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
     std::optional<CadMovesReport> cad_moves;  ///< of vertices, before the first stage

@@ -108,7 +108,7 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> adopt_own_nodes(Runner<D>& run);
 
-/// Within a stage: the bound that it asks for, or that a stage before did, or the wish.
+/// Within a stage: the bound that it asks for, or that a stage before did, or the recommended one.
 template <int D>
 [[nodiscard]] JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage);
 

@@ -99,7 +99,7 @@ bool can_start_itself() { return !own_words().empty(); }
 Outcome<ChildResult> run_self(const std::vector<std::string>& arguments, const ChildLimits& limits,
                               const Execution& execution) {
     using Clock = std::chrono::steady_clock;
-    constexpr int tick = 50;  // ms, between looks at the clock and at the wish to stop
+    constexpr int tick = 50;  // ms, between looks at the clock and at the request to stop
     std::array<int, 2> pipe{};
     if (pipe2(pipe.data(), O_CLOEXEC) != 0) return fail(ErrorKind::internal, "no pipe to another process can be made");
     pid_t pid = -1;

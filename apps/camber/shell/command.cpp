@@ -20,7 +20,7 @@ namespace camber::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr std::chrono::milliseconds tick(20);  // between looks at it, at the clock and at the wish to stop
+constexpr std::chrono::milliseconds tick(20);  // between looks at it, at the clock and at the request to stop
 constexpr std::chrono::seconds grace(2);       // from the asking to the killing
 
 std::string system_reason(int error) { return std::generic_category().message(error); }

@@ -71,7 +71,7 @@ auto system_error(ErrorKind kind, const std::string& path, const char* verb, int
                 remedy_of(error));
 }
 
-/// The wish to stop is looked for between two of these.
+/// The request to stop is looked for between two of these.
 constexpr std::size_t largest_transfer = std::size_t{1} << 24;
 constexpr int milliseconds_between_looks = 50;
 
@@ -223,7 +223,7 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
     const auto unreadable = [&](int error = errno) {
         return system_error(ErrorKind::input, called_input(path), "read", error);
     };
-    // A pipe without a writer would hold `open`: it is waited for below, where the wish to stop is heard.
+    // A pipe without a writer would hold `open`: it is waited for below, where the request to stop is heard.
     const Descriptor file = path == standard_stream
                                 ? standard(STDIN_FILENO)
                                 : Descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));

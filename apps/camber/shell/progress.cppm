@@ -90,7 +90,7 @@ class Progress {
 /// is left.
 [[nodiscard]] std::string progress_line(const std::string& stage, Share share);
 
-/// Steps that are shown while they run, with these threads and this wish to stop; missing memory is an error.
+/// Steps that are shown while they run, with these threads and this request to stop; missing memory is an error.
 [[nodiscard]] Around steps_shown(Progress& progress, Execution execution);
 
 }  // namespace camber::app

@@ -47,8 +47,8 @@ BoundaryNodesReport nodes_report(BoundaryNodeAim aim, const PlacementStatistics&
             s.elements,
             s.walked,
             s.limited,
-            s.mean_gain,
-            s.largest_gain};
+            s.mean_reduction,
+            s.largest_reduction};
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& seen, const Execution
     const auto found = find_crossings(seen, execution);
     if (!found) return fail(found.error());
     WallsReport report{.crossing = found->crossing, .touching = found->touching, .undecided = found->undecided};
-    if (!found->all_clear()) {
+    if (!found->all_disjoint()) {
         report.first = found->found.front().first.index() + 1;
         report.other = found->found.front().second.index() + 1;
     }

@@ -67,7 +67,7 @@ CavitiesReport cavities_report(const Reinserted<D>& made, const Verdicts<D>& ver
     return {
         verdicts_report(verdicts.wanted.validation(), bound.is_asked).summary,
         relax_report(changes_between(verdicts.wanted, verdicts.made), 0, method),
-        ReinsertReport{made.turns, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)}};
+        ReinsertReport{made.sweeps, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)}};
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
                                    {options.curve,
                                     {.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
                                      .target = options.relax.aim(),
-                                     .max_turns = options.max_turns}},
+                                     .max_sweeps = options.max_sweeps}},
                                    run.around(clocks));
     if (!nodes) return fail(nodes.error());
     auto verdicts = run.step("validate", [&](const Execution& e) { return judged(at.mesh, *nodes, bound, e); });
@@ -97,7 +97,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
     report_curves(run, nodes->wanted, options.curve, clocks.seconds["reinsert"]);
     run.report(cavities_report(nodes->made, *verdicts, bound, options.relax.method));
     if (nodes->made.left > 0)
-        run.report(Notices{std::to_string(nodes->made.left) + " vertices could have another turn: max_turns ended it"});
+        run.report(
+            Notices{std::to_string(nodes->made.left) + " vertices could have another sweep: max_sweeps ended it"});
     run.state.history = Corrected<D>{verdicts->wanted.validation()};
     at.mesh.mid_nodes = nodes->made.proposal.mid_nodes;
     at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(nodes->wanted), aim),

@@ -1,11 +1,11 @@
 module;
 #include <span>
-export module camber.curving:carried;
+export module camber.curving:back_mesh_nodes;
 import camber.core;
 import camber.metric;
 
 /// A field that goes along with its walls: the displacement of the boundary's nodes is extended into the volume, and
-/// the metric read through that. docs/algorithms/carried-field.md.
+/// the metric read through that. docs/algorithms/curved-back-mesh.md.
 export namespace camber {
 
 /// Where nodes go along with the boundary: where they are `extended` (one an edge: see extend_boundary), but the
@@ -21,9 +21,9 @@ template <int D>
 /// element below a tenth of the straight one's Jacobian are limited, on the boundary too; so it is the field's map
 /// alone, and no place for a mesh's nodes. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh,
-                                                             std::span<const LagrangeNode<D>> nodes,
-                                                             const Incidence<ElementId>& shells,
-                                                             const Execution& execution);
+[[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes(const QuadraticMesh<D>& mesh,
+                                                               std::span<const LagrangeNode<D>> nodes,
+                                                               const Incidence<ElementId>& shells,
+                                                               const Execution& execution);
 
 }  // namespace camber

@@ -49,12 +49,12 @@ Column<LagrangeNode<D>> on_spheres(const Block<D>& b) {
 
 /// The block in a field of its own curved elements.
 template <int D>
-struct Carried {
+struct OnCurvedBack {
     Block<D> block;
     Column<LagrangeNode<D>> extended, base;
     BackMesh<D> back;
 
-    explicit Carried(std::uint64_t seed) : block(shell_block<D>(thin_layers<D>(), seed)) {
+    explicit OnCurvedBack(std::uint64_t seed) : block(shell_block<D>(thin_layers<D>(), seed)) {
         const QuadraticMesh<D>& mesh = block.mesh;
         block.boundary_nodes = on_spheres(block);
         extended = must(extend_boundary(mesh, block.kinds, block.boundary_nodes, block.shells, {}, alone)).nodes;
@@ -63,7 +63,7 @@ struct Carried {
         const auto around = must(balls(mesh.linear, alone));
         const Column<LogMetric<D>> logs(must(curved_natural_log_metrics(bent, around, alone)).curved);
         const Column<LagrangeNode<D>> nodes(must(noticeable_nodes(mesh, extended.view(), logs, alone)));
-        bent.mid_nodes = must(carried_nodes(mesh, nodes.view(), block.shells, alone));
+        bent.mid_nodes = must(back_mesh_nodes(mesh, nodes.view(), block.shells, alone));
         Buffer<LagrangeNode<D>> starts(block.boundary_nodes.begin(), block.boundary_nodes.end());
         for (std::size_t e = 0; e < starts.size(); ++e)
             if (block.kinds[e] == EdgeKind::volume) starts[e] = nodes[e];
@@ -83,10 +83,10 @@ double smallest(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
 }
 
 template <int D>
-void carried_laws() {
+void laws() {
     property("nothing breaks where the wall sags by more than a layer, and boundary nodes stay",
              [](std::uint64_t seed) {
-                 const Carried<D> c(seed);
+                 const OnCurvedBack<D> c(seed);
                  const auto curved = c.curved(CurvingAim::accuracy);
                  RC_ASSERT(smallest(c.block.mesh, curved.proposal) > 0.09);
                  for (std::size_t e = 0; e < c.base.size(); ++e)
@@ -96,7 +96,7 @@ void carried_laws() {
              {3});
     property("of least energy: no edge is longer than its chord, nor than where it began",
              [](std::uint64_t seed) {
-                 const Carried<D> c(seed);
+                 const OnCurvedBack<D> c(seed);
                  const auto curved = c.curved(CurvingAim::energy);
                  const Quadrature rule = gauss_legendre(report_points);
                  for (std::size_t e = 0; e < c.base.size(); ++e) {
@@ -114,17 +114,17 @@ void carried_laws() {
 
 }  // namespace
 
-TEST_CASE("2D: curving in a carried field") { carried_laws<2>(); }
-TEST_CASE("3D: curving in a carried field") { carried_laws<3>(); }
+TEST_CASE("2D: curving on a curved back mesh") { laws<2>(); }
+TEST_CASE("3D: curving on a curved back mesh") { laws<3>(); }
 
-TEST_CASE("the same bytes for any number of threads in a carried field") {
-    const Carried<3> c(1);
+TEST_CASE("the same bytes for any number of threads on a curved back mesh") {
+    const OnCurvedBack<3> c(1);
     CHECK(c.curved(CurvingAim::accuracy).proposal.mid_nodes ==
           c.curved(CurvingAim::accuracy, Execution{.threads = 3}).proposal.mid_nodes);
 }
 
-TEST_CASE("the straight field breaks what the carried one does not") {
-    const Carried<2> c(1);
+TEST_CASE("a straight back mesh breaks what the curved one does not") {
+    const OnCurvedBack<2> c(1);
     const auto straight = must(curve(c.block.mesh, c.block.kinds, c.block.boundary_nodes, c.block.shells, c.block.back,
                                      CurveOptions{}, alone));
     CHECK(smallest(c.block.mesh, straight.proposal) < smallest(c.block.mesh, c.curved(CurvingAim::accuracy).proposal));

@@ -1,4 +1,4 @@
-"""Self-tests of the second evaluation of the length gain.  Run: python3 test_length_gain.py."""
+"""Self-tests of the second evaluation of the length reduction.  Run: python3 test_length_reduction.py."""
 import tempfile
 import unittest
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 import gmf
-import length_gain
+import length_reduction
 import log_metrics
 import sample_meshes as samples
 from back_mesh import BackMesh
@@ -69,32 +69,32 @@ class Lengths(unittest.TestCase):
         a, b = 0.3, 2.0
         logs = (a + b * mesh.points[:, :1])[:, :, None] * np.eye(3)
         ends = np.array([[[0.1, 0.2, 0.3], [0.9, 0.6, 0.7]]])
-        found, outside = length_gain.lengths(BackMesh(mesh, logs), np.array([0]), ends, ends.mean(axis=1))
+        found, outside = length_reduction.lengths(BackMesh(mesh, logs), np.array([0]), ends, ends.mean(axis=1))
         step = ends[0, 1] - ends[0, 0]
         low, high = (np.exp((a + b * x) / 2) for x in ends[0, :, 0])
         self.assertEqual(outside, 0)
         self.assertAlmostEqual(found[0], np.linalg.norm(step) * (high - low) / (b * step[0] / 2), places=12)
 
-    def test_gain_of_straight_and_bent_edges(self):
+    def test_reduction_of_straight_and_bent_edges(self):
         linear = samples.cube(3)
         mesh = samples.elevate(linear)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder, "unit.solb")
             path.write_bytes(samples.solution_file(np.ones((len(linear.points), 1)), 1, 3))
-            figures = length_gain.evaluate(linear, mesh, str(path))
-            self.assertEqual((figures["mean_gain"], figures["edges_longer_than_straight"]), (0, 0))
-            triples, _ = length_gain.volume_edges(mesh)
+            figures = length_reduction.evaluate(linear, mesh, str(path))
+            self.assertEqual((figures["mean_length_reduction"], figures["edges_longer_than_straight"]), (0, 0))
+            triples, _ = length_reduction.volume_edges(mesh)
             # axis edges, face diagonals and body diagonals, less those on the boundary
             self.assertEqual(len(triples), 144 + 108 + 27 - 162)
             a, b, mid = triples[0]
             chord = np.linalg.norm(mesh.points[b] - mesh.points[a])
             mesh.points[mid] += 0.1 * chord * np.linalg.svd((mesh.points[b] - mesh.points[a])[None])[2][-1]
-            figures = length_gain.evaluate(linear, mesh, str(path), back=linear)
+            figures = length_reduction.evaluate(linear, mesh, str(path), back=linear)
         self.assertEqual(figures["edges_longer_than_straight"], 1)
         self.assertAlmostEqual(figures["largest_curvature"], 0.1)
         # parabola of sagitta 0.1 on a unit chord: the integral of sqrt(1 + (0.8 s)^2), |s| <= 1/2
         arc = np.sqrt(1 + 0.16) / 2 + np.arcsinh(0.4) / 0.8
-        self.assertAlmostEqual(figures["smallest_gain"], 1 / arc - 1, places=9)
+        self.assertAlmostEqual(figures["smallest_length_reduction"], 1 / arc - 1, places=9)
 
 
 if __name__ == "__main__":

@@ -59,8 +59,8 @@ Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
 }
 
 template <int D>
-Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes,
-                                               const Incidence<ElementId>& shells, const Execution& execution) {
+Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes,
+                                                 const Incidence<ElementId>& shells, const Execution& execution) {
     auto middles =
         map_each(part_of(execution, 0, 0.25), mesh.edges.size(), [&](std::size_t e) { return middle_of(mesh, e); });
     if (!middles) return middles;
@@ -80,7 +80,7 @@ Outcome<Buffer<LagrangeNode<D>>> carried_nodes(const QuadraticMesh<D>& mesh, std
 #define CAMBER_INSTANTIATE(D)                                                                                      \
     template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                 \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&); \
-    template Outcome<Buffer<LagrangeNode<D>>> carried_nodes<D>(                                                    \
+    template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                  \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Incidence<ElementId>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

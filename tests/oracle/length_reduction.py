@@ -1,9 +1,9 @@
-"""Second evaluation of the length gain of a P2 mesh on the true field (the back mesh).
+"""Second evaluation of the length reduction of a P2 mesh on the true field (the back mesh).
 
-    length_gain.py LINEAR P2 [--metric natural|FILE.solb] [--back LINEAR] [--json]
+    length_reduction.py LINEAR P2 [--metric natural|FILE.solb] [--back LINEAR] [--json]
 
 Each volume edge (on no boundary facet and no listed boundary cell) is measured straight and curved
-by 12 Gauss points; gain = straight / curved - 1, curvature = |P^l - middle| / |chord|.
+by 12 Gauss points; reduction = straight / curved - 1, curvature = |P^l - middle| / |chord|.
 """
 import argparse
 import json
@@ -76,10 +76,10 @@ def statistics(triples, straight, curved, curvature, outside):
     """What is printed."""
     if not len(triples):
         return {"volume_edges": 0}
-    gain = straight / curved - 1
-    best = int(gain.argmax())
-    return {"volume_edges": len(triples), "mean_gain": float(gain.mean()),
-            "largest_gain": float(gain.max()), "smallest_gain": float(gain.min()),
+    reduction = straight / curved - 1
+    best = int(reduction.argmax())
+    return {"volume_edges": len(triples), "mean_length_reduction": float(reduction.mean()),
+            "largest_length_reduction": float(reduction.max()), "smallest_length_reduction": float(reduction.min()),
             "largest_gain_edge": [int(v) + 1 for v in triples[best, :2]],
             "edges_longer_than_straight": int((curved > straight * (1 + LONGER)).sum()),
             "mean_curvature": float(curvature.mean()), "largest_curvature": float(curvature.max()),
@@ -107,7 +107,7 @@ def evaluate(linear, mesh, metric="natural", back=None):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description="Length gain of a P2 mesh on the true field.")
+    parser = argparse.ArgumentParser(description="Length reduction of a P2 mesh on the true field.")
     parser.add_argument("linear")
     parser.add_argument("p2")
     parser.add_argument("--metric", default="natural", metavar="natural|FILE.solb")
