@@ -286,7 +286,7 @@ TEST_CASE("walls do not come to cross each other, though each is asked to") {
           0);
     const QuadraticMesh<2> mesh = mesh_of_state(done.state);
     CHECK(is_valid(mesh));
-    CHECK(must(find_crossings(mesh, alone)).all_clear());
+    CHECK(must(find_crossings(mesh, alone)).all_disjoint());
     CHECK(mesh.linear.points.size() > 2 * n);
 }
 
