@@ -80,6 +80,15 @@ template <int D>
 }
 
 template <int D>
+[[gnu::always_inline]] inline void choose(Mask mask, BestSector<D>& to, const BestSector<D>& from) {
+    choose(mask, to.element, from.element);
+    choose(mask, to.step, from.step);
+    to.slope = select(mask, from.slope, to.slope);
+    to.slot = select(mask, from.slot, to.slot);
+    to.change = select(mask, from.change, to.change);
+}
+
+template <int D>
 struct PackedEdges {
     const StraightBack<D>& back;
     std::span<const BackEdge> edges;  ///< of the back mesh; none where they are free
@@ -117,21 +126,24 @@ template <int D>
     s.sums = sums_along(s.frame, ParabolaPack<D>{}, all.rules.objective);
     s.chord_length = s.sums.length.value;
     s.chord_unsure = unsure_share(s.sums) * s.chord_length;
-    const bool by_length = all.options.objective == EdgeObjectiveKind::length;
-    s.by_length = packed(by_length ? 1 : 0);
-    const Pack curvature = by_length ? 2 * s.chord_length : packed(1);
-    const BestSector<D> best =
-        best_sector(all.back, all.edges, lanes, chords, s.frame, by_length ? s.sums.length : s.sums.energy, curvature);
-    s.inverse_hessian = multiple_of_identity<D>(curvature);
+    s.along = change_of(s);
+    s.inverse_hessian = multiple_of_identity<D>(packed(1));
+    BestSector<D> best = best_sector(all.back, all.edges, lanes, chords, s.frame, s.sums.energy, packed(1));
+    s.change = max(s.along, best.change);
+    const Mask unresolved = ~(s.change < max_change);
+    if (all.options.objective == EdgeObjectiveKind::length && any(unresolved)) {
+        // These begin by the length.
+        const Pack curvature = 2 * s.chord_length;
+        choose(unresolved, best, best_sector(all.back, all.edges, lanes, chords, s.frame, s.sums.length, curvature));
+        choose(unresolved, s.inverse_hessian, multiple_of_identity<D>(curvature));
+        s.by_length = select(unresolved, packed(1), packed(0));
+    }
     s.wedge = wedge_of(s.frame, best.element);
     s.at = s.on_chord = values_in(s.frame, s.wedge, s.sums);
     s.direction = best.step;
     s.slope = best.slope;
     s.step = reach(s, all.options);
-    const Pack value = by_length ? s.at.length : s.at.energy;
-    const Mask promising = -best.slope > all.options.tolerance * value;
-    s.along = change_of(s);
-    s.change = max(s.along, best.change);
+    const Mask promising = -best.slope > all.options.tolerance * value_of(s.at, s.by_length != 0);
     for (int lane = 0; lane < pack_size; ++lane) {
         out.element[lane] = all.edges[lanes[lane]].shell[static_cast<std::size_t>(best.slot[lane])];
         const bool regular = s.chord_length[lane] > 0 && s.chord_length[lane] < 1e300 && s.change[lane] < 1e300;

@@ -64,19 +64,20 @@ template <int D>
     WalkMarks marks{};
     s.at = located_values(all.back, s.frame, s.y, all.rules.objective, points, marks);
     s.chord_length = s.at.length;
-    const bool by_length = all.options.objective == EdgeObjectiveKind::length;
-    s.by_length = packed(by_length ? 1 : 0);
-    s.inverse_hessian = multiple_of_identity<D>(by_length ? 2 * s.chord_length : packed(1));
-    const VecPack<D> gradient = gradient_of(s.at, s.by_length != 0);
-    s.direction = times(s.inverse_hessian, gradient);
-    for (int i = 0; i < D; ++i) s.direction[i] = -s.direction[i];
-    s.slope = dot(gradient, s.direction);
-    s.step = reach(s, all.options);
-    const Mask promising = -s.slope > all.options.tolerance * value_of(s.at, s.by_length != 0);
     s.change = change_of(s) + sqrt(s.at.bulge);
     for (std::size_t q = 0; q < n_points; ++q)
         for (const SymPack<D>& change : points[q].change) s.change = max(s.change, sqrt(inner(change, change)));
     s.along = s.change;
+    // Those that do not resolve their field begin by the length, where that is asked for.
+    const Mask by_length = ~(s.change < max_change) & Mask(all.options.objective == EdgeObjectiveKind::length ? -1 : 0);
+    s.by_length = select(by_length, packed(1), packed(0));
+    s.inverse_hessian = multiple_of_identity<D>(select(by_length, 2 * s.chord_length, packed(1)));
+    const VecPack<D> gradient = gradient_of(s.at, by_length);
+    s.direction = times(s.inverse_hessian, gradient);
+    for (int i = 0; i < D; ++i) s.direction[i] = -s.direction[i];
+    s.slope = dot(gradient, s.direction);
+    s.step = reach(s, all.options);
+    const Mask promising = -s.slope > all.options.tolerance * value_of(s.at, by_length);
     const Mask found =
         ~(marks.lost | marks.outside) & (s.chord_length > 0) & (s.chord_length < 1e300) & (s.change < 1e300);
     for (int lane = 0; lane < pack_size; ++lane) {

@@ -35,6 +35,8 @@ inline constexpr int max_length_steps = 5;
 /// A step of the energy that promises less than this share is the last, and taken unmeasured: by then the model is
 /// near enough that what it leaves is a small part of that (docs/algorithms/edge-minimisation.md).
 inline constexpr double last_step = 3e-4;
+/// The same where the length is asked for, on the way from the energy's minimum to the length's.
+inline constexpr double last_step_of_length = 2e-4;
 /// The same where the field is only that of an element as it goes on beyond its ends: it is measured then.
 inline constexpr double rough_last_step = 1e-2;
 

@@ -274,7 +274,8 @@ template <int D>
     return across;
 }
 
-/// Energy and length with their gradients in the unit frame, each point in its element; use(q, point) of each.
+/// Energy and length with their gradients in the unit frame, each point in its element; use(q, point, slope) of each,
+/// with the slope of w q.
 template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
                                                                       const ChordFrame<D>& f, const VecPack<D>& y,
@@ -306,7 +307,6 @@ template <int D, class Use>
             const double t = rule.t[first + n];
             const double w = rule.w[first + n];
             const PointPack<D> point = measured_point(f, systems[n], offset, t);
-            use(first + n, point);
             VecPack<D> moved;
             for (int i = 0; i < D; ++i) moved[i] = point.values[i] * point.velocity[i];
             moved = times(point.log_metric.vectors, moved);
@@ -316,11 +316,13 @@ template <int D, class Use>
             const Pack half = select(root > 0, 0.5 / root, packed(0));
             out.energy += w * point.squared;
             out.length += w * root;
+            VecPack<D> slope;
             for (int i = 0; i < D; ++i) {
-                const Pack slope = w * ((8 * (1 - 2 * t)) * f.scale[i] * moved[i] + (4 * t * (1 - t)) * across[i]);
-                out.energy_gradient[i] += slope;
-                out.length_gradient[i] += half * slope;
+                slope[i] = w * ((8 * (1 - 2 * t)) * f.scale[i] * moved[i] + (4 * t * (1 - t)) * across[i]);
+                out.energy_gradient[i] += slope[i];
+                out.length_gradient[i] += half * slope[i];
             }
+            use(first + n, point, slope);
         }
     }
     return out;
@@ -332,7 +334,7 @@ template <int D>
                                                                       const Quadrature& rule,
                                                                       PointElements<D>& elements, WalkMarks& marks) {
     return located_values(back, f, y, rule, elements, marks,
-                          [](std::size_t, const PointPack<D>&) __attribute__((always_inline)) {});
+                          [](std::size_t, const PointPack<D>&, const VecPack<D>&) __attribute__((always_inline)) {});
 }
 
 /// Energy and length alone; `elements`: where the first walk begins, and then where the last one ended.

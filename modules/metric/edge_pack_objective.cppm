@@ -58,8 +58,11 @@ template <int D, std::size_t N>
             open |= lanes[n];
         }
         if (!any(open)) break;
+#pragma unroll
         for (int p = 0; p < D - 1; ++p)
+#pragma unroll
             for (int q = p + 1; q < D; ++q)
+#pragma unroll
                 for (std::size_t n = 0; n < N; ++n) rotate_log(a[n], r[n], p, q, lanes[n]);
     }
     std::array<EigenPack<D>, N> out;
@@ -160,15 +163,20 @@ struct EdgeValues {
 
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> gradient_in(const ChordFrame<D>& f, const WedgePack<D>& w,
-                                                                const ObjectiveSums<D>& sums) {
+                                                                const VecPack<D>& common, const SymPack<D>& adjoint) {
     VecPack<D> g;
-    const Pack by_b = inner(sums.adjoint, f.change);
-    for (int i = 0; i < D; ++i) g[i] = f.scale[i] * sums.common[i] + by_b * w.rise_b[i];
+    const Pack by_b = inner(adjoint, f.change);
+    for (int i = 0; i < D; ++i) g[i] = f.scale[i] * common[i] + by_b * w.rise_b[i];
     for (int n = 0; n < D - 1; ++n) {
-        const Pack by_n = inner(sums.adjoint, w.change[n]);
+        const Pack by_n = inner(adjoint, w.change[n]);
         for (int i = 0; i < D; ++i) g[i] += by_n * w.rise[n][i];
     }
     return g;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> gradient_in(const ChordFrame<D>& f, const WedgePack<D>& w,
+                                                                const ObjectiveSums<D>& sums) {
+    return gradient_in(f, w, sums.common, sums.adjoint);
 }
 
 /// What is not sure of a length by four points or more, as a share of it: coefficients of a smooth speed fall off
@@ -309,9 +317,10 @@ template <int D>
 
 /// Energy and length of the parabola by the rule, with their gradients: ∂_i q = 8(1−2t)(M l')_i + 4t(1−t)⟨adjoint, ∂_i
 /// log M⟩ of q = l'ᵀ M l', and ∂_i sqrt(q) is that over 2 sqrt(q).
-template <int D>
+/// use(q, point, M l', adjoint) of each point.
+template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeSums<D> sums_along(const ChordFrame<D>& f, const ParabolaPack<D>& p,
-                                                                const Quadrature& rule) {
+                                                                const Quadrature& rule, const Use& use) {
     EdgeSums<D> sums{};
     each_point(f, p, rule, [&](std::size_t q, const PointPack<D>& point) __attribute__((always_inline)) {
         const double t = rule.t[q];
@@ -329,8 +338,16 @@ template <int D>
         const double x = 2 * t - 1;
         sums.second += (w * 2.5 * (3 * x * x - 1)) * root;
         sums.third += (w * 3.5 * x * (5 * x * x - 3)) * root;
+        use(q, point, moved, adjoint);
     });
     return sums;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSums<D> sums_along(const ChordFrame<D>& f, const ParabolaPack<D>& p,
+                                                                const Quadrature& rule) {
+    return sums_along(f, p, rule,
+                      [](std::size_t, const PointPack<D>&, const VecPack<D>&, const SymPack<D>&)
+                          __attribute__((always_inline)) {});
 }
 
 template <int D>

@@ -15,6 +15,7 @@ import :edge_pack_objective;
 import :edge_pack_location;
 import :edge_pack_lanes;
 import :edge_pack_begin;
+import :edge_pack_shorten;
 import camber.core;
 
 /// Edges that do not resolve their field: the objective has many minima, each between kinks, and a descent ends in the
@@ -154,38 +155,6 @@ template <int D>
     return best;
 }
 
-/// H⁻¹ by Cholesky's factors: H is as badly conditioned as a metric.
-template <int D>
-[[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_of(const SymPack<D>& h) {
-    MatPack<D> root;      // H = root rootᵀ
-    MatPack<D> inverted;  // root⁻¹
-    for (int j = 0; j < D; ++j) {
-        Pack pivot = h(j, j);
-        for (int k = 0; k < j; ++k) pivot -= root(j, k) * root(j, k);
-        root(j, j) = sqrt(max(pivot, 1e-15 * h(j, j)));
-        for (int i = j + 1; i < D; ++i) {
-            Pack sum = h(i, j);
-            for (int k = 0; k < j; ++k) sum -= root(i, k) * root(j, k);
-            root(i, j) = sum / root(j, j);
-        }
-    }
-    for (int j = 0; j < D; ++j) {
-        inverted(j, j) = 1 / root(j, j);
-        for (int i = j + 1; i < D; ++i) {
-            Pack sum = packed(0);
-            for (int k = j; k < i; ++k) sum -= root(i, k) * inverted(k, j);
-            inverted(i, j) = sum / root(i, i);
-        }
-    }
-    SymPack<D> out;
-    for (int i = 0; i < D; ++i)
-        for (int j = 0; j <= i; ++j) {
-            out(i, j) = packed(0);
-            for (int k = i; k < D; ++k) out(i, j) += inverted(k, i) * inverted(k, j);
-        }
-    return out;
-}
-
 /// A search of quasi-Newton from s.y, with the Hessian that it has with the metric frozen.
 template <int D>
 [[gnu::always_inline]] inline void start_there(const PackedEdges<D>& all, SearchPack<D>& s, Mask open,
@@ -194,20 +163,21 @@ template <int D>
     const Quadrature& rule = all.rules.objective;
     SymPack<D> hessian = multiple_of_identity<D>(packed(0));
     WalkMarks marks{.lost = ~open};
-    s.at = located_values(all.back, s.frame, s.y, rule, points, marks,
-                          [&](std::size_t q, const PointPack<D>& point) __attribute__((always_inline)) {
-                              const double c = 4 * (1 - 2 * rule.t[q]);
-                              const Pack root = sqrt(point.squared);
-                              const Pack half = select(root > 0, 0.5 / root, packed(0));
-                              const Pack weight = 2 * c * c * rule.w[q] * select(by_length, half, packed(1));
-                              const MatPack<D>& r = point.log_metric.vectors;
-                              for (int i = 0; i < D; ++i)
-                                  for (int j = 0; j <= i; ++j) {
-                                      Pack m = packed(0);
-                                      for (int k = 0; k < D; ++k) m += point.values[k] * r(i, k) * r(j, k);
-                                      hessian(i, j) += weight * s.frame.scale[i] * s.frame.scale[j] * m;
-                                  }
-                          });
+    s.at =
+        located_values(all.back, s.frame, s.y, rule, points, marks,
+                       [&](std::size_t q, const PointPack<D>& point, const VecPack<D>&) __attribute__((always_inline)) {
+                           const double c = 4 * (1 - 2 * rule.t[q]);
+                           const Pack root = sqrt(point.squared);
+                           const Pack half = select(root > 0, 0.5 / root, packed(0));
+                           const Pack weight = 2 * c * c * rule.w[q] * select(by_length, half, packed(1));
+                           const MatPack<D>& r = point.log_metric.vectors;
+                           for (int i = 0; i < D; ++i)
+                               for (int j = 0; j <= i; ++j) {
+                                   Pack m = packed(0);
+                                   for (int k = 0; k < D; ++k) m += point.values[k] * r(i, k) * r(j, k);
+                                   hessian(i, j) += weight * s.frame.scale[i] * s.frame.scale[j] * m;
+                               }
+                       });
     all.work.decompositions += count_of(open) * rule.size();
     s.inverse_hessian = inverse_of(hessian);
     const VecPack<D> gradient = gradient_of(s.at, by_length);

@@ -19,6 +19,7 @@ import :edge_pack_location;
 import :edge_pack_search;
 import :edge_pack_lanes;
 import :edge_pack_begin;
+import :edge_pack_shorten;
 import camber.core;
 import camber.bezier;
 
@@ -92,12 +93,24 @@ template <int D>
 template <int D>
 struct WithinWedge {
     EdgeSums<D> sums;
+    LengthHessian<D> length_hessian;  ///< of the curve that was looked at, where the length is asked for
 
     [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all,
                                                                   const SearchLanes<D>& lanes, const VecPack<D>& y,
                                                                   WalkMarks&) {
         const SearchPack<D>& s = lanes.pack;
-        sums = sums_along(s.frame, parabola(s.frame, s.wedge, y), all.rules.objective);
+        const Quadrature& rule = all.rules.objective;
+        const bool is_length = all.options.objective == EdgeObjectiveKind::length;
+        sums = sums_along(s.frame, parabola(s.frame, s.wedge, y), rule,
+                          [&](std::size_t q, const PointPack<D>& point, VecPack<D> moved, SymPack<D> adjoint)
+                              __attribute__((always_inline)) {
+                                  if (!is_length) return;
+                                  const double t = rule.t[q];
+                                  for (int i = 0; i < D; ++i) moved[i] *= 8 * (1 - 2 * t);
+                                  for (int k = 0; k < sym_size<D>; ++k) adjoint.c[k] *= 4 * t * (1 - t);
+                                  length_hessian.add(s.frame, point, rule.w[q], t,
+                                                     gradient_in(s.frame, s.wedge, moved, adjoint));
+                              });
         return values_in(s.frame, s.wedge, sums);
     }
     [[gnu::always_inline]] inline void keep(SearchLanes<D>& lanes, Mask accepted) const {
@@ -132,10 +145,19 @@ struct WithinWedge {
 template <int D>
 struct ThroughElements {
     PointElements<D>& points;
+    LengthHessian<D> length_hessian{};
 
     [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all, SearchLanes<D>& lanes,
                                                                   const VecPack<D>& y, WalkMarks& marks) {
-        return located_values(all.back, lanes.pack.frame, y, all.rules.objective, points, marks);
+        const Quadrature& rule = all.rules.objective;
+        const bool is_length = all.options.objective == EdgeObjectiveKind::length;
+        return located_values(all.back, lanes.pack.frame, y, rule, points, marks,
+                              [&](std::size_t q, const PointPack<D>& point, VecPack<D> slope)
+                                  __attribute__((always_inline)) {
+                                      if (!is_length) return;
+                                      for (int i = 0; i < D; ++i) slope[i] *= 1 / rule.w[q];
+                                      length_hessian.add(lanes.pack.frame, point, rule.w[q], rule.t[q], slope);
+                                  });
     }
     [[gnu::always_inline]] static inline void keep(SearchLanes<D>&, Mask) {}
     [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
@@ -185,7 +207,8 @@ template <int D, class Where>
 [[nodiscard, gnu::always_inline]] inline Ended stepped(const PackedEdges<D>& all, SearchLanes<D>& lanes, Where where) {
     SearchPack<D>& s = lanes.pack;
     const EdgeMinimiserOptions& o = all.options;
-    const bool shortens = o.objective == EdgeObjectiveKind::energy && o.length_tolerance > 0;
+    const bool is_length = o.objective == EdgeObjectiveKind::length;
+    const bool shortens = is_length || o.length_tolerance > 0;
     const Mask by_length = s.by_length != 0;
     const VecPack<D> trial = trial_of(s, o);
     Ended out;
@@ -212,14 +235,16 @@ template <int D, class Where>
     where.keep(lanes, accepted);
     const VecPack<D> gradient = gradient_of(s.at, by_length);
     const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
-    const Mask last_phase = by_length & Mask(shortens ? -1 : 0);
-    // The length's own Hessian is singular along the edge; and what is shorter beyond doubt has to stay so.
+    const Mask last_phase = by_length & Mask(is_length ? 0 : -1);
+    // What is shorter beyond doubt has to stay so; and the length from afar has no Hessian that would tell.
     const Pack gain = s.chord_length - s.at.length;
     const Pack sure = where.sure_gain(all, lanes);
-    const Mask loose = ~by_length & ~((gain > sure) & (gain < sure + 2 * last_step * s.chord_length));
+    const Mask doubtful = (gain > sure) & (gain < sure + 2 * last_step * s.chord_length);
+    const Mask loose = ~doubtful & ~(by_length & (is_length ? s.probed != 0 : Mask(-1)));
+    const Pack last = packed(is_length ? last_step_of_length : last_step);
     const Mask rough = where.extrapolates(s);
     const Pack least = select(rough, packed(std::max(o.tolerance, rough_last_step)),
-                              select(loose, packed(std::max(o.tolerance, last_step)), packed(o.tolerance)));
+                              select(loose, max(packed(o.tolerance), last), packed(o.tolerance)));
     const Pack tolerance = select(last_phase, packed(o.length_tolerance), least) * value_of(s.at, by_length);
     const Mask minimal = ~(-next.slope > tolerance);
     const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
@@ -241,17 +266,21 @@ template <int D, class Where>
     out.ended &= ~on;
     Mask renewed = (turned & ~out.ended) | on;
     const Mask afresh = accepted | on;
+    VecPack<D> last_way = next.step;
     if (shortens && any(out.ended & ~by_length)) {
-        const SymPack<D> inverse_hessian = multiple_of_identity<D>(2 * s.at.length);
+        SymPack<D> inverse_hessian = multiple_of_identity<D>(2 * s.at.length);
+        if (is_length) choose(accepted, inverse_hessian, where.length_hessian.inverse(s.at.length));
         const WallStep<D> step = step_within(s.wedge.rise, free_part(s, inverse_hessian, s.at.length_gradient, o),
                                              s.at.length_gradient, s.y);
-        const Mask go =
-            out.ended & ~by_length & ~where.extrapolates(s) & (-step.slope > o.length_tolerance * s.at.length);
+        const Mask turns = out.ended & ~by_length & ~where.extrapolates(s);
+        const Pack enough = is_length ? least : packed(o.length_tolerance);
+        const Mask go = turns & (-step.slope > enough * s.at.length);
         choose(go, s.direction, step.step);
         choose(go, s.inverse_hessian, inverse_hessian);
         s.slope = select(go, step.slope, s.slope);
         s.steps = select(go, packed(0), s.steps);
         s.by_length = select(go, packed(1), s.by_length);
+        if (is_length) choose(turns & loose & ~go, last_way, step.step);
         out.ended &= ~go;
         renewed |= go;
         s.attempts = select(go, packed(0), s.attempts);
@@ -263,7 +292,7 @@ template <int D, class Where>
     out.kinked = (out.ended & (stuck | held)) | blocked;
     out.ended |= blocked;
     out.leaves = renewed & ~out.ended & leaves(s, o);
-    take_last_step(s, converged & out.ended & (loose | rough), next.step, o);
+    take_last_step(s, converged & out.ended & (loose | rough), last_way, o);
     const Mask away = (out.ended | out.leaves) & where.extrapolates(s);
     if (any(away)) {
         begin_again_towards(s, away);
