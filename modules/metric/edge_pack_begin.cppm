@@ -110,10 +110,11 @@ template <int D>
 
 /// Those of edges that do not resolve their field are not busy: they look at other places first.
 template <int D>
-[[gnu::always_inline]] inline SearchLanes<D> begun(const PackedEdges<D>& all,
-                                                   const std::array<std::uint32_t, pack_size>& lanes, int count) {
-    SearchLanes<D> out{};
+[[gnu::always_inline]] inline void begin(const PackedEdges<D>& all, const std::array<std::uint32_t, pack_size>& lanes,
+                                         int count, SearchLanes<D>& out) {
     SearchPack<D>& s = out.pack;
+    s.y = {};
+    s.attempts = s.steps = s.crossings = s.by_length = s.probed = packed(0);
     out.edge = lanes;
     std::array<VertexId, pack_size> a;
     std::array<VertexId, pack_size> b;
@@ -153,7 +154,6 @@ template <int D>
         s.busy[lane] = promising[lane] != 0 && regular && resolved && lane < count ? 1 : 0;
     }
     all.work.decompositions += static_cast<std::size_t>(count) * (1 + all.rules.objective.size());
-    return out;
 }
 
 }  // namespace camber

@@ -140,6 +140,7 @@ template <int D>
                                                               const VecPack<D>& gradient,
                                                               const EdgeMinimiserOptions& options) {
     const auto hold = [&](Mask on, const VecPack<D>& outwards) __attribute__((always_inline)) {
+        if (!any(on)) return;
         const VecPack<D> moved = times(h, outwards);
         const Mask pressed = on & (dot(moved, gradient) < 0);
         const Pack scale = select(pressed, 1 / dot(outwards, moved), packed(0));

@@ -256,16 +256,20 @@ template <int D>
     return l;
 }
 
-/// use(q, point) for each point of a rule along a parabola within an element.
+/// use(q, point) for each point of a rule along a parabola within an element: two at a time, as far from the middle as
+/// each other, since those further off take more rotations.
 template <int D, class Use>
 [[gnu::always_inline]] inline void each_point(const ChordFrame<D>& f, const ParabolaPack<D>& p, const Quadrature& rule,
                                               const Use& use) {
-    for (std::size_t q = 0; q < rule.size(); q += 2) {
-        const std::size_t other = q + 1 < rule.size() ? q + 1 : q;
+    const std::size_t n = rule.size();
+    for (std::size_t q = 0; 2 * q < n; ++q) {
+        const std::size_t other = n - 1 - q;
         const auto systems =
             log_eigen_systems<D, 2>({log_metric_along(f, p, rule.t[q]), log_metric_along(f, p, rule.t[other])});
-        for (std::size_t n = 0; n < 2 && q + n < rule.size(); ++n)
-            use(q + n, measured_point(f, systems[n], p.offset, rule.t[q + n]));
+        for (std::size_t k = 0; k < (q == other ? 1 : 2); ++k) {
+            const std::size_t at = k == 0 ? q : other;
+            use(at, measured_point(f, systems[k], p.offset, rule.t[at]));
+        }
     }
 }
 

@@ -250,7 +250,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
                         });
                     } else {
                         with_instructions(set, [&]() __attribute__((always_inline)) {
-                            fresh = begun(all, taken, count);
+                            begin(all, taken, count, fresh);
                             away = (fresh.pack.busy != 0) & leaves(fresh.pack, all.options);
                         });
                     }
