@@ -12,9 +12,7 @@ The verbs are the program's, with its arguments as keywords, and give the same b
 memory with numpy. What goes wrong is raised (`camber.exceptions`); notices go to the logger "camber".
 """
 
-import sys as _sys
-
-from . import _camber, exceptions, exchange, files, metric, plots
+from . import _camber, _reader, exceptions, exchange, files, metric, plots
 from .exceptions import Error, InputError, NotCertified, Stopped, UsageError
 from .exchange import from_gmsh, from_meshio, from_pyvista, from_vtk, to_dolfinx, to_meshio, to_pyvista, to_skfem, to_vtk
 from .files import read, write
@@ -25,7 +23,7 @@ from .verbs import adapt, check, curve, generate, geometry, remesh, repair, tran
 
 __version__: str = _camber.version
 
-_camber.start_itself_by([_sys.executable, "-m", "camber._reader"])
+_camber.start_itself_by(_reader.words(_camber.__file__))
 
 
 __all__ = [

@@ -152,6 +152,7 @@ def picture_3d(
     camera.SetPosition(*view)
     camera.SetViewUp(0, 0, 1)
     renderer.ResetCamera()
+    camera.Zoom(1.5)
     window = vtkRenderWindow()
     window.SetOffScreenRendering(1)
     window.SetSize(*size)
@@ -194,11 +195,23 @@ def _faces_actor(data: Any) -> Any:
     mapper = vtkPolyDataMapper()
     mapper.SetInputConnection(normals.GetOutputPort())
     if data.GetPointData().GetScalars() is not None:
-        mapper.SetScalarRange(*data.GetPointData().GetScalars().GetRange())
+        mapper.SetLookupTable(_viridis(*data.GetPointData().GetScalars().GetRange()))
+        mapper.UseLookupTableScalarRangeOn()
     actor = vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(0.55, 0.68, 0.82)
     return actor
+
+
+def _viridis(low: float, high: float) -> Any:
+    """matplotlib's colours of this name, by five of them."""
+    from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
+
+    colours = vtkColorTransferFunction()
+    of = ((0.27, 0.0, 0.33), (0.23, 0.32, 0.55), (0.13, 0.57, 0.55), (0.37, 0.79, 0.38), (0.99, 0.91, 0.14))
+    for share, rgb in zip(np.linspace(low, high, len(of)), of):
+        colours.AddRGBPoint(float(share), *rgb)
+    return colours
 
 
 def _edges_actor(data: Any) -> Any:
@@ -207,6 +220,7 @@ def _edges_actor(data: Any) -> Any:
     mapper = vtkPolyDataMapper()
     mapper.SetInputData(data)
     mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0, -4)
     actor = vtkActor()
     actor.SetMapper(mapper)
     actor.GetProperty().SetColor(0.1, 0.15, 0.2)
