@@ -42,7 +42,12 @@ template <int D>
 template <int D>
 class BentSpokes {
   public:
-    BentSpokes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), goal_(goal) {}
+    BentSpokes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), goal_(goal) {
+        constexpr std::size_t usual_vertices = D == 3 ? 24 : 12;
+        to_.reserve(usual_vertices);
+        chords_.reserve(usual_vertices);
+        squares_.reserve(usual_vertices);
+    }
 
     void begin(const ConePoint<D>& point) {
         point_ = point;
@@ -59,8 +64,8 @@ class BentSpokes {
     /// Behind the last `add`.
     void bend() {
         squares_.assign(to_.size(), unknown);
-        offsets_.assign(to_.size(), Vec<D>{});
         if (!r_.mesh.is_curved()) return;
+        offsets_.assign(to_.size(), Vec<D>{});
         for (const To& to : to_) {
             ends_.push_back({{point_.metric->log_metric, *point_.gradient},
                              {to.metric->log_metric, r_.vertices.gradients[to.vertex]}});
@@ -86,7 +91,8 @@ class BentSpokes {
     /// See squares_between.
     [[nodiscard]] double squares(std::size_t i) {
         if (squares_[i] == unknown)
-            squares_[i] = squares_between(r_, *point_.metric, *to_[i].metric, chords_[i], offsets_[i]);
+            squares_[i] = squares_between(r_, *point_.metric, *to_[i].metric, chords_[i],
+                                          r_.mesh.is_curved() ? offsets_[i] : Vec<D>{});
         return squares_[i];
     }
     [[nodiscard]] double length(std::size_t i) {
@@ -106,7 +112,7 @@ class BentSpokes {
     const AdaptationGoal<D>& goal_;
     ConePoint<D> point_;
     std::vector<To> to_;
-    std::vector<Vec<D>> chords_, offsets_;
+    std::vector<Vec<D>> chords_, offsets_;  ///< offsets of degree 2
     std::vector<EdgeEnds<D>> ends_;
     std::vector<EndMeasures<D>> measures_;
     std::vector<double> squares_;

@@ -6,6 +6,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 export module camber.adapt:cone_shapes;
 import camber.core;
@@ -24,7 +25,16 @@ export namespace camber {
 template <int D>
 class ConeShapes {
   public:
-    ConeShapes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), spokes_(r, goal) {}
+    ConeShapes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), spokes_(r, goal) {
+        // Of most balls: vectors that grow step by step would cost as much as what is measured.
+        constexpr std::size_t usual_vertices = D == 3 ? 24 : 12, usual_faces = D == 3 ? 40 : 12;
+        faces_.reserve(usual_faces);
+        vertices_.reserve(usual_vertices);
+        vertex_ids_.reserve(usual_vertices);
+        if (!r.mesh.is_curved()) return;
+        edges_.reserve(usual_vertices + usual_faces);
+        edge_keys_.reserve(usual_vertices + usual_faces);
+    }
 
     void clear() {
         faces_.clear();
@@ -40,7 +50,7 @@ class ConeShapes {
             if (r_.mesh.is_surface()) return add_edge(triangle_of(r_.mesh.elements.vertices[e]), opposite);
         const auto outward = face_opposite<D>(opposite);
         for (int i = 0; i < D; ++i) face.corners[i] = index_of(r_.mesh.elements.vertices[e][outward[i]]);
-        for (int k = 0; k < face_edges; ++k) {
+        for (int k = 0; k < face_edges && r_.mesh.is_curved(); ++k) {
             const auto& [i, j] = local_edges<D - 1>[k];
             face.edges[k] = index_of_edge(face.corners[i], face.corners[j], e, edge_between<D>[outward[i]][outward[j]]);
         }
@@ -75,13 +85,13 @@ class ConeShapes {
             face.counts = !holds(face, without);
             if (!face.counts) continue;
             face.measure = measure(face);
-            if (!(face.measure > 0) && least >= 0) return 0;
+            if (!(face.measure > 0) && least >= 0) return goes_first(face), 0;
         }
         double worst = std::numeric_limits<double>::infinity();
-        for (const Face& face : faces_) {
+        for (Face& face : faces_) {
             if (!face.counts) continue;
             worst = std::min(worst, shape(face));
-            if (!(worst > least)) return worst;
+            if (!(worst > least)) return goes_first(face), worst;
         }
         return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // nothing would be left
     }
@@ -102,6 +112,7 @@ class ConeShapes {
         std::array<std::uint32_t, D> corners{};         ///< of `vertices_`, outward; of a surface alone the first two
         std::array<std::uint32_t, face_edges> edges{};  ///< of `edges_`
         double measure = 0;
+        double squares = unknown;  ///< of degree 1: of its edges
         bool counts = true;
         Vec<D> normal{};  ///< of a surface alone: of the triangle as it is
     };
@@ -185,17 +196,35 @@ class ConeShapes {
         return triangle_shape({spokes_.point().place, a.place, b.place},
                               {&spokes_.point().metric->measure, &a.metric->measure, &b.metric->measure});
     }
+    /// What is in the way of one place most often is so of the next.
+    void goes_first(Face& face) { std::swap(face, faces_.front()); }
+    /// Of the edges of a face, added; straight ones are measured once a face, which costs less than to find out which
+    /// faces share them.
+    [[nodiscard]] double squares_of(Face& face) {
+        if (r_.mesh.is_curved()) {
+            double sum = 0;
+            for (const std::uint32_t e : face.edges) sum += squares_of(edges_[e]);
+            return sum;
+        }
+        if (face.squares != unknown) return face.squares;
+        face.squares = 0;
+        for (const auto& [i, j] : local_edges<D - 1>) {
+            const Corner& p = vertices_[face.corners[i]];
+            const Corner& q = vertices_[face.corners[j]];
+            face.squares += squares_between(r_, *p.metric, *q.metric, q.place - p.place, {});
+        }
+        return face.squares;
+    }
     [[nodiscard]] double squares_of(Edge& edge) const {
         if (edge.squares != unknown) return edge.squares;
         const Corner& p = vertices_[edge.ends[0]];
         const Corner& q = vertices_[edge.ends[1]];
         return edge.squares = squares_between(r_, *p.metric, *q.metric, q.place - p.place, edge.offset);
     }
-    [[nodiscard]] double shape(const Face& face) {
+    [[nodiscard]] double shape(Face& face) {
         if constexpr (D == 3)
             if (r_.mesh.is_surface()) return triangle_shape_of(face);
-        double squares = 0;
-        for (const std::uint32_t e : face.edges) squares += squares_of(edges_[e]);
+        double squares = squares_of(face);
         double density = spokes_.density_root();
         for (const std::uint32_t c : face.corners) {
             density *= vertices_[c].metric->measure.density_root;

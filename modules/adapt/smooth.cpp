@@ -39,11 +39,12 @@ class Moves final : public Pass<D> {
         CavityRequest<D>& request = candidate.request;
         PatchLimits& limits = candidate.limits;
         cavity_around(r.mesh, v, request.cavity);
+        const double before = shapes_.worst(request.cavity.elements);
+        if (!(before < wanted_)) return {};
         ConeShapes<D> cones(r, goal_);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        const double here = cones.worst_at(cone_point(r, v), 0);
-        const double before = r.mesh.is_curved() ? shapes_.worst(request.cavity.elements) : here;
-        if (!(before < wanted_)) return {};
+        cones.place(cone_point(r, v));
+        const double here = r.mesh.is_curved() ? cones.worst(0) : std::max(before, 0.0);
         const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at v
         BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;

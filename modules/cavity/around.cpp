@@ -38,6 +38,8 @@ template <int D>
 void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found) {
     found.clear();
     if (!mesh.element_of[v].valid()) return;
+    constexpr std::size_t usual = D == 3 ? 32 : 8;
+    found.reserve(usual);
     found.push_back(mesh.element_of[v]);
     for (std::size_t k = 0; k < found.size(); ++k) {
         const ElementId e = found[k];
