@@ -130,9 +130,18 @@ class ConeShapes {
         faces_.push_back(
             {.corners = {first, second, second}, .normal = cross(r_.mesh.points[a] - here, r_.mesh.points[b] - here)});
     }
+    /// What is measured with soon: rows of vertices around are scattered in memory.
+    static void fetch_ahead(const VertexMetric<D>& metric) {
+        for (const Vec<D>& row : metric.measure.rows) __builtin_prefetch(&row);
+        __builtin_prefetch(&metric.measure.density_root);
+    }
     std::uint32_t index_of(VertexId v) {
         const std::uint32_t at = place_among(vertex_ids_, v);
-        if (at == vertices_.size()) vertices_.push_back({v, 0, r_.mesh.points[v], &r_.vertices.metrics[v]});
+        if (at == vertices_.size()) {
+            const VertexMetric<D>& metric = r_.vertices.metrics[v];
+            fetch_ahead(metric);
+            vertices_.push_back({v, 0, r_.mesh.points[v], &metric});
+        }
         ++vertices_[at].faces;
         return at;
     }

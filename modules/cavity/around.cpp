@@ -32,6 +32,13 @@ bool is_among(const std::vector<ElementId>& ids, ElementId id) {
     return found;
 }
 
+/// What is looked at soon: elements around a vertex are scattered in memory.
+template <int D>
+void fetch_ahead(const DynamicMesh<D>& mesh, ElementId e) {
+    __builtin_prefetch(&mesh.elements.vertices[e]);
+    __builtin_prefetch(&mesh.face_neighbours[e]);
+}
+
 }  // namespace
 
 template <int D>
@@ -47,7 +54,9 @@ void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found)
         for (int face = 0; face <= D; ++face) {
             if (vertices[face] == v) continue;
             const ElementId next = element_across(mesh, e, face);
-            if (next.valid() && !is_among(found, next)) found.push_back(next);
+            if (!next.valid() || is_among(found, next)) continue;
+            fetch_ahead(mesh, next);
+            found.push_back(next);
         }
     }
 }
