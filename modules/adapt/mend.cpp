@@ -52,7 +52,9 @@ class Removals final : public Pass<D> {
         limits.corrections = 0;
         limits.wall_elements = WallElements::refused;
         limits.facet_distance = 0.2;  // as of a collapse
-        const VertexId into = best_neighbour(r, request.cavity, v);
+        // What is looked at of straight elements is what is judged: nothing worse is planned.
+        const double least = r.mesh.is_curved() || is_off_geometry ? 0 : std::max(limits.min_shape, 0.0);
+        const VertexId into = best_neighbour(r, request.cavity, v, least);
         if (!into.valid()) return {};
         request.join_to(r, into);
         return candidate;
@@ -77,12 +79,13 @@ class Removals final : public Pass<D> {
         const auto foot = foot_of(goal_, r.mesh, around, v, r.vertices.place(v).entity);
         return foot && !is_at_foot(r.mesh, around, r.mesh.points[v], foot->point);
     }
-    /// Where the worst element is best, see ConeShapes.
-    [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
+    /// Where the worst element is best, and above `least`, see ConeShapes.
+    [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v,
+                                          double least) const {
         ConeShapes<D> cones(r, goal_);
         for (const ElementId e : around.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
         VertexId best;
-        double best_shape = 0;
+        double best_shape = least;
         for (const auto& corner : cones.vertices()) {
             if (!may_collapse(r.mesh, around, v, corner.vertex)) continue;
             const double shape = cones.worst_at(cone_point(r, corner.vertex), best_shape, corner.vertex);

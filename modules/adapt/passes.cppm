@@ -44,9 +44,10 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
                                         const Execution& execution);
 
-/// One end of each edge that is shorter than `shortest` goes into the other, the shortest first.
+/// One end of each edge that is shorter than `shortest` goes into the other, the shortest first: somewhat longer ones
+/// than unit edges may be short, so that what is left is of length 1 in the mean.
 struct CollapseOptions {
-    double shortest = shortest_unit_edge;
+    double shortest = 0.73;
     double longest = longest_unit_edge;  ///< no edge longer than this is made
     double min_quality = 0.1;            ///< of new elements, unless what they replace is worse
     double distance = 0.2;               ///< of new facets from the geometry, see is_near_geometry
@@ -81,7 +82,7 @@ template <int D>
 /// Edges and faces of elements whose quality is below `wanted` are swapped where that makes the worst element better:
 /// the one of their ends, or of the vertices around them, is joined to what they leave that wins most.
 struct SwapOptions {
-    double wanted = 0.6;
+    double wanted = 0.7;
     double gain = 1.02;     ///< the worst quality, after by before
     double distance = 0.2;  ///< of new facets from the geometry, see is_near_geometry
 
@@ -137,7 +138,7 @@ template <int D>
 
 /// Swaps and moves for bad elements alone, sweep after sweep, until there are none or no sweep finds anything to do.
 struct MendOptions {
-    double wanted = 0.3;
+    double wanted = 0.5;
     int sweeps = 4;
 
     [[nodiscard]] static constexpr auto options() {

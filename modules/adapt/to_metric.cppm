@@ -17,7 +17,7 @@ export namespace camber {
 /// most come to be shorter by what goes on around them, and halves of them would make the mean length less than 1.
 struct ToMetricOptions {
     double loose_longest = 1.8;
-    double loose_split = 1.5;
+    double loose_split = 1.55;
     CollapseOptions collapse = {};
     SplitOptions split = {};
     SwapOptions swap = {};

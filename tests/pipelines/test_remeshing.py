@@ -227,6 +227,22 @@ class Remesh(unittest.TestCase):
                 self.assertEqual(len(cells(after, 2)[0]), 12)  # nothing is left to collapse
             self.camber("check", "out.mesh")
 
+    def test_a_surface_alone_to_a_thin_band_has_what_the_metric_asks_for(self):
+        """A band thinner than a hundredth of what is around it: the run ends with the triangles that complexity tells,
+        which grow as the band gets thinner (logs of sizes are linear in each triangle of the mesh that is read)."""
+        mesh = self.surface("in.mesh", 4)
+        for thin in (0.2, 0.02):
+            sizes = [(1.2, 1.2, thin + abs(p[2] - 2)) for p in mesh.points]
+            lower = np.array([[x ** -2, 0, y ** -2, 0, 0, z ** -2] for x, y, z in sizes])
+            (self.folder.path / "m.solb").write_bytes(solution_file(lower, 3, 3))
+            self.camber("remesh", "in.mesh", "--metric", "m.solb", "-o", "out.mesh", "--report", "r.json")
+            report = report_of(self.folder.path / "r.json")
+            asked = report["metric"]["complexity"] * 4 / math.sqrt(3)
+            made = len(cells(self.read(), 2)[0])
+            self.assertLess(max(asked / made, made / asked), 1.25)
+            told = report["remesh"]["after"]
+            self.assertGreater(told["unit_edges"], 0.97 * told["edges"])
+
     def test_a_surface_alone_to_a_chord_error(self):
         self.camber("generate", "shell", "-o", "shell.mesh")
         mesh = self.read("shell.mesh")
