@@ -37,6 +37,9 @@ inline constexpr int max_length_steps = 5;
 inline constexpr double last_step = 3e-4;
 /// The same where the length is asked for, on the way from the energy's minimum to the length's.
 inline constexpr double last_step_of_length = 2e-4;
+/// And only where it is short, by |y|² as a share of the energy, and by what the edge has gained: along the edge the
+/// model of the length tells little.
+inline constexpr double max_blind_step = 0.02;
 /// The same where the field is only that of an element as it goes on beyond its ends: it is measured then.
 inline constexpr double rough_last_step = 1e-2;
 

@@ -240,7 +240,12 @@ template <int D, class Where>
     const Pack gain = s.chord_length - s.at.length;
     const Pack sure = where.sure_gain(all, lanes);
     const Mask doubtful = (gain > sure) & (gain < sure + 2 * last_step * s.chord_length);
-    const Mask loose = ~doubtful & ~(by_length & (is_length ? s.probed != 0 : Mask(-1)));
+    const auto is_near = [&](const VecPack<D>& step) __attribute__((always_inline)) {
+        const Pack share = dot(step, step) / s.at.energy;
+        return (share < max_blind_step) & ((gain <= sure) | (share * s.chord_length < 2 * (gain - sure)));
+    };
+    const Mask by_near_length = (is_length ? s.probed == 0 : Mask(0)) & is_near(next.step);
+    const Mask loose = ~doubtful & (~by_length | by_near_length);
     const Pack last = packed(is_length ? last_step_of_length : last_step);
     const Mask rough = where.extrapolates(s);
     const Pack least = select(rough, packed(std::max(o.tolerance, rough_last_step)),
@@ -273,14 +278,15 @@ template <int D, class Where>
         const WallStep<D> step = step_within(s.wedge.rise, free_part(s, inverse_hessian, s.at.length_gradient, o),
                                              s.at.length_gradient, s.y);
         const Mask turns = out.ended & ~by_length & ~where.extrapolates(s);
-        const Pack enough = is_length ? least : packed(o.length_tolerance);
+        const Mask blind = loose & is_near(step.step);
+        const Pack enough = is_length ? select(blind, least, packed(o.tolerance)) : packed(o.length_tolerance);
         const Mask go = turns & (-step.slope > enough * s.at.length);
         choose(go, s.direction, step.step);
         choose(go, s.inverse_hessian, inverse_hessian);
         s.slope = select(go, step.slope, s.slope);
         s.steps = select(go, packed(0), s.steps);
         s.by_length = select(go, packed(1), s.by_length);
-        if (is_length) choose(turns & loose & ~go, last_way, step.step);
+        if (is_length) choose(turns & blind & ~go, last_way, step.step);
         out.ended &= ~go;
         renewed |= go;
         s.attempts = select(go, packed(0), s.attempts);
