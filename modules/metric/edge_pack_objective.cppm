@@ -349,9 +349,7 @@ template <int D, class Use>
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeSums<D> sums_along(const ChordFrame<D>& f, const ParabolaPack<D>& p,
                                                                 const Quadrature& rule) {
-    return sums_along(f, p, rule,
-                      [](std::size_t, const PointPack<D>&, const VecPack<D>&, const SymPack<D>&)
-                          __attribute__((always_inline)) {});
+    return sums_along(f, p, rule, [](auto&&...) __attribute__((always_inline)) {});
 }
 
 template <int D>

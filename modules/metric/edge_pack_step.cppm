@@ -101,16 +101,15 @@ struct WithinWedge {
         const SearchPack<D>& s = lanes.pack;
         const Quadrature& rule = all.rules.objective;
         const bool is_length = all.options.objective == EdgeObjectiveKind::length;
-        sums = sums_along(s.frame, parabola(s.frame, s.wedge, y), rule,
-                          [&](std::size_t q, const PointPack<D>& point, VecPack<D> moved, SymPack<D> adjoint)
-                              __attribute__((always_inline)) {
-                                  if (!is_length) return;
-                                  const double t = rule.t[q];
-                                  for (int i = 0; i < D; ++i) moved[i] *= 8 * (1 - 2 * t);
-                                  for (int k = 0; k < sym_size<D>; ++k) adjoint.c[k] *= 4 * t * (1 - t);
-                                  length_hessian.add(s.frame, point, rule.w[q], t,
-                                                     gradient_in(s.frame, s.wedge, moved, adjoint));
-                              });
+        sums = sums_along(
+            s.frame, parabola(s.frame, s.wedge, y), rule,
+            [&](std::size_t q, const auto& point, auto moved, auto adjoint) __attribute__((always_inline)) {
+                if (!is_length) return;
+                const double t = rule.t[q];
+                for (int i = 0; i < D; ++i) moved[i] *= 8 * (1 - 2 * t);
+                for (int k = 0; k < sym_size<D>; ++k) adjoint.c[k] *= 4 * t * (1 - t);
+                length_hessian.add(s.frame, point, rule.w[q], t, gradient_in(s.frame, s.wedge, moved, adjoint));
+            });
         return values_in(s.frame, s.wedge, sums);
     }
     [[gnu::always_inline]] inline void keep(SearchLanes<D>& lanes, Mask accepted) const {
@@ -152,12 +151,11 @@ struct ThroughElements {
         const Quadrature& rule = all.rules.objective;
         const bool is_length = all.options.objective == EdgeObjectiveKind::length;
         return located_values(all.back, lanes.pack.frame, y, rule, points, marks,
-                              [&](std::size_t q, const PointPack<D>& point, VecPack<D> slope)
-                                  __attribute__((always_inline)) {
-                                      if (!is_length) return;
-                                      for (int i = 0; i < D; ++i) slope[i] *= 1 / rule.w[q];
-                                      length_hessian.add(lanes.pack.frame, point, rule.w[q], rule.t[q], slope);
-                                  });
+                              [&](std::size_t q, const auto& point, auto slope) __attribute__((always_inline)) {
+                                  if (!is_length) return;
+                                  for (int i = 0; i < D; ++i) slope[i] *= 1 / rule.w[q];
+                                  length_hessian.add(lanes.pack.frame, point, rule.w[q], rule.t[q], slope);
+                              });
     }
     [[gnu::always_inline]] static inline void keep(SearchLanes<D>&, Mask) {}
     [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
