@@ -50,18 +50,21 @@ CurveStatistics operator+(const CurveStatistics& a, const CurveStatistics& b) {
             a.held_back + b.held_back};
 }
 
-/// Targets, one an edge, in columns as they come.
+/// Targets, one an edge, in columns as they come: first where a node goes, then what its edge measures.
 template <int D>
 class Columns {
   public:
     explicit Columns(std::size_t n) : nodes_(n), changes_(n), straight_(n), lengths_(n) {}
 
-    void set(std::size_t e, const EdgeTarget<D>& target) {
+    void place(std::size_t e, const EdgeTarget<D>& target) {
         nodes_[e] = target.node;
         changes_[e] = target.change;
+    }
+    void measure(std::size_t e, const EdgeTarget<D>& target) {
         straight_[e] = target.straight_length;
         lengths_[e] = target.length;
     }
+    [[nodiscard]] const LagrangeNode<D>& node(std::size_t e) const { return nodes_[e]; }
     [[nodiscard]] Curved<D> curved(const LinearMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                    const CurveStatistics& statistics) && {
         return {{mesh.points, std::move(nodes_), kinds, std::move(changes_)},
@@ -83,7 +86,8 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
     Columns<D> columns(targets.size());
     CurveStatistics statistics;
     for (std::size_t e = 0; e < targets.size(); ++e) {
-        columns.set(e, targets[e]);
+        columns.place(e, targets[e]);
+        columns.measure(e, targets[e]);
         count(statistics, targets[e].flags);
     }
     return std::move(columns).curved(mesh, kinds, statistics);
@@ -129,10 +133,11 @@ template <int D>
 CurveStatistics search_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
                                const BackMesh<D>& back, const EdgeRules& rules, const CurveOptions& options,
-                               std::size_t begin, std::size_t end, const auto& take) {
+                               std::size_t begin, std::size_t end, Columns<D>& columns) {
     CurveStatistics statistics;
     const auto give = [&](EdgeId e, const EdgeTarget<D>& target) {
-        take(e.index(), target);
+        columns.place(e.index(), target);
+        columns.measure(e.index(), target);
         count(statistics, target.flags);
     };
     std::vector<EdgeId> edges;
@@ -154,12 +159,65 @@ CurveStatistics search_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKi
     return statistics;
 }
 
-/// take(e, target) for each edge, see `edge_targets`; what was met.
+/// Nodes for accuracy. Their offsets are not kept: they are as large as the nodes.
+template <int D>
+Outcome<CurveStatistics> place_accurately(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                          const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+                                          const BackMesh<D>& back, const CurveOptions& options,
+                                          const Execution& execution, Columns<D>& columns) {
+    const auto borne = offsets_by_element(mesh, kinds, base, shells, back, options, execution);
+    if (!borne) return fail(borne.error());
+    const auto target_of = [&](std::size_t e) {
+        if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
+        if (shells[e].empty()) return boundary_target(mesh, EdgeId(e), mesh.mid_nodes[e]);
+        EdgeTarget<D> target = node_target(mesh, EdgeId(e), {base[e].point + borne->offsets[e]});
+        const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
+        const Vec<D>& p = mesh.linear.points[a];
+        const Vec<D>& q = mesh.linear.points[b];
+        target.flags.by_walls = is_noticeable(base[e].point - midpoint(p, q), q - p);
+        target.flags.by_metric = is_noticeable(borne->offsets[e], q - p);
+        return target;
+    };
+    auto statistics = reduce_each(
+        without_progress(execution), mesh.edges.size(), CurveStatistics{},
+        [&](CurveStatistics& met, std::size_t e) {
+            const EdgeTarget<D> target = target_of(e);
+            columns.place(e, target);
+            count(met, target.flags);
+        },
+        [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
+    if (statistics) {
+        statistics->drawn_back = borne->drawn_back;
+        statistics->held_back = borne->held_back;
+    }
+    return statistics;
+}
+
+/// Lengths of those edges that are measured, whose nodes are there.
+template <int D>
+Outcome<CurveStatistics> measure_placed(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                        const Incidence<ElementId>& shells, const BackMesh<D>& back,
+                                        const CurveOptions& options, const Quadrature& report,
+                                        const Execution& execution, Columns<D>& columns) {
+    return reduce_each(
+        execution, mesh.edges.size(), CurveStatistics{},
+        [&](CurveStatistics& met, std::size_t e) {
+            EdgeTarget<D> target{.node = columns.node(e), .flags = {}};
+            if (kinds[e] == EdgeKind::volume && !shells[e].empty() &&
+                is_measured(options.measured, e, mesh.edges.size()))
+                measure(mesh, {EdgeId(e), shells[e].front()}, back, report, target);
+            columns.measure(e, target);
+            count(met, target.flags);
+        },
+        [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; }, 64);
+}
+
+/// The target of each edge; what was met.
 template <int D>
 Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                      const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
                                      const BackMesh<D>& back, const CurveOptions& options, const Execution& execution,
-                                     const auto& take) {
+                                     Columns<D>& columns) {
     if (auto fits = check_columns(mesh, kinds.size(), base.size()); !fits) return fail(fits.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const EdgeRules rules = edge_rules(options);
@@ -169,60 +227,24 @@ Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<
             execution, mesh.edges.size(),
             [&](std::size_t begin, std::size_t end) {
                 of_chunks[begin / searched_together] =
-                    search_targets(mesh, kinds, base, shells, back, rules, options, begin, end, take);
+                    search_targets(mesh, kinds, base, shells, back, rules, options, begin, end, columns);
             },
             searched_together);
         if (!done) return fail(done.error());
         return std::accumulate(of_chunks.begin(), of_chunks.end(), CurveStatistics{},
                                [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
     }
-    const double of_offsets = options.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths take long
-    const auto borne = offsets_by_element(mesh, kinds, base, shells, back, options, part_of(execution, 0, of_offsets));
-    if (!borne) return fail(borne.error());
-    const auto target_of = [&](std::size_t e) {
-        if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
-        if (shells[e].empty()) return boundary_target(mesh, EdgeId(e), mesh.mid_nodes[e]);
-        const LagrangeNode<D> node{base[e].point + borne->offsets[e]};
-        EdgeTarget<D> target = is_measured(options.measured, e, mesh.edges.size())
-                                   ? measured_target(mesh, {EdgeId(e), shells[e].front()}, node, back, rules.report)
-                                   : node_target(mesh, EdgeId(e), node);
-        const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
-        const Vec<D>& p = mesh.linear.points[a];
-        const Vec<D>& q = mesh.linear.points[b];
-        target.flags.by_walls = is_noticeable(base[e].point - midpoint(p, q), q - p);
-        target.flags.by_metric = is_noticeable(borne->offsets[e], q - p);
-        return target;
-    };
-    auto statistics = reduce_each(
-        part_of(execution, of_offsets, 1), mesh.edges.size(), CurveStatistics{},
-        [&](CurveStatistics& statistics, std::size_t e) {
-            const EdgeTarget<D> target = target_of(e);
-            take(e, target);
-            count(statistics, target.flags);
-        },
-        [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; }, 64);
-    if (statistics) {
-        statistics->drawn_back = borne->drawn_back;
-        statistics->held_back = borne->held_back;
-    }
-    return statistics;
+    const double of_nodes = options.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths take long
+    const auto placed =
+        place_accurately(mesh, kinds, base, shells, back, options, part_of(execution, 0, of_nodes), columns);
+    if (!placed) return placed;
+    const auto measured =
+        measure_placed(mesh, kinds, shells, back, options, rules.report, part_of(execution, of_nodes, 1), columns);
+    if (!measured) return measured;
+    return *placed + *measured;
 }
 
 }  // namespace
-
-template <int D>
-Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                            const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                            const BackMesh<D>& back, const CurveOptions& options,
-                                            const Execution& execution) {
-    return guarded([&]() -> Outcome<Buffer<EdgeTarget<D>>> {
-        Buffer<EdgeTarget<D>> targets(mesh.edges.size());
-        const auto take = [&](std::size_t e, const EdgeTarget<D>& target) { targets[e] = target; };
-        const auto done = each_target(mesh, kinds, base, shells, back, options, execution, take);
-        if (!done) return fail(done.error());
-        return targets;
-    });
-}
 
 template <int D>
 Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
@@ -230,8 +252,7 @@ Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
                          const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<Curved<D>> {
         Columns<D> columns(mesh.edges.size());
-        const auto take = [&](std::size_t e, const EdgeTarget<D>& target) { columns.set(e, target); };
-        const auto statistics = each_target(mesh, kinds, base, shells, back, options, execution, take);
+        const auto statistics = each_target(mesh, kinds, base, shells, back, options, execution, columns);
         if (!statistics) return fail(statistics.error());
         return std::move(columns).curved(mesh.linear, kinds, *statistics);
     });
@@ -344,23 +365,20 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);   \
-    template Outcome<Buffer<EdgeTarget<D>>> edge_targets<D>(                                                           \
-        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, \
-        const BackMesh<D>&, const CurveOptions&, const Execution&);                                                    \
-    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                             \
-                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                  \
-                                         const BackMesh<D>&, const CurveOptions&, const Execution&);                   \
-    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, EdgeKind,   \
-                                                         const Incidence<ElementId>&, const BackMesh<D>&,              \
-                                                         const EdgeAccuracyOptions&, const Execution&);                \
-    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                    \
-                                                  const Column<LagrangeNode<D>>&, const Execution&);                   \
-    template Outcome<EdgeLengths> edge_lengths<D>(const EdgeSet<D>&, const Proposal<D>&, const Incidence<ElementId>&,  \
-                                                  const BackMesh<D>&, MeasuredEdges, const Execution&);                \
-    template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,          \
-                                                     const Incidence<ElementId>&, const BackMesh<D>&, MeasuredEdges,   \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);  \
+    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                            \
+                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                 \
+                                         const BackMesh<D>&, const CurveOptions&, const Execution&);                  \
+    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, EdgeKind,  \
+                                                         const Incidence<ElementId>&, const BackMesh<D>&,             \
+                                                         const EdgeAccuracyOptions&, const Execution&);               \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);                  \
+    template Outcome<EdgeLengths> edge_lengths<D>(const EdgeSet<D>&, const Proposal<D>&, const Incidence<ElementId>&, \
+                                                  const BackMesh<D>&, MeasuredEdges, const Execution&);               \
+    template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,         \
+                                                     const Incidence<ElementId>&, const BackMesh<D>&, MeasuredEdges,  \
                                                      const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -38,19 +38,11 @@ template <int D>
 [[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
                                    const Column<EdgeKind>& kinds);
 
-/// Where every edge's node ought to be: volume edges by the options' aim in the field `back`, boundary edges at
-/// `base`, which has one row an edge: for edges of the boundary their nodes on the geometry (see camber.surface), for
-/// those of the volume where the back mesh has them, the middles of their chords in a straight one. From there searches
-/// begin, and offsets for accuracy count. Errors: those of `curve`.
-template <int D>
-[[nodiscard]] Outcome<Buffer<EdgeTarget<D>>> edge_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                          const Column<LagrangeNode<D>>& base,
-                                                          const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                                          const CurveOptions& options, const Execution& execution);
-
 /// The second verb on a whole mesh: volume edges take the nodes that the options' aim asks for in the field `back`,
-/// whose mesh must be `mesh` with straight edges or with those of `base`; boundary edges take `base` (see
-/// `edge_targets`). Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns
+/// whose mesh must be `mesh` with straight edges or with those of `base`; boundary edges take `base`, which has one row
+/// an edge: for edges of the boundary their nodes on the geometry (see camber.surface), for those of the volume where
+/// the back mesh has them, the middles of their chords in a straight one. From there searches begin, and offsets for
+/// accuracy count. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns
 /// that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
