@@ -41,6 +41,8 @@ camber::Outcome<std::unique_ptr<Verb>> verb_of(std::vector<std::string> words) {
     try {
         std::ranges::reverse(words);  // the parser takes them from the end
         app->parse(std::move(words));
+    } catch (const CLI::Success&) {
+        return camber::fail(camber::ErrorKind::usage, "is a question, and no argument", "--help");
     } catch (const CLI::ParseError& error) {
         return camber::fail(usage_error(*app, error));
     }

@@ -64,6 +64,10 @@ CAMBER_API int64_t camber_vertices(const camber_mesh* mesh); /* the first of the
 CAMBER_API int64_t camber_points(const camber_mesh* mesh);
 CAMBER_API int64_t camber_count(const camber_mesh* mesh, const char* type); /* cells of that type; 0: none */
 
+/* Of each point of the mesh the number, from `first`, of the point that it was given as; first - 1: of none. They differ
+   where a mesh of degree 2 was given with its vertices not first. */
+CAMBER_API int camber_get_given(const camber_mesh* mesh, int first, int64_t* given);
+
 /* Into arrays of points × dimension, and of cells × nodes of the type; references may be NULL. */
 CAMBER_API int camber_get_points(const camber_mesh* mesh, double* coordinates);
 CAMBER_API int camber_get_cells(const camber_mesh* mesh, const char* type, int first, int32_t* nodes, int32_t* references);

@@ -42,6 +42,14 @@ CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
     return out;
 }
 
+/// Whether these can be read at all.
+Outcome<Done> check_cells(const camber_cells& cells) {
+    if (cells.type == nullptr) return fail(ErrorKind::usage, "is NULL", "the type of cells");
+    if (cells.count < 0) return fail(ErrorKind::usage, "has a negative count", cells.type);
+    if (cells.count > 0 && cells.nodes == nullptr) return fail(ErrorKind::usage, "has nodes that are NULL", cells.type);
+    return Done{};
+}
+
 /// Whether these are cells of that dimension, which then are put there.
 template <int K>
 bool put(const camber_cells& cells, int first, CellArrays<K>& into) {
@@ -62,6 +70,10 @@ Outcome<DecodedMesh> made(std::int64_t points, const double* coordinates, int ty
         for (std::size_t d = 0; d < D; ++d) all[p][d] = coordinates[p * D + d];
     MeshArrays<D> arrays{.points = Column<Vec<D>>(std::move(all))};
     for (int t = 0; t < types; ++t) {
+        if (auto sound = check_cells(cells[t]); !sound) return fail(sound.error());
+        for (int before = 0; before < t; ++before)
+            if (std::string_view(cells[before].type) == cells[t].type)
+                return fail(ErrorKind::usage, "comes twice", cells[t].type, {}, "give all cells of a type together");
         bool is_known = put(cells[t], first, arrays.elements) || put(cells[t], first, arrays.facets);
         if constexpr (D == 3) is_known = is_known || put(cells[t], first, arrays.edges);
         if (!is_known)
@@ -84,6 +96,16 @@ auto on(const camber_mesh& mesh, F&& f) {
         mesh.value.mesh);
 }
 
+/// Of feature edges the set has one edge each: as an array of one, as simplices of higher dimension have theirs.
+template <class Linear, class Curved, class F>
+void on_feature_edges(const Linear& linear, const Curved* curved, F&& f) {
+    if (!curved) return f(linear.edges, static_cast<const Column<std::array<EdgeId, 1>>*>(nullptr));
+    Buffer<std::array<EdgeId, 1>> edges;
+    for (const EdgeId e : curved->edges.of_edges) edges.push_back({e});
+    const Column<std::array<EdgeId, 1>> column(std::move(edges));
+    f(linear.edges, &column);
+}
+
 /// f(simplices, their edges or null) of those of that type; false: there are none.
 template <class F>
 bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
@@ -94,6 +116,8 @@ bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
             f(linear.elements, curved ? &curved->edges.of_elements : nullptr);
         else if (type == names[D - 2])
             f(linear.facets, curved ? &curved->edges.of_facets : nullptr);
+        else if (D == 3 && type == names[0])
+            on_feature_edges(linear, curved, f);
         else
             return false;
         return true;
@@ -122,10 +146,10 @@ int camber_read(const char* path, camber_mesh** mesh) {
     if (path == nullptr) return c::missing("path");
     if (mesh == nullptr) return c::missing("mesh");
     return c::guarded_status([&] {
-        auto read = app::read_into_memory(path, config::Flat::plane, {}, {.stop = {}});
+        auto read = app::read_into_memory(path, config::Flat::plane, {}, c::nobody());
         if (!read) return c::status_of(read.error());
-        read->node_numbers = {};
-        *mesh = new camber_mesh{std::move(*read)};
+        auto given_as = std::exchange(read->node_numbers, {});
+        *mesh = new camber_mesh{std::move(*read), std::move(given_as)};
         return int{CAMBER_OK};
     });
 }
@@ -135,7 +159,7 @@ int camber_write(const camber_mesh* mesh, const char* path, const char* format) 
     if (path == nullptr) return c::missing("path");
     return c::guarded_status([&] {
         const auto done = app::write_from_memory(mesh->value, app::nodal_fields_of(mesh->value), path,
-                                                 format == nullptr ? "" : format, {.stop = {}});
+                                                 format == nullptr ? "" : format, c::nobody());
         return done ? int{CAMBER_OK} : c::status_of(done.error());
     });
 }
@@ -144,6 +168,8 @@ int camber_make(int dimension, int64_t points, const double* coordinates, int ty
                 int first, camber_mesh** mesh) {
     if (mesh == nullptr) return c::missing("mesh");
     if (coordinates == nullptr && points > 0) return c::missing("coordinates");
+    if (points < 0 || types < 0)
+        return c::status_of(Error{ErrorKind::usage, "is negative", points < 0 ? "points" : "types", {}, {}});
     if (cells == nullptr && types > 0) return c::missing("cells");
     if (dimension != 2 && dimension != 3)
         return c::status_of(Error{ErrorKind::usage, "must be 2 or 3", "dimension", {}, {}});
@@ -151,8 +177,8 @@ int camber_make(int dimension, int64_t points, const double* coordinates, int ty
         auto made = dimension == 2 ? c::made<2>(points, coordinates, types, cells, first)
                                    : c::made<3>(points, coordinates, types, cells, first);
         if (!made) return c::status_of(made.error());
-        made->node_numbers = {};
-        *mesh = new camber_mesh{std::move(*made)};
+        auto given_as = std::exchange(made->node_numbers, {});
+        *mesh = new camber_mesh{std::move(*made), std::move(given_as)};
         return int{CAMBER_OK};
     });
 }
@@ -160,21 +186,26 @@ int camber_make(int dimension, int64_t points, const double* coordinates, int ty
 void camber_free_mesh(camber_mesh* mesh) { delete mesh; }
 
 int camber_dimension(const camber_mesh* mesh) {
+    if (mesh == nullptr) return 0;
     return std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, mesh->value.mesh);
 }
 int camber_degree(const camber_mesh* mesh) {
+    if (mesh == nullptr) return 0;
     return c::on(*mesh, [](const auto* curved, const auto&) { return curved ? 2 : 1; });
 }
 int64_t camber_vertices(const camber_mesh* mesh) {
+    if (mesh == nullptr) return 0;
     return c::on(*mesh, [](const auto*, const auto& m) { return static_cast<int64_t>(m.points.size()); });
 }
 int64_t camber_points(const camber_mesh* mesh) {
+    if (mesh == nullptr) return 0;
     return c::on(*mesh, [](const auto* curved, const auto& m) {
         return static_cast<int64_t>(m.points.size() + (curved ? curved->mid_nodes.size() : 0));
     });
 }
 int64_t camber_count(const camber_mesh* mesh, const char* type) {
     int64_t count = 0;
+    if (mesh == nullptr || type == nullptr) return 0;
     c::on_type(*mesh, type,
                [&](const auto& simplices, const auto*) { count = static_cast<int64_t>(simplices.size()); });
     return count;
@@ -190,6 +221,15 @@ int camber_get_points(const camber_mesh* mesh, double* coordinates) {
                 coordinates = std::copy(node.point.c.begin(), node.point.c.end(), coordinates);
         return 0;
     });
+    return CAMBER_OK;
+}
+
+int camber_get_given(const camber_mesh* mesh, int first, int64_t* given) {
+    if (mesh == nullptr) return c::missing("mesh");
+    if (given == nullptr) return c::missing("given");
+    const auto points = static_cast<std::size_t>(camber_points(mesh));
+    for (std::size_t p = 0; p < points; ++p)
+        given[p] = first + (mesh->given_as.empty() ? static_cast<int64_t>(p) : int64_t{mesh->given_as[p]} - 1);
     return CAMBER_OK;
 }
 
@@ -247,7 +287,7 @@ int camber_with_field(const camber_mesh* mesh, const char* name, int components,
 }
 
 int64_t camber_field_size(const camber_mesh* mesh, const char* name, int* components) {
-    const MeshField* const field = field_of(mesh, name);
+    const MeshField* const field = mesh == nullptr || name == nullptr ? nullptr : field_of(mesh, name);
     const int width = field == nullptr ? 0 : values_per_vertex(field->kind, camber_dimension(mesh));
     if (components != nullptr) *components = width;
     return field == nullptr ? 0 : static_cast<int64_t>(field->size()) / width;

@@ -31,7 +31,7 @@ void prepare() {
 
 /// Who is told of the work, and stops it.
 app::Host host_of(const camber_options* options, std::stop_source stop) {
-    app::Host host{.stop = stop.get_token()};
+    app::Host host{.stop = stop.get_token(), .told = [](const std::string&, double) {}};
     if (options == nullptr || options->progress == nullptr) return host;
     host.told = [told = options->progress, context = options->context, stop](const std::string& stage,
                                                                              double share) mutable {
@@ -58,11 +58,21 @@ Outcome<std::optional<Solution>> metric_of(const camber_mesh* mesh, const camber
 
 constexpr const char *mesh_name = "memory:mesh", *metric_name = "memory:metric.sol";
 
+/// What arguments gave is as sound as what a config says; nobody is there who could run a solver.
+Outcome<config::Pipeline> adapting(const app::Verb& verb) {
+    auto pipeline = app::pipeline_of(verb.adapt);
+    if (!pipeline) return pipeline;
+    if (!pipeline->adapt.solve.empty())
+        return fail(ErrorKind::usage, "is a command, which the program runs", "--solve", {}, "use camber adapt");
+    if (auto read = config::read_pipeline(config::write_pipeline(*pipeline), "words"); !read) return read;
+    return pipeline;
+}
+
 Outcome<config::Pipeline> pipeline_of(const app::Verb& verb, const std::string& name) {
     if (name == "curve") return app::pipeline_of(verb.curve);
     if (name == "remesh") return app::pipeline_of(verb.remesh);
     if (name == "repair") return app::pipeline_of(verb.repair);
-    if (name == "adapt") return app::pipeline_of(verb.adapt);
+    if (name == "adapt") return adapting(verb);
     return fail(ErrorKind::usage, "is no verb over a mesh in memory", name, {},
                 "give curve, remesh, repair, adapt or check");
 }
@@ -73,13 +83,13 @@ int finish(app::MadeInMemory made, camber_result** result) {
     return made.holds_what_was_asked ? CAMBER_OK : CAMBER_NOT_CERTIFIED;
 }
 
-int run_pipeline(config::Pipeline pipeline, const camber_mesh* mesh, std::optional<Solution> metric,
+int run_pipeline(config::Pipeline pipeline, int degree, const camber_mesh* mesh, std::optional<Solution> metric,
                  const camber_options* options, camber_result** result) {
     app::Host host = host_of(options, {});
     if (mesh != nullptr) host.given.meshes[mesh_name] = mesh->value;
     if (metric) host.given.metrics[metric_name] = std::move(*metric);
     if (pipeline.adapt.is_asked()) {
-        auto made = app::adapt_in_memory(std::move(pipeline), 0, {}, std::move(host));
+        auto made = app::adapt_in_memory(std::move(pipeline), degree, {}, std::move(host));
         return made ? finish(std::move(made->last), result) : c::status_of(made.error());
     }
     auto made = app::run_in_memory(std::move(pipeline), std::move(host));
@@ -115,7 +125,8 @@ int camber_run(const camber_mesh* mesh, int count, const char* const* word, cons
         if (name == "check") return check(mesh, **verb, std::move(*metric), options, result);
         auto pipeline = pipeline_of(**verb, name);
         if (!pipeline) return c::status_of(pipeline.error());
-        return run_pipeline(std::move(*pipeline), mesh, std::move(*metric), options, result);
+        const int degree = name == "adapt" && (*verb)->adapt.degree == 1 ? 1 : 0;
+        return run_pipeline(std::move(*pipeline), degree, mesh, std::move(*metric), options, result);
     });
 }
 
@@ -127,11 +138,13 @@ int camber_run_config(const camber_mesh* mesh, const char* json, const camber_op
     return c::guarded_status([&] {
         auto metric = metric_of(mesh, options);
         if (!metric) return c::status_of(metric.error());
-        auto pipeline = config::read_pipeline(json, "config");
+        const std::vector<std::string> input =
+            mesh != nullptr ? std::vector<std::string>{std::string("input={\"mesh\": \"") + mesh_name + "\"}"}
+                            : std::vector<std::string>{};
+        auto pipeline = config::read_pipeline(json, "config", input);
         if (!pipeline) return c::status_of(pipeline.error());
-        if (mesh != nullptr) pipeline->input = {config::FilePath{mesh_name}, config::Flat::plane};
         if (*metric) pipeline->metric = config::FilePath{metric_name};
-        return run_pipeline(std::move(*pipeline), mesh, std::move(*metric), options, result);
+        return run_pipeline(std::move(*pipeline), 0, mesh, std::move(*metric), options, result);
     });
 }
 
@@ -142,6 +155,8 @@ int64_t camber_result_metric_size(const camber_result* result, int* width) {
     return result->metric ? static_cast<int64_t>(result->metric->rows) : 0;
 }
 int camber_result_metric(const camber_result* result, double* values) {
+    if (result == nullptr) return c::missing("result");
+    if (values == nullptr) return c::missing("values");
     if (!result->metric) return c::status_of(Error{ErrorKind::usage, "no metric was made", "result", {}, {}});
     std::copy(result->metric->values.begin(), result->metric->values.end(), values);
     return CAMBER_OK;

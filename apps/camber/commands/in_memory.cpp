@@ -114,16 +114,17 @@ Outcome<std::vector<std::string>> write_from_memory(const DecodedMesh& mesh, con
                                                     const std::string& path, const std::string& name, Host host) {
     const auto format = format_of_mesh(path, name, mesh.format);
     if (!format) return fail(format.error());
+    std::vector<std::string> losses;
+    std::vector<run::NamedField> held;
     for (const run::NamedField& field : fields)
-        if (auto place = check_place_for(path, name, field.kind); !place) return fail(place.error());
-    if (!fields.empty() && !(*format)->holds_fields)
-        return fail(ErrorKind::usage, "the format has no place for fields", path, {},
-                    "give a file that ends in .vtu, or leave the fields out");
+        if ((*format)->holds_fields && check_place_for(path, name, field.kind))
+            held.push_back(field);
+        else
+            losses.push_back("the format has no place for the field " + field.name);
     Progress progress(host.told);
     auto done = run_step(steps_for(progress, host, 0), "write",
-                         [&](const Execution& e) { return write_with_mesh(mesh, fields, **format, path, e); });
+                         [&](const Execution& e) { return write_with_mesh(mesh, held, **format, path, e); });
     if (!done) return fail(done.error());
-    std::vector<std::string> losses;
     for (Notice& notice : (*format)->losses(mesh.mesh)) losses.push_back(std::move(notice.what));
     return losses;
 }

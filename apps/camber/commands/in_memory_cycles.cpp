@@ -17,6 +17,7 @@ import camber.io;
 import camber.run;
 import :ending;
 import :execute;
+import :formats;
 import :given;
 import :in_memory;
 import :steps_for;
@@ -127,12 +128,39 @@ class CyclesInMemory {
 
 }  // namespace
 
+namespace {
+
+/// The outputs that are files: of cycles in memory the last mesh and its report. Errors: usage.
+Outcome<Done> check_files(const config::Output& files) {
+    for (const std::string& path : {files.vtu, files.metric, files.solution, files.plots, files.page})
+        if (!path.empty())
+            return fail(ErrorKind::usage, "is an output of cycles whose meshes are files", path, {},
+                        "leave it out, or use camber run");
+    return check_outputs(files);
+}
+
+Outcome<Done> write_files(const config::Output& files, const MadeInMemory& made, const Host& host) {
+    if (!files.report.empty())
+        if (auto done = write_text(files.report, made.report); !done) return done;
+    if (files.mesh.empty()) return Done{};
+    return write_from_memory(made.mesh, made.solution, files.mesh, files.format, host).map([](const auto&) {
+        return Done{};
+    });
+}
+
+}  // namespace
+
 Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, const Solver& solver, Host host) {
+    const config::Output files = files_of(pipeline.output);
+    if (auto possible = check_files(files); !possible) return fail(possible.error());
     if (solver) pipeline.adapt.solve = {std::string(config::in_memory) + "solver"};
-    if (pipeline.output.metric.empty()) pipeline.output.metric = std::string(config::in_memory) + "metric.sol";
-    if (pipeline.output.solution.empty()) pipeline.output.solution = std::string(config::in_memory) + "carried.sol";
+    pipeline.output.metric = std::string(config::in_memory) + "metric.sol";
+    pipeline.output.solution = std::string(config::in_memory) + "carried.sol";
     if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
-    return CyclesInMemory(pipeline, degree, solver, host).run();
+    auto made = CyclesInMemory(pipeline, degree, solver, host).run();
+    if (made)
+        if (auto done = write_files(files, made->last, host); !done) return fail(done.error());
+    return made;
 }
 
 }  // namespace camber::app

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import json
+import os
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from . import _camber
 from .mesh import Mesh
+from .metric import of as metrics_of
 from .result import Made, made_of, mesh_of
-from .words import Words, fields_in, words_of
+from .words import Words, fields_in, plain, solver_of, words_of
 
 
 def _split(options: dict[str, Any], *subjects: str) -> tuple[list[Any], Any, dict[str, Any]]:
@@ -43,15 +46,9 @@ def adapt(options: dict[str, Any]) -> Made:
         rest["complexity"] = ",".join(repr(float(c)) for c in rest["complexity"])
     words = words_of("adapt", mesh, rest)
     words.words += ["-o", "memory:mesh"]
-    if solve is None:
-        solver = None
-    else:
+    if solve is not None:
         words.words += ["--solve=memory:solver {mesh} {solution}"]
-
-        def solver(handle: Any, guess: dict[str, np.ndarray], cycle: int) -> dict[str, np.ndarray]:
-            return fields_in(solve(Mesh._of(handle), guess, cycle))
-
-    return made_of(_camber.adapt_words(words.words, *words.values(), words.mesh._handle, solver, progress))
+    return made_of(_camber.adapt_words(words.words, *words.values(), words.mesh._handle, solver_of(solve), progress))
 
 
 def check(options: dict[str, Any]) -> dict[str, Any]:
@@ -59,9 +56,19 @@ def check(options: dict[str, Any]) -> dict[str, Any]:
     if isinstance(rest.get("field"), str):
         rest["field"] = [rest["field"]]
     words = words_of("check", mesh, rest)
-    rows = None if metric is None else np.asarray(metric, float)
+    if isinstance(metric, (str, os.PathLike, Mapping)):
+        metric = metrics_of(words.mesh, metric if isinstance(metric, Mapping) else {"file": os.fspath(metric)})
+    if metric is not None and np.ndim(metric) == 0:
+        metric = np.full(len(words.mesh.vertices), float(metric))
+    rows = None if metric is None else np.asarray(metric)
     raw = _camber.check(words.words, words.mesh._handle, rows, progress)
-    return {**json.loads(raw["report"]), "table": raw["table"], "element_verdicts": raw["elements"], "holds": raw["holds"]}
+    return {**json.loads(raw["report"]), "table": raw["table"], "element_verdicts": _columns(raw["elements"]), "holds": raw["holds"]}
+
+
+def _columns(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """References and verdicts (0 valid, 1 invalid, 2 undecided) as whole numbers."""
+    whole = {"reference": np.int32, "verdict": np.int8, "straight_inverted": bool}
+    return {name: values.astype(whole.get(name, float)) for name, values in raw.items()}
 
 
 def geometry(options: dict[str, Any]) -> dict[str, Any]:
@@ -80,7 +87,7 @@ def transfer(options: dict[str, Any]) -> dict[str, np.ndarray]:
 
 def generate(options: dict[str, Any]) -> Mesh:
     (shape,), progress, rest = _split(options, "shape")
-    words = Words(["generate", shape if isinstance(shape, str) else json.dumps(shape), "-o", "memory:mesh.meshb"])
+    words = Words(["generate", shape if isinstance(shape, str) else json.dumps(shape, default=plain), "-o", "memory:mesh.meshb"])
     for name, value in rest.items():
         words.add(name, value)
     return Mesh._of(_camber.generate(words.words, progress))

@@ -60,5 +60,7 @@ def of(kind: int, what: str, where: str, entity: str, number: int, remedy: str) 
 
 def in_python(text: str) -> str:
     """`--min-scaled-jacobian` is `min_scaled_jacobian` here, and what is in memory has its name alone."""
+    text = re.sub(r"see camber (\w+) --help", r"see help(camber.\1)", text)
+    text = text.replace("; --solution on the command line", "")
     text = re.sub(r"(?<![\w-])--([a-z][a-z-]*[a-z])", lambda option: option[1].replace("-", "_"), text)
-    return re.sub(r"memory:(\w+)(\.\w+)?", r"\1", text)
+    return re.sub(r"memory:([\w/-]+)(\.\w+)?", r"\1", text)

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 from . import _camber
-from .mesh import Mesh
-from .result import _log, mesh_of
+from .exceptions import UsageError
+from .mesh import Mesh, _log, _tell
+from .result import mesh_of
 
 
 def read(
@@ -28,12 +29,16 @@ def read(
 
     Raises InputError: what is wrong with the file, and where.
     """
+    if flat not in ("plane", "surface"):
+        raise UsageError(f'is "{flat}"', "flat", remedy='give "plane" or "surface"')
     words = ["info", os.fspath(path)]
     if reference_array is not None:
         words.append(f"--reference-array={reference_array}")
     if zone is not None:
         words.append(f"--zone={zone}")
-    return Mesh._of(_camber.read(os.fspath(path), flat, words, progress))
+    mesh = Mesh._of(_camber.read(os.fspath(path), flat, words, progress))
+    _tell(mesh)
+    return mesh
 
 
 def write(
@@ -50,5 +55,5 @@ def write(
     What the format cannot hold is logged ("camber"). Raises UsageError, WriteError.
     """
     of = mesh_of(mesh)
-    for loss in _camber.write(of._handle, of.fields, os.fspath(path), format, progress):
+    for loss in _camber.write(of._handle, dict(of.fields), os.fspath(path), format, progress):
         _log.warning("%s: %s", os.fspath(path), loss)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Literal
 
 import numpy as np
 
 from . import _camber
-from .exceptions import InputError
+from .exceptions import InputError, UsageError, in_python
+
+_log = logging.getLogger("camber")
 
 #: Nodes of a cell, by the name that meshio has for its type.
 NODES = {"line": 2, "triangle": 3, "tetra": 4, "line3": 3, "triangle6": 6, "tetra10": 10}
@@ -39,17 +43,37 @@ class Mesh:
         references: Mapping[str, Any] | None = None,
         names: Mapping[tuple[int, int], str] | None = None,
         fields: Mapping[str, Any] | None = None,
-        flat: str = "plane",
+        flat: Literal["plane", "surface"] = "plane",
     ) -> None:
         points = _floats(points)
-        handle = _camber.Mesh.from_arrays(
-            points,
-            {name: _nodes(name, rows, len(points)) for name, rows in cells.items()},
-            {name: _references(name, rows, len(points)) for name, rows in (references or {}).items()},
-            [(d, r, name) for (d, r), name in (names or {}).items()],
-            flat == "plane",
-        )
-        self._handle = handle.with_fields(dict(fields)) if fields else handle
+        if flat not in ("plane", "surface"):
+            raise UsageError(f'is "{flat}"', "flat", remedy='give "plane" or "surface"')
+        given = _blocks(cells)
+        for name in given:
+            if name in DIMENSIONS and DIMENSIONS[name] > points.shape[1]:
+                raise InputError(f"are of dimension {DIMENSIONS[name]}, the points of {points.shape[1]}", name)
+        nodes = {name: _nodes(name, rows, len(points)) for name, rows in given.items()}
+        refs = {name: _references(name, rows, nodes, len(points)) for name, rows in (references or {}).items()}
+        handle = _camber.Mesh.from_arrays(points, nodes, refs, _groups(names or {}), flat == "plane")
+        self._handle = handle
+        if fields:
+            here = {str(name): self._in_order(np.asarray(values), len(points)) for name, values in fields.items()}
+            self._handle = handle.with_fields(here)
+        _tell(self)
+
+    def _in_order(self, values: np.ndarray, points: int) -> np.ndarray:
+        """Rows of the points that were given as rows of those that are here; a node that was not given has the mean of
+        its edge's ends. Of a flat mesh vectors lose their z."""
+        if values.ndim == 2 and values.shape[1] == 3 and self.dimension == 2:
+            values = values[:, :2]
+        if self.degree == 1 or len(values) != points:
+            return values
+        rows = self.node_rows
+        ordered = values[rows]
+        if (rows < 0).any():
+            lacking = np.flatnonzero(rows < 0)
+            ordered[lacking] = 0.5 * ordered[self.edges[lacking - len(self.vertices)]].sum(axis=1)
+        return ordered
 
     @classmethod
     def _of(cls, handle: _camber.Mesh) -> Mesh:
@@ -83,34 +107,40 @@ class Mesh:
         return self._handle.mid_nodes
 
     @cached_property
+    def node_rows(self) -> np.ndarray:
+        """(n,): of each of `points` the row that it was given as, -1: of none. Others than 0, 1, 2 … where a mesh of degree
+        2 was given with its vertices not first: `u[mesh.node_rows]` is then a field here."""
+        return self._handle.given_rows
+
+    @cached_property
     def edges(self) -> np.ndarray | None:
         """(e, 2): of degree 2 the ends of each edge, the lower first. Read-only."""
         return self._handle.edges
 
     @cached_property
-    def cells(self) -> dict[str, np.ndarray]:
+    def cells(self) -> Mapping[str, np.ndarray]:
         """{type: (m, k)}: rows of `points` of each cell, in VTK's order; elements first. Read-only."""
-        return self._handle.cells
+        return MappingProxyType(self._handle.cells)
 
     @cached_property
-    def corners(self) -> dict[str, np.ndarray]:
+    def corners(self) -> Mapping[str, np.ndarray]:
         """{type: (m, d + 1)}: rows of `vertices` of each cell, the mesh's own memory. Read-only."""
-        return self._handle.corners
+        return MappingProxyType(self._handle.corners)
 
     @cached_property
-    def references(self) -> dict[str, np.ndarray]:
+    def references(self) -> Mapping[str, np.ndarray]:
         """{type: (m,)}: the reference of each cell and, as "vertex", of each vertex; the mesh's own memory. Read-only."""
-        return self._handle.references
+        return MappingProxyType(self._handle.references)
 
     @cached_property
-    def names(self) -> dict[tuple[int, int], str]:
+    def names(self) -> Mapping[tuple[int, int], str]:
         """{(dimension, reference): name}."""
-        return {(d, r): name for d, r, name in self._handle.groups}
+        return MappingProxyType({(d, r): name for d, r, name in self._handle.groups})
 
     @cached_property
-    def fields(self) -> dict[str, np.ndarray]:
+    def fields(self) -> Mapping[str, np.ndarray]:
         """{name: values}: those of the file, or those that were carried along; a row a vertex, or a node of degree 2."""
-        return self._handle.fields()
+        return MappingProxyType(self._handle.fields())
 
     @property
     def z(self) -> float | None:
@@ -120,7 +150,7 @@ class Mesh:
     @property
     def notices(self) -> list[str]:
         """What is worth knowing of how it was read."""
-        return self._handle.notices
+        return [in_python(notice) for notice in self._handle.notices]
 
     @property
     def elements(self) -> np.ndarray:
@@ -130,9 +160,10 @@ class Mesh:
                 return self.corners[kind]
         return np.empty((0, self.dimension + 1), np.uint32)
 
-    def with_fields(self, **fields: Any) -> Mesh:
-        """The same mesh with these fields, and no others."""
-        return Mesh._of(self._handle.with_fields(fields))
+    def with_fields(self, fields: Mapping[str, Any] | None = None, /, **more: Any) -> Mesh:
+        """The same mesh with these fields, {name: (n,), (n, D) or (n, D, D)}, and no others."""
+        given = {**(fields or {}), **more}
+        return Mesh._of(self._handle.with_fields({str(name): np.asarray(v) for name, v in given.items()}))
 
     def write(self, path: Any, format: str = "") -> None:
         """Write to a file, in the format of its ending or of that name, with the fields where that has a place."""
@@ -142,7 +173,7 @@ class Mesh:
 
     def page(self, title: str = "mesh") -> str:
         """The HTML page of `camber report`: the mesh to be turned, cut and coloured, the worst elements, the numbers."""
-        return _camber.page(self._handle, self.fields, title, None)
+        return _camber.page(self._handle, dict(self.fields), title, None)
 
     def _repr_html_(self) -> str:
         from .plots import in_notebook
@@ -154,6 +185,15 @@ class Mesh:
         from .plots import plot
 
         return plot(self, **options)
+
+    def __reduce__(self) -> Any:
+        return Mesh._of, (self._handle,)
+
+    def __copy__(self) -> Mesh:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Mesh:
+        return self
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mesh) and self._handle == other._handle
@@ -174,16 +214,59 @@ def _floats(points: Any) -> np.ndarray:
     return array
 
 
-def _references(name: str, rows: Any, points: int) -> np.ndarray:
-    array = np.asarray(rows, np.int32)
-    # Of a mesh of degree 2 those of the vertices, which come first: nodes of edges have none.
-    return np.pad(array, (0, points - len(array))) if name == "vertex" and len(array) < points else array
+def _tell(mesh: Mesh) -> None:
+    for notice in mesh.notices:
+        _log.info("%s", notice)
+
+
+def _blocks(cells: Any) -> dict[str, Any]:
+    """{type: rows} of that, or of meshio's list of blocks."""
+    if isinstance(cells, Mapping):
+        return dict(cells)
+    joined: dict[str, list[np.ndarray]] = {}
+    for block in cells:
+        name, rows = (block.type, block.data) if hasattr(block, "type") else block
+        joined.setdefault(name, []).append(np.asarray(rows))
+    return {name: np.concatenate(rows) for name, rows in joined.items()}
+
+
+def _groups(names: Mapping[tuple[int, int], str]) -> list[tuple[int, int, str]]:
+    try:
+        return [(int(d), int(r), str(name)) for (d, r), name in names.items()]
+    except (TypeError, ValueError):
+        raise InputError("are no {(dimension, reference): name}", "names") from None
+
+
+def _references(name: str, rows: Any, cells: Mapping[str, np.ndarray], points: int) -> np.ndarray:
+    if name != "vertex" and name not in cells:
+        raise InputError("has references, and no cells", name)
+    array = np.asarray(rows)
+    if array.dtype.kind not in "iu" or array.ndim != 1:
+        raise InputError(
+            f"has references of {array.dtype} and shape {array.shape}", name, remedy="give (m,) whole numbers; names go into names"
+        )
+    if array.size and (array.min() < -(2**31) or array.max() >= 2**31):
+        raise InputError("has a reference beyond 32 bits", name)
+    if name == "vertex" and len(array) < points:
+        array = _of_vertices(array, cells, points)
+    return array.astype(np.int32, copy=False)
+
+
+def _of_vertices(array: np.ndarray, cells: Mapping[str, np.ndarray], points: int) -> np.ndarray:
+    """References of the vertices of a mesh of degree 2 whose vertices come first: its edges' nodes have none."""
+    corners = [rows[:, : DIMENSIONS[name] + 1].max(initial=0) for name, rows in cells.items()]
+    if not any(NODES[name] > DIMENSIONS[name] + 1 for name in cells) or max(corners, default=0) >= len(array):
+        raise InputError(f"are {len(array)} references of {points} points", "vertex", remedy="give one a point")
+    return np.pad(array, (0, points - len(array)))
 
 
 def _nodes(name: str, rows: Any, points: int) -> np.ndarray:
     if name not in NODES:
         raise InputError("is no type of cells that Camber knows", name, remedy="they are " + ", ".join(NODES))
-    array = np.asarray(rows)
+    try:
+        array = np.asarray(rows)
+    except ValueError:
+        raise InputError("has rows of several lengths", name, remedy=f"give (m, {NODES[name]})") from None
     if array.size == 0:
         return np.empty((0, NODES[name]), np.uint32)
     if array.ndim != 2 or array.shape[1] != NODES[name]:

@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from . import _camber
-from .exceptions import UsageError
-from .result import _log, mesh_of
-from .words import Words, fields_in
+from .exceptions import UsageError, in_python
+from .mesh import _log
+from .result import mesh_of
+from .words import NOT_KEYWORDS, Words, fields_in, plain
 
 
 def of(mesh: Any, metric: Any = "natural", operations: Sequence[Mapping[str, Any]] = (), **config: Any) -> np.ndarray:
@@ -32,11 +33,11 @@ def of(mesh: Any, metric: Any = "natural", operations: Sequence[Mapping[str, Any
     metrics: dict[str, Any] = {}
 
     def source(value: Any) -> Any:
-        if isinstance(value, np.ndarray) and value.ndim > 0:
-            name = f"memory:metric{len(metrics)}.sol"
-            metrics[name] = value
+        if np.ndim(value) > 0 and not isinstance(value, (str, Mapping)):
+            name = f"memory:metric{len(metrics) or ''}.sol"
+            metrics[name] = np.asarray(value)
             return {"file": name}
-        if isinstance(value, (int, float, np.number)):
+        if isinstance(value, (int, float, np.number, np.ndarray)):
             return {"constant": {"sizes": [float(value)]}}
         return value
 
@@ -44,7 +45,8 @@ def of(mesh: Any, metric: Any = "natural", operations: Sequence[Mapping[str, Any
         {"intersect": source(step["intersect"])} if "intersect" in step else dict(step) for step in operations
     ]
     text = json.dumps(
-        {"input": {"mesh": "memory:mesh"}, "metric": source(metric), "metric_operations": done, "stages": [], **config}
+        {"input": {"mesh": "memory:mesh"}, "metric": source(metric), "metric_operations": done, "stages": [], **config},
+        default=plain,
     )
     made = _camber.metric_json(text, {"memory:mesh": on._handle}, metrics, {}, on._handle, None)
     return _told(made)
@@ -99,6 +101,8 @@ def from_solution(mesh: Any, solution: Any, **options: Any) -> np.ndarray:
     words.meshes["memory:mesh"] = on._handle
     words.solutions["memory:solution.sol"] = fields_in(solution)
     for name, value in options.items():
+        if name in NOT_KEYWORDS:
+            raise UsageError("is no option here", name)
         words.add(name, value)
     return _told(_camber.metric_words(words.words, *words.values(), on._handle, None))
 
@@ -117,5 +121,5 @@ def hessian(mesh: Any, solution: Any) -> np.ndarray:
 
 def _told(made: Mapping[str, Any]) -> np.ndarray:
     for notice in made["notices"]:
-        _log.info("%s", notice)
+        _log.info("%s", in_python(notice))
     return made["metric"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import logging
+import sys
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,12 +12,10 @@ from typing import Any
 import numpy as np
 
 from .exceptions import NotCertified, in_python
-from .mesh import Mesh
-
-_log = logging.getLogger("camber")
+from .mesh import Mesh, _log
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Made:
     """A mesh that was made, and what is known of how. Verbs take it where they take a mesh."""
 
@@ -32,13 +30,17 @@ class Made:
     def _repr_html_(self) -> str:
         return self.mesh._repr_html_()
 
+    def plot(self, **options: Any) -> Any:
+        """Draw its mesh: `camber.plots.plot`."""
+        return self.mesh.plot(**options)
+
 
 def made_of(raw: Mapping[str, Any]) -> Made:
     for notice in raw["notices"]:
         _log.info("%s", in_python(notice))
     report = json.loads(raw["report"])
     if not raw["holds"]:
-        warnings.warn("the mesh has elements that are not certified valid: see `report`", NotCertified, stacklevel=4)
+        warnings.warn(_misses(report), NotCertified, stacklevel=_outside())
     solution = raw["solution"]
     cycles = json.loads(raw["cycles"]) if "cycles" in raw else []
     return Made(
@@ -50,6 +52,21 @@ def made_of(raw: Mapping[str, Any]) -> Made:
         cycles["cycles"] if isinstance(cycles, dict) and "cycles" in cycles else cycles,
         in_python(raw.get("reason", "")),
     )
+
+
+def _misses(report: Mapping[str, Any]) -> str:
+    validity = report.get("validity", {})
+    after = validity.get("after", validity)
+    counts = [f"{after[kind]} {kind}" for kind in ("invalid", "undecided") if isinstance(after.get(kind), int) and after[kind]]
+    return "the mesh has elements that are not certified valid" + (f": {', '.join(counts)}" if counts else "") + "; see report"
+
+
+def _outside() -> int:
+    """How many frames up, for `warnings`, the caller is who is not this package."""
+    level, frame = 2, sys._getframe(2)
+    while frame is not None and frame.f_globals.get("__name__", "").split(".")[0] == "camber":
+        level, frame = level + 1, frame.f_back
+    return level
 
 
 def mesh_of(mesh: Any) -> Mesh:

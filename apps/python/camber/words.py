@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from .exceptions import UsageError
 from .mesh import Mesh
-from .result import Made, mesh_of
+from .result import mesh_of
 
 
 @dataclass
@@ -28,11 +30,10 @@ class Words:
 
     def add(self, name: str, value: Any) -> None:
         option = "--" + name.replace("_", "-")
-        if value is None or value is False:
+        if value is None or (isinstance(value, (bool, np.bool_)) and not value):
             return
-        if value is True:
-            self.words.append(option)
-            return
+        if isinstance(value, (bool, np.bool_)) or (isinstance(value, str) and not value):
+            raise UsageError(f"is {value!r}", name)
         for text in self.texts(name, value):
             self.words.append(f"{option}={text}")
 
@@ -42,13 +43,15 @@ class Words:
             if known is not None:
                 return [known]
         if name == "size" and isinstance(value, Mapping):
-            return [f"{reference}={size!r}" for reference, size in value.items()]
+            return [f"{reference}={float(size)!r}" for reference, size in value.items()]
         if name == "set" and isinstance(value, Mapping):
             return [f"{path}={_json(v)}" for path, v in value.items()]
         if isinstance(value, Mapping):
-            return [json.dumps(value)]
-        if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str):
+            return [json.dumps(value, default=plain)]
+        if name in _LISTS and isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str):
             return [_text(v) for v in value]
+        if np.ndim(value) > 0:
+            raise UsageError(f"is a {type(value).__name__}, and one value is wanted", name)
         return [_text(value)]
 
 
@@ -61,7 +64,26 @@ def words_of(verb: str, mesh: Any, options: Mapping[str, Any]) -> Words:
     return words
 
 
+#: Keywords that take several values, one word each.
+_LISTS = {"size", "set", "fields", "field", "intersect"}
+#: Arguments of verbs that have another form here.
+NOT_KEYWORDS = {"output", "format", "quiet", "flat", "help", "input", "solution"}
+
+
+def plain(value: Any) -> Any:
+    """What JSON has no word for: numpy's numbers and arrays, paths."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"a {type(value).__name__} cannot be in a config")
+
+
 def _text(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        value = value.item()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     if isinstance(value, (float, np.floating)):
         return repr(float(value))
     if isinstance(value, (int, np.integer)):
@@ -70,12 +92,12 @@ def _text(value: Any) -> str:
 
 
 def _json(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value)
+    return value if isinstance(value, str) else json.dumps(value, default=plain)
 
 
 def _metric(words: Words, value: Any) -> str | None:
-    if isinstance(value, np.ndarray) and value.ndim > 0:
-        words.metrics["memory:metric.sol"] = value
+    if np.ndim(value) > 0 and not isinstance(value, (str, Mapping)):
+        words.metrics["memory:metric.sol"] = np.asarray(value)
         return "memory:metric.sol"
     return None
 
@@ -83,29 +105,38 @@ def _metric(words: Words, value: Any) -> str | None:
 def fields_in(value: Any) -> dict[str, np.ndarray]:
     """{name: array} of that, or of one array, which is called u."""
     if isinstance(value, Mapping):
-        return {str(name): np.asarray(field, float) for name, field in value.items()}
-    return {"u": np.asarray(value, float)}
+        return {str(name): np.asarray(field) for name, field in value.items()}
+    return {"u": np.asarray(value)}
 
 
 def _solution(words: Words, value: Any) -> str | None:
-    if isinstance(value, str):
+    if isinstance(value, (str, os.PathLike)):
         return None
     words.solutions["memory:solution.sol"] = fields_in(value)
     return "memory:solution.sol"
 
 
 def _geometry(words: Words, value: Any) -> str | None:
-    if isinstance(value, (Mesh, Made)):
+    if not isinstance(value, (str, Mapping, os.PathLike)):
         words.meshes["memory:geometry"] = mesh_of(value)._handle
         return json.dumps({"mesh": "memory:geometry"})
     return None
 
 
 def _intersect(words: Words, value: Any) -> str | None:
-    if not isinstance(value, np.ndarray):
+    if isinstance(value, (str, os.PathLike)):
         return None
-    words.metrics["memory:intersect.sol"] = value
+    if np.ndim(value) == 0:
+        value = np.full(len(words.mesh.vertices), float(value))
+    words.metrics["memory:intersect.sol"] = np.asarray(value)
     return "memory:intersect.sol"
 
 
 _IN_MEMORY = {"metric": _metric, "solution": _solution, "geometry": _geometry, "intersect": _intersect}
+
+
+def solver_of(solve: Any) -> Any:
+    """A solver as the extension calls it; None: none."""
+    if solve is None:
+        return None
+    return lambda handle, guess, cycle: fields_in(solve(Mesh._of(handle), guess, cycle))

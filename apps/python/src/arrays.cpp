@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -43,19 +44,33 @@ py::array unpacked(const Column<double>& values, std::size_t n) {
     for (std::size_t r = 0; r < rows; ++r, m += n * n)
         for (std::size_t i = 0, k = r * width; i < n; ++i)
             for (std::size_t j = 0; j <= i; ++j, ++k) m[i * n + j] = m[j * n + i] = values[k];
-    return out;
+    return read_only(std::move(out));
 }
 
-bool are_symmetric(const Doubles& matrices, std::size_t n) {
-    constexpr double rounding = 1e-12;
+/// The first of the matrices whose two halves differ by more than `rounding` of its largest entry; none: no one's do.
+std::optional<std::size_t> first_asymmetric(const Doubles& matrices, std::size_t n, double rounding) {
     const double* m = matrices.data();
-    for (py::ssize_t r = 0; r < matrices.shape(0); ++r, m += n * n)
+    for (py::ssize_t r = 0; r < matrices.shape(0); ++r, m += n * n) {
+        double largest = 0, difference = 0;
         for (std::size_t i = 0; i < n; ++i)
-            for (std::size_t j = 0; j < i; ++j)
-                if (std::abs(m[i * n + j] - m[j * n + i]) >
-                    rounding * (std::abs(m[i * n + j]) + std::abs(m[j * n + i])))
-                    return false;
-    return true;
+            for (std::size_t j = 0; j < n; ++j) {
+                largest = std::max(largest, std::abs(m[i * n + j]));
+                difference = std::max(difference, std::abs(m[i * n + j] - m[j * n + i]));
+            }
+        if (difference > rounding * largest) return static_cast<std::size_t>(r);
+    }
+    return std::nullopt;
+}
+
+/// An array of numbers in doubles, row after row. Raises: of another kind.
+Doubles doubles_of(const py::handle& value, const std::string& name) {
+    const auto array = py::array::ensure(value);
+    const char kind = array ? array.dtype().kind() : 'O';
+    if (std::string_view("fiub").find(kind) == std::string_view::npos) {
+        PyErr_Clear();
+        raise({ErrorKind::input, "is no array of numbers", name, {}, "give floats"});
+    }
+    return py::reinterpret_borrow<Doubles>(Doubles::ensure(array));
 }
 
 [[noreturn]] void refuse(const std::string& name, const py::array& array, const std::string& wanted) {
@@ -70,7 +85,7 @@ std::optional<FieldKind> kind_of(const Doubles& array, std::size_t n) {
     if (array.ndim() == 1 || (array.ndim() == 2 && wide(1) == 1)) return FieldKind::scalar;
     if (array.ndim() == 2 && wide(1) == n) return FieldKind::vector;
     if (array.ndim() == 3 && wide(1) == n && wide(2) == n)
-        return are_symmetric(array, n) ? FieldKind::symmetric_tensor : FieldKind::full_tensor;
+        return first_asymmetric(array, n, 1e-12) ? FieldKind::full_tensor : FieldKind::symmetric_tensor;
     return std::nullopt;
 }
 
@@ -85,6 +100,15 @@ bool is_immutable(const py::array& array) {
 }
 
 }  // namespace
+
+py::array read_only(py::array array) {
+    const std::vector<py::ssize_t> shape(array.shape(), array.shape() + array.ndim());
+    const std::vector<py::ssize_t> strides(array.strides(), array.strides() + array.ndim());
+    const py::capsule owner(new py::array(array), [](void* held) { delete static_cast<py::array*>(held); });
+    py::array view(array.dtype(), shape, strides, array.data(), owner);
+    py::detail::array_proxy(view.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+    return view;
+}
 
 std::shared_ptr<const void> owner_of(const py::array& array) {
     if (!is_immutable(array)) return nullptr;
@@ -119,15 +143,15 @@ py::dict arrays_of(const std::vector<run::NamedField>& fields, int dimension) {
 
 std::vector<run::NamedField> fields_of(const py::dict& fields, int dimension, std::size_t vertices, std::size_t nodes) {
     const auto n = static_cast<std::size_t>(dimension);
+    const std::string d = std::to_string(dimension);
     std::vector<run::NamedField> out;
     for (const auto& [key, value] : fields) {
         const auto name = key.cast<std::string>();
-        const auto array = Doubles::ensure(value);
-        if (!array) throw py::error_already_set();
+        const Doubles array = doubles_of(value, name);
         const auto rows = array.ndim() > 0 ? static_cast<std::size_t>(array.shape(0)) : 0;
         const std::string wanted = "give a row for each of the " + std::to_string(vertices) + " vertices" +
                                    (nodes > vertices ? " or " + std::to_string(nodes) + " nodes" : "") +
-                                   ": (n,), of vectors (n, D), of tensors (n, D, D)";
+                                   ": (n,), of vectors (n, " + d + "), of tensors (n, " + d + ", " + d + ")";
         const auto kind = array.ndim() > 0 ? kind_of(array, n) : std::nullopt;
         if (!kind || (rows != vertices && rows != nodes)) refuse(name, array, wanted);
         const bool is_packed = *kind == FieldKind::symmetric_tensor;
@@ -139,14 +163,19 @@ std::vector<run::NamedField> fields_of(const py::dict& fields, int dimension, st
 }
 
 Solution metric_of(const py::array& given, int dimension, const std::string& name) {
+    constexpr double rounding = 1e-8;
     const auto n = static_cast<std::size_t>(dimension);
-    const auto array = Doubles::ensure(given);
-    if (!array) throw py::error_already_set();
+    const std::string d = std::to_string(dimension);
+    const Doubles array = doubles_of(given, name);
     const auto rows = array.ndim() > 0 ? static_cast<std::size_t>(array.shape(0)) : 0;
     if (array.ndim() == 1) return {dimension, {FieldKind::scalar}, rows, column_of<double>(array)};
-    if (array.ndim() == 3 && kind_of(array, n) == FieldKind::symmetric_tensor)
-        return {dimension, {FieldKind::symmetric_tensor}, rows, packed(array, n)};
-    refuse(name, array, "give sizes (n,) or symmetric matrices (n, D, D), a row a vertex");
+    const bool are_tensors = array.ndim() == 3 && static_cast<std::size_t>(array.shape(1)) == n &&
+                             static_cast<std::size_t>(array.shape(2)) == n;
+    if (!are_tensors)
+        refuse(name, array, "give sizes (n,) or symmetric matrices (n, " + d + ", " + d + "), a row a vertex");
+    if (const auto row = first_asymmetric(array, n, rounding))
+        raise({ErrorKind::input, "is not symmetric", name, Entity{"row", *row}, "a metric is M = (M + Mᵀ) / 2"});
+    return {dimension, {FieldKind::symmetric_tensor}, rows, packed(array, n)};
 }
 
 py::array array_of(const Solution& metric) {

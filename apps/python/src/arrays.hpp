@@ -31,6 +31,9 @@ py::array view_of(const Column<T>& column, std::size_t width) {
     return view;
 }
 
+/// The array, of which nobody can make one that is written to.
+py::array read_only(py::array array);
+
 /// Keeps an array that nobody can write to, until whichever thread lets go of it last; null: it is to be copied.
 std::shared_ptr<const void> owner_of(const py::array& array);
 

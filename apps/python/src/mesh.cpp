@@ -133,8 +133,7 @@ py::array points(const MeshHandle& mesh) {
         for (const Vec<D>& p : linear.points) to = std::copy(p.c.begin(), p.c.end(), to);
         for (const LagrangeNode<D>& node : curved->mid_nodes)
             to = std::copy(node.point.c.begin(), node.point.c.end(), to);
-        all.attr("flags").attr("writeable") = false;
-        return std::move(all);
+        return read_only(std::move(all));
     });
 }
 
@@ -193,10 +192,71 @@ MeshArrays<D> arrays_in(const Array<double>& points, const py::dict& cells, cons
 /// Shapes were seen to be right. `flat`: triangles in one plane of space become a mesh in 2D.
 MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const py::dict& references,
                        const std::vector<std::tuple<int, Reference, std::string>>& names, bool flat) {
-    const auto made = points.shape(1) == 2 ? mesh_of_arrays<2>(arrays_in<2>(points, cells, references, names), {})
-                                           : mesh_of_arrays<3>(arrays_in<3>(points, cells, references, names), {});
-    if (!made || !flat || points.shape(1) == 2) return handle_of(value_of(made));
-    return handle_of(value_of(with_flat_in_2d(*made, {})));
+    const auto made = [&]() -> Outcome<DecodedMesh> {
+        if (points.shape(1) == 2) {
+            auto arrays = arrays_in<2>(points, cells, references, names);
+            const py::gil_scoped_release without_lock;
+            return mesh_of_arrays<2>(std::move(arrays), {});
+        }
+        auto arrays = arrays_in<3>(points, cells, references, names);
+        const py::gil_scoped_release without_lock;
+        auto in_space = mesh_of_arrays<3>(std::move(arrays), {});
+        return in_space && flat ? with_flat_in_2d(std::move(*in_space), {}) : std::move(in_space);
+    }();
+    return handle_of(value_of(made));
+}
+
+/// Of each node the row of the points that it was given as; -1: of none.
+py::array given_rows(const MeshHandle& mesh) {
+    py::array_t<std::int64_t> rows(static_cast<py::ssize_t>(mesh.nodes()));
+    std::int64_t* const to = rows.mutable_data();
+    for (std::size_t n = 0; n < mesh.nodes(); ++n)
+        to[n] = mesh.given_as.empty() ? static_cast<std::int64_t>(n) : std::int64_t{mesh.given_as[n]} - 1;
+    return std::move(rows);
+}
+
+MeshHandle with_fields(const MeshHandle& mesh, const py::dict& fields) {
+    MeshHandle with = mesh;
+    with.value.fields =
+        run::as_mesh_fields(mesh.value.mesh, fields_of(fields, mesh.dimension(), mesh.vertices(), mesh.nodes()));
+    return with;
+}
+
+// ---------------------------------------------------------------- for other processes
+
+/// Bytes of a binary GMF file, and what that has no place for.
+py::tuple state_of(const MeshHandle& mesh) {
+    const MeshFormat* const format = format_with_name(mesh_formats(), "gmf-binary");
+    const auto chunks = value_of(format->encode(mesh.value.mesh, {}, {}, {}));
+    std::string bytes;
+    for (const auto& chunk : chunks) bytes.append(reinterpret_cast<const char*>(chunk.data()), chunk.size());
+    return py::make_tuple(py::bytes(bytes), arrays_of(app::nodal_fields_of(mesh.value), mesh.dimension()), groups(mesh),
+                          mesh.value.lift ? std::optional(mesh.value.lift->z) : std::nullopt);
+}
+
+Column<Group> named_groups(const std::vector<std::tuple<int, Reference, std::string>>& names) {
+    Buffer<Group> groups;
+    for (const auto& [dimension, reference, name] : names) groups.push_back({dimension, reference, name});
+    return Column<Group>(std::move(groups));
+}
+
+MeshHandle of_state(const py::tuple& state) {
+    const auto bytes = state[0].cast<std::string>();
+    auto mesh = value_of(decode_mesh(std::as_bytes(std::span(bytes)), "a pickled mesh", {}, {}));
+    const Column<Group> names = named_groups(state[2].cast<std::vector<std::tuple<int, Reference, std::string>>>());
+    std::visit(
+        [&](auto& m) {
+            if constexpr (requires { m.linear; })
+                m.linear.groups = names;
+            else
+                m.groups = names;
+        },
+        mesh.mesh);
+    if (const auto z = state[3].cast<std::optional<double>>()) {
+        mesh.lift.emplace();
+        mesh.lift->z = *z;
+    }
+    return with_fields(handle_of(std::move(mesh)), state[1].cast<py::dict>());
 }
 
 }  // namespace
@@ -217,8 +277,8 @@ std::size_t MeshHandle::nodes() const {
 }
 
 MeshHandle handle_of(DecodedMesh mesh) {
-    mesh.node_numbers = {};
-    return {std::move(mesh)};
+    auto given_as = std::exchange(mesh.node_numbers, {});
+    return {std::move(mesh), std::move(given_as)};
 }
 
 void bind_mesh(py::module_& module) {
@@ -239,15 +299,13 @@ void bind_mesh(py::module_& module) {
                                [](const MeshHandle& m) -> std::optional<double> {
                                    return m.value.lift ? std::optional(m.value.lift->z) : std::nullopt;
                                })
-        .def("with_fields",
-             [](const MeshHandle& m, const py::dict& fields) {
-                 MeshHandle with = m;
-                 with.value.fields =
-                     run::as_mesh_fields(m.value.mesh, fields_of(fields, m.dimension(), m.vertices(), m.nodes()));
-                 return with;
-             })
+        .def_property_readonly("given_rows", &given_rows)
+        .def(py::pickle(&state_of, &of_state))
+        .def("with_fields", &with_fields)
         .def("fields", [](const MeshHandle& m) { return arrays_of(app::nodal_fields_of(m.value), m.dimension()); })
-        .def("__eq__", [](const MeshHandle& a, const MeshHandle& b) { return a.value.mesh == b.value.mesh; });
+        .def("__eq__", [](const MeshHandle& a, const MeshHandle& b) {
+            return a.value.mesh == b.value.mesh && a.value.fields == b.value.fields && a.value.lift == b.value.lift;
+        });
 }
 
 }  // namespace camber::python

@@ -3,6 +3,7 @@
 #include <pybind11/pybind11.h>
 
 #include <cstddef>
+#include <cstdint>
 
 import camber.core;
 import camber.io;
@@ -12,6 +13,8 @@ namespace camber::python {
 /// The value behind camber.Mesh: immutable.
 struct MeshHandle {
     DecodedMesh value;
+    /// Of each node the number, from 1, of the point that it was given as, 0: of none; empty: 1, 2, 3 …
+    Column<std::uint32_t> given_as = {};
 
     [[nodiscard]] int dimension() const;
     [[nodiscard]] int degree() const;

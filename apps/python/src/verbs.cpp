@@ -87,18 +87,15 @@ py::dict run_words(const Words& words, const py::dict& meshes, const py::dict& m
     return run_pipeline(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
 }
 
-py::dict run_config(const std::string& json, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
-                    const MeshHandle* mesh, const py::object& progress) {
-    auto pipeline = value_of(config::read_pipeline(json, "config"));
-    return run_pipeline(std::move(pipeline), given_of(meshes, metrics, solutions, mesh), progress);
-}
-
 /// `solver`: None, or called with a mesh, the solution brought to it, and the cycle.
-py::dict adapt_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
-                     const MeshHandle& mesh, const py::object& solver, const py::object& progress) {
-    int degree = 0;
-    auto pipeline = value_of(pipeline_of(words, degree));
-    app::Given given = given_of(meshes, metrics, solutions, &mesh);
+py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given, const py::object& solver,
+                        const py::object& progress) {
+    if (solver.is_none() && !pipeline.adapt.solve.empty())
+        raise({ErrorKind::usage,
+               "is a command, which the program runs",
+               "/adapt/solve",
+               {},
+               "give a function as solve, or use camber run"});
     Watched watched(progress);
     const app::Solver solve = [&](const DecodedMesh& on, const std::vector<run::NamedField>& guess,
                                   int cycle) -> Outcome<std::vector<run::NamedField>> {
@@ -120,6 +117,22 @@ py::dict adapt_words(const Words& words, const py::dict& meshes, const py::dict&
     out["cycles"] = made.cycles;
     out["reason"] = made.reason;
     return out;
+}
+
+py::dict adapt_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
+                     const MeshHandle& mesh, const py::object& solver, const py::object& progress) {
+    int degree = 0;
+    auto pipeline = value_of(pipeline_of(words, degree));
+    if (!solver.is_none()) pipeline.adapt.solve = {"memory:solver"};
+    return adapt_pipeline(std::move(pipeline), degree, given_of(meshes, metrics, solutions, &mesh), solver, progress);
+}
+
+py::dict run_config(const std::string& json, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
+                    const MeshHandle* mesh, const py::object& solver, const py::object& progress) {
+    auto pipeline = value_of(config::read_pipeline(json, "config"));
+    app::Given given = given_of(meshes, metrics, solutions, mesh);
+    if (pipeline.adapt.is_asked()) return adapt_pipeline(std::move(pipeline), 0, std::move(given), solver, progress);
+    return run_pipeline(std::move(pipeline), std::move(given), progress);
 }
 
 py::dict check(const Words& words, const MeshHandle& mesh, const std::optional<py::array>& metric,

@@ -40,7 +40,6 @@ void Watched::look_after() {
     std::unique_lock lock(mutex_);
     while (!done_) {
         changed_.wait_for(lock, tick, [&] { return done_ || asked_; });
-        if (done_) return;
         lock.unlock();
         visit_python();
         lock.lock();
@@ -60,8 +59,11 @@ void Watched::visit_python() {
         try {
             if (PyErr_CheckSignals() != 0) throw py::error_already_set();
             if (told && !progress_.is_none()) {
+                // None is no answer: functions without a return go on. False of whichever library stops.
                 const py::object answer = progress_(told->first, told->second);
-                if (py::isinstance<py::bool_>(answer) && !answer.cast<bool>()) stop_.request_stop();
+                const int goes_on = answer.is_none() ? 1 : PyObject_IsTrue(answer.ptr());
+                if (goes_on < 0) throw py::error_already_set();
+                if (goes_on == 0) stop_.request_stop();
             }
             if (asked) asked();
         } catch (...) {
