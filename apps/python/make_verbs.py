@@ -56,9 +56,10 @@ TYPES = {
     "geometry": "str | Mapping[str, Any] | Mesh | Made | None",
     "size": "Mapping[int | str, float] | Sequence[str] | None",
     "set": "Mapping[str, Any] | None",
-    "complexity": "float | Sequence[float] | None",
+    ("adapt", "complexity"): "float | Sequence[float] | None",
     "fields": "Sequence[str] | None",
-    "field": "str | Sequence[str] | None",
+    ("check", "field"): "str | Sequence[str] | None",
+    ("check", "metric"): "str | float | np.ndarray | Mapping[str, Any] | None",
 }
 MORE = {
     "metric": "an array at the vertices: sizes (v,) or tensors (v, D, D)",
@@ -66,6 +67,18 @@ MORE = {
     "geometry": "a mesh: its boundary",
     "size": "{reference: size}",
     "set": "{path: value}",
+}
+# What the program's sentences say of its own world.
+HERE = {
+    "and the exit code is 1": "and `holds` is False",
+    "exit code 1": "`holds` is False",
+    " (.sol, .solb)": "",
+    ", or by Ctrl-C; what the last whole one made is then in OUTPUT and in its folder": "",
+    "on MESH": "on the mesh",
+    ", with commas by cycle,": ", one a cycle,",
+    ", with commas": "",
+    "; again for more fields": "",
+    "; again for more": "",
 }
 MESH = {
     "mesh": "the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's",
@@ -81,13 +94,16 @@ def python_name(name):
 
 def in_python(text):
     text = re.sub(r"(?<![\w-])--([a-z][a-z-]*[a-z])", lambda m: m[1].replace("-", "_"), text)
-    return text.replace("exit code 1", "holds is False").replace(" (.sol, .solb)", "").strip()
+    for there, here in HERE.items():
+        text = text.replace(there, here)
+    return text.strip()
 
 
-def type_of(argument):
+def type_of(verb, argument):
     name, kind = argument["name"], argument["type"]
-    if name in TYPES:
-        return TYPES[name]
+    for key in ((verb, name), name):
+        if key in TYPES:
+            return TYPES[key]
     if argument["flag"]:
         return "bool | None"
     if re.fullmatch(r"[a-z_0-9]+(\|[a-z_0-9]+)+", kind):
@@ -117,9 +133,8 @@ def sentence(argument):
     return text
 
 
-def wrapped(text, indent, first=""):
-    width = 116
-    return textwrap.fill(text, width, initial_indent=indent + first, subsequent_indent=indent + "    ",
+def wrapped(text, indent, hanging="    "):
+    return textwrap.fill(text, 116, initial_indent=indent, subsequent_indent=indent + hanging,
                          break_long_words=False, break_on_hyphens=False)
 
 
@@ -139,14 +154,14 @@ def function(verb, described):
     if verb == "adapt":
         lines.append("    solve: Callable[[Mesh, Mapping[str, np.ndarray], int], Any] | None = None,")
     for a in arguments:
-        lines.append(f"    {python_name(a['name'])}: {type_of(a)} = None,")
+        lines.append(f"    {python_name(a['name'])}: {type_of(verb, a)} = None,")
     lines.append("    progress: Progress | None = None,")
     lines.append(f") -> {returns}:")
     first, *rest = about(described["about"])
     paragraphs = [first if first.endswith(".") else first + "."] + rest
-    lines.append('    """' + wrapped(paragraphs[0], "    ").strip())
+    lines.append('    """' + wrapped(paragraphs[0], "    ", "").strip())
     for paragraph in paragraphs[1:]:
-        lines += ["", wrapped(paragraph, "    ")]
+        lines += ["", wrapped(paragraph, "    ", "")]
     lines.append("")
     for part in subject.split(", "):
         lines.append(wrapped(f"{part}: {MESH.get(part, 'the fields: an array, or {name: array}')}.", "    "))

@@ -75,7 +75,20 @@ int main(int argc, char** argv) {
         options.progress = stop;
         HOLDS(camber_run(mesh, 2, small, &options, &result) == CAMBER_STOPPED);
     }
-    HOLDS(camber_run_config(mesh, "{\"stages\": [\"elevate\"], \"input\": {\"mesh\": \"-\"}}", NULL, &result) == CAMBER_OK);
+    HOLDS(camber_run_config(mesh, "{\"stages\": [\"elevate\"]}", NULL, &result) == CAMBER_OK);
+    {
+        const int32_t sides[] = {0, 1, 1, 2};
+        const camber_cells both[] = {{"tetra", 2, nodes, NULL}, {"line", 2, sides, references}}, twice[] = {{"tetra", 2, nodes, NULL}, {"tetra", 2, nodes, NULL}};
+        int32_t lines[4], named[2];
+        int64_t given[5];
+        HOLDS(camber_make(3, 5, points, 2, both, 0, &again) == CAMBER_INPUT); /* its tetrahedra count from 1 */
+        HOLDS(camber_make(3, 5, points, 1, both + 1, 0, &again) == CAMBER_OK && camber_count(again, "line") == 2);
+        HOLDS(camber_get_cells(again, "line", 0, lines, named) == CAMBER_OK && memcmp(lines, sides, sizeof(sides)) == 0 && named[1] == 4);
+        HOLDS(camber_get_given(again, 1, given) == CAMBER_OK && given[0] == 1 && given[4] == 5);
+        camber_free_mesh(again);
+        HOLDS(camber_make(3, 5, points, 2, twice, 1, &again) == CAMBER_USAGE);
+        HOLDS(camber_count(NULL, "line") == 0 && camber_count(mesh, NULL) == 0);
+    }
     camber_free_result(result);
     HOLDS(camber_run_config(mesh, "{\"stages\": [\"elevat\"]}", NULL, &result) == CAMBER_USAGE);
     camber_free_mesh(with);

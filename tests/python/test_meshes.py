@@ -1,6 +1,8 @@
 """Meshes as arrays: views that share memory, arrays that come in, what is refused."""
+import copy
 import gc
 import os
+import pickle
 import sys
 import tempfile
 import unittest
@@ -89,6 +91,33 @@ class Arrays(unittest.TestCase):
             np.testing.assert_array_equal(read.fields["u"], mesh.fields["u"])
             np.testing.assert_array_equal(read.corners["tetra"], mesh.corners["tetra"])
 
+    def test_fields_of_nodes_in_any_order(self):
+        for mesh in (camber.curve(square(3)).mesh, camber.curve(shell()).mesh):
+            order = np.random.default_rng(3).permutation(len(mesh.points))
+            place = np.argsort(order)
+            points = mesh.points[order]
+            cells = {name: place[rows] for name, rows in mesh.cells.items()}
+            again = camber.Mesh(points, cells, fields={"x": points[:, 0], "p": points})
+            np.testing.assert_array_equal(again.fields["x"], again.points[:, 0])
+            np.testing.assert_array_equal(again.fields["p"], again.points)
+            np.testing.assert_array_equal(points[again.node_rows], again.points)
+
+    def test_pickled_and_copied(self):
+        for mesh in (square().with_fields(u=square().points[:, 0]), camber.curve(shell()).mesh,
+                     camber.Mesh(np.array([[0.0, 0, 2], [1, 0, 2], [0, 1, 2]]), {"triangle": [[0, 1, 2]]},
+                                 names={(2, 0): "plate"})):
+            again = pickle.loads(pickle.dumps(mesh))
+            self.assertEqual(again, mesh)
+            self.assertEqual((again.names, again.z), (mesh.names, mesh.z))
+            self.assertIs(copy.deepcopy(mesh), mesh)
+
+    def test_nothing_of_it_can_be_changed(self):
+        mesh = camber.curve(square(3)).mesh
+        for part in (mesh.cells, mesh.corners, mesh.references, mesh.names, mesh.fields):
+            with self.assertRaises(TypeError):
+                part["x"] = None
+        self.assertRaises(ValueError, mesh.points.setflags, write=True)
+
     def test_flat_meshes_in_space_are_2d_with_their_height(self):
         points = np.array([[0.0, 0, 2], [1, 0, 2], [0, 1, 2]])
         mesh = camber.Mesh(points, {"triangle": [[0, 1, 2]]})
@@ -111,6 +140,14 @@ class Arrays(unittest.TestCase):
             (lambda: camber.Mesh(points, {"tetra": cells[:, :3]}), r"tetra: has the shape \(2, 3\)"),
             (lambda: camber.Mesh(points, {"tetra": cells}, {"tetra": [1]}), "1 references of 2 cells"),
             (lambda: camber.Mesh(points, {"tetra": cells}, fields={"u": np.zeros(4)}), r"u: has the shape \(4\)"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, fields={"u": ["a"] * 5}), "u: is no array of numbers"),
+            (lambda: camber.Mesh(points[:, :2], {"tetra": cells}), "tetra: are of dimension 3, the points of 2"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, {"tetras": [1, 2]}), "tetras: has references, and no cells"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, {"tetra": [1.5, 2]}), "give .m,. whole numbers"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, {"tetra": ["air", "sea"]}), "names go into names"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, {"tetra": [2**40, 1]}), "beyond 32 bits"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, {"vertex": [7]}), "vertex: are 1 references of 5 points"),
+            (lambda: camber.Mesh(points, {"tetra": cells}, names={"wall": 1}), "names: are no"),
         ]:
             with self.assertRaisesRegex(camber.InputError, said):
                 wrong()

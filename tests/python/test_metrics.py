@@ -61,9 +61,20 @@ class Metrics(unittest.TestCase):
             found = camber.metric.hessian(points, field)
             np.testing.assert_allclose(found, np.tile([[2.0, 3.0], [3.0, -2.0]], (len(found), 1, 1)), atol=1e-8)
 
+    def test_rounding_is_no_asymmetry(self):
+        mesh = square()
+        rng = np.random.default_rng(2)
+        turns, _ = np.linalg.qr(rng.normal(size=(len(mesh.vertices), 2, 2)))
+        wide = np.einsum("nij,j,nkj->nik", turns, [1e-4, 1e4], turns)
+        made = camber.metric.bound(mesh, np.linalg.inv(wide))
+        np.testing.assert_allclose(sizes(made).max(), 1e2, rtol=1e-6)
+        wide[3, 0, 1] += 1
+        with self.assertRaisesRegex(camber.InputError, "metric: row 3: is not symmetric"):
+            camber.metric.bound(mesh, wide)
+
     def test_shapes_that_are_none(self):
         mesh = square()
-        with self.assertRaisesRegex(camber.InputError, "metric0?: has the shape"):
+        with self.assertRaisesRegex(camber.InputError, "metric: has the shape"):
             camber.metric.gradation(mesh, np.ones((len(mesh.vertices), 5)), 1.5)
 
 

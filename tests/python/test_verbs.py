@@ -131,6 +131,7 @@ class Errors(unittest.TestCase):
             made = camber.validate(bad)
         self.assertFalse(made.holds)
         self.assertEqual([w.category for w in caught], [camber.NotCertified])
+        self.assertEqual(os.path.basename(caught[0].filename), "test_verbs.py")
 
 
 class Watching(unittest.TestCase):
@@ -143,6 +144,10 @@ class Watching(unittest.TestCase):
     def test_false_stops(self):
         with self.assertRaises(camber.Stopped):
             camber.remesh(shell(), metric=0.06, progress=lambda stage, share: False)
+
+    def test_any_false_stops_and_none_goes_on(self):
+        with self.assertRaises(camber.Stopped):
+            camber.remesh(shell(), metric=0.06, progress=lambda stage, share: np.bool_(False))
 
     def test_what_progress_raises_comes_out(self):
         def progress(stage, share):
@@ -183,6 +188,21 @@ class Adapting(unittest.TestCase):
                     "--quiet")
             made = camber.adapt(square(), field="tanh((x-0.5)/0.05)", complexity=[100, 150], cycles=2)
             self.assertEqual(camber.read(out).points.tolist(), made.mesh.points.tolist())
+
+    def test_cycles_of_a_config(self):
+        with tempfile.TemporaryDirectory() as folder:
+            given, out, config = (os.path.join(folder, name) for name in ("s.meshb", "o.meshb", "c.json"))
+            square().write(given)
+            words = ("adapt", given, "--field", "tanh(9*x)", "--complexity", "60,80", "--cycles", 2, "-o", out)
+            with open(config, "w") as file:
+                file.write(program(*words, "--print-config").stdout)
+            program(*words, "--quiet")
+            by_program = camber.read(out)
+            os.remove(out)
+            made = camber.run(config)
+            self.assertEqual([row["cycle"] for row in made.cycles], [0, 1, 2])
+            self.assertEqual(made.mesh.points.tolist(), by_program.points.tolist())
+            self.assertEqual(camber.read(out).points.tolist(), by_program.points.tolist())
 
     def test_what_the_solver_raises_comes_out(self):
         def solve(mesh, guess, cycle):

@@ -13,7 +13,17 @@ memory with numpy. What goes wrong is raised (`camber.exceptions`); notices go t
 """
 
 from . import _camber, _reader, exceptions, exchange, files, metric, plots
-from .exceptions import Error, InputError, NotCertified, Stopped, UsageError
+from .exceptions import (
+    Error,
+    InputError,
+    InternalError,
+    NotCertified,
+    OutOfMemory,
+    Stopped,
+    UnsupportedError,
+    UsageError,
+    WriteError,
+)
 from .exchange import from_gmsh, from_meshio, from_pyvista, from_vtk, to_dolfinx, to_meshio, to_pyvista, to_skfem, to_vtk
 from .files import read, write
 from .mesh import Mesh
@@ -27,7 +37,8 @@ _camber.start_itself_by(_reader.words(_camber.__file__))
 
 
 __all__ = [
-    "Error", "InputError", "Made", "Mesh", "NotCertified", "Stopped", "UsageError", "adapt", "check", "curve", "elevate",
+    "Error", "InputError", "InternalError", "Made", "Mesh", "NotCertified", "OutOfMemory", "Stopped", "UnsupportedError",
+    "UsageError", "WriteError", "adapt", "check", "curve", "elevate",
     "errors", "exceptions", "exchange", "files", "from_gmsh", "from_meshio", "from_pyvista", "from_vtk", "generate", "geometry",
     "metric", "plots", "read", "remesh", "repair", "run", "to_dolfinx", "to_meshio", "to_pyvista", "to_skfem", "to_vtk",
     "transfer", "validate", "write",

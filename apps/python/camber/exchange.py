@@ -8,19 +8,19 @@ from typing import Any
 import numpy as np
 
 from .exceptions import InputError, UsageError
-from .mesh import DIMENSIONS, NODES, Mesh
+from .mesh import DIMENSIONS, NODES, Mesh, _log
 from .result import mesh_of
 
 #: VTK's numbers of the types of cells.
 VTK_TYPES = {"line": 3, "triangle": 5, "tetra": 10, "line3": 21, "triangle6": 22, "tetra10": 24}
-_OF_VTK = {number: name for name, number in VTK_TYPES.items()}
+_OF_VTK = {number: name for name, number in VTK_TYPES.items()} | {1: "vertex", 2: "vertex"}
 #: Arrays of cells that other programs keep references in, as meshio calls them.
 _REFERENCES = ("reference", "gmsh:physical", "medit:ref", "cell_tags", "material")
 
 
 def from_others(mesh: Any) -> Mesh:
     """A mesh of meshio's, PyVista's or VTK's, by what it has."""
-    if hasattr(mesh, "GetCellTypesArray"):
+    if hasattr(mesh, "GetCellTypesArray") or hasattr(mesh, "GetPolys"):
         return from_vtk(mesh)
     if hasattr(mesh, "cells") and hasattr(mesh, "point_data"):
         return from_meshio(mesh)
@@ -46,7 +46,7 @@ def _mesh_of_blocks(
             raise InputError("is a type of cells that Camber does not hold", name, remedy="split them into simplices")
         cells.setdefault(name, []).append(np.asarray(rows))
         references.setdefault(name, []).append(
-            np.zeros(len(rows), np.int32) if refs is None else np.asarray(refs, np.int32)
+            np.zeros(len(rows), np.int32) if refs is None else _whole(name, refs)
         )
     has_tetrahedra = any(DIMENSIONS[name] == 3 for name in cells)
     if points.shape[1] == 3 and not has_tetrahedra and len(points) and np.all(points[:, 2] == 0.0):
@@ -57,9 +57,26 @@ def _mesh_of_blocks(
         {name: np.concatenate(rows) for name, rows in references.items()},
         names,
     )
-    kept = {name: _of_plane(values, mesh.dimension) for name, values in (fields or {}).items()}
-    kept = {name: values for name, values in kept.items() if values is not None}
-    return mesh.with_fields(**kept) if kept and mesh.degree == 1 else mesh
+    kept: dict[str, np.ndarray] = {}
+    for name, values in (fields or {}).items():
+        if name.startswith(("gmsh:", "medit:")) or name in _REFERENCES:
+            continue  # what formats are written with, and no solution
+        field = _of_plane(values, mesh.dimension)
+        if field is None:
+            _log.warning("the field %s is left out: %s of shape %s", name, values.dtype, values.shape)
+        else:
+            kept[name] = mesh._in_order(field, len(points))
+    return mesh.with_fields(kept) if kept else mesh
+
+
+def _whole(name: str, references: Any) -> np.ndarray:
+    """Whole numbers, also as floats: VTK's programs keep them so."""
+    array = np.asarray(references).ravel()
+    if array.dtype.kind == "f" and np.all(array == np.round(array)):
+        array = array.astype(np.int64)
+    if array.dtype.kind not in "iu":
+        raise InputError(f"has references of {array.dtype}", name, remedy="give whole numbers")
+    return array
 
 
 def _of_plane(values: np.ndarray, dimension: int) -> np.ndarray | None:
@@ -72,8 +89,14 @@ def _of_plane(values: np.ndarray, dimension: int) -> np.ndarray | None:
         return values.astype(float)
     if values.ndim == 2 and values.shape[1] == 3 and dimension == 2:
         return values[:, :2].astype(float)
+    if values.ndim == 3 and values.shape[1:] == (dimension, dimension):
+        return values.astype(float)
     if values.ndim == 2 and values.shape[1] == 9:
         return values.reshape(-1, 3, 3)[:, :dimension, :dimension].astype(float)
+    if values.ndim == 2 and values.shape[1] == 4 and dimension == 2:
+        return values.reshape(-1, 2, 2).astype(float)
+    if values.ndim == 2 and values.shape[1] == 6 and dimension == 3:  # VTK's xx, yy, zz, xy, yz, xz
+        return values[:, [0, 3, 5, 3, 1, 4, 5, 4, 2]].reshape(-1, 3, 3).astype(float)
     return None
 
 
@@ -96,10 +119,14 @@ def to_meshio(mesh: Any) -> Any:
 
     of = mesh_of(mesh)
     return meshio.Mesh(
-        of.points,
+        of.points if of.z is None else in_space(of.points, of.z),
         [(name, rows.astype(np.int64)) for name, rows in of.cells.items()],
         point_data=_at_points(of),
-        cell_data={"reference": [of.references[name] for name in of.cells]},
+        # By the names under which meshio's writers of Gmsh's and Medit's formats look for them, too.
+        cell_data={
+            key: [of.references[name] for name in of.cells]
+            for key in ("reference", "gmsh:physical", "gmsh:geometrical", "medit:ref")
+        },
         field_data={name: np.array([reference, d]) for (d, reference), name in of.names.items()},
     )
 
@@ -134,6 +161,8 @@ def from_gmsh(model: Any) -> Mesh:
         groups = model.getPhysicalGroupsForEntity(d, entity)
         if d == 0 or (grouped[d] and len(groups) == 0):
             continue
+        if len(groups) > 1:
+            _log.warning("entity %d of dimension %d is in %d physical groups: the first is taken", entity, d, len(groups))
         reference = int(groups[0]) if len(groups) else entity
         for kind, _, nodes in zip(*model.mesh.getElements(d, entity)):
             name = _OF_GMSH.get(int(kind))
@@ -194,9 +223,13 @@ def _add_array(data: Any, name: str, values: np.ndarray) -> None:
 
 
 def from_vtk(grid: Any) -> Mesh:
-    """A vtkUnstructuredGrid, or PyVista's: references by the cell data `reference` or what others call it."""
+    """A vtkUnstructuredGrid or the triangles of a vtkPolyData, or PyVista's: references by the cell data `reference` or what others call it."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
+    if hasattr(grid, "GetPolys"):
+        return _of_polydata(grid)
+    if grid.GetPoints() is None or grid.GetNumberOfCells() == 0:
+        raise InputError("has no cells", "the grid")
     points = vtk_to_numpy(grid.GetPoints().GetData()).astype(float)
     types = vtk_to_numpy(grid.GetCellTypesArray())
     offsets = vtk_to_numpy(grid.GetCells().GetOffsetsArray())
@@ -208,20 +241,41 @@ def from_vtk(grid: Any) -> Mesh:
     for number in np.unique(types):
         name = _OF_VTK.get(int(number), f"VTK's type {number}")
         which = np.flatnonzero(types == number)
+        if name == "vertex":
+            continue
         size = int(offsets[which[0] + 1] - offsets[which[0]])
         rows = connectivity[offsets[which][:, None] + np.arange(size)]
         blocks.append((name, rows, None if references is None else references[which]))
-    point_data = grid.GetPointData()
-    fields = {
-        point_data.GetArrayName(i): vtk_to_numpy(point_data.GetArray(i))
-        for i in range(point_data.GetNumberOfArrays())
-        if point_data.GetArray(i) is not None
-    }
-    return _mesh_of_blocks(points, blocks, fields=fields)
+    return _mesh_of_blocks(points, blocks, fields=_point_data(grid))
+
+
+def _point_data(grid: Any) -> dict[str, np.ndarray]:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    data = grid.GetPointData()
+    arrays = [(data.GetArrayName(i), data.GetArray(i)) for i in range(data.GetNumberOfArrays())]
+    return {name: vtk_to_numpy(array) for name, array in arrays if array is not None}
+
+
+def _of_polydata(data: Any) -> Mesh:
+    """The triangles of a vtkPolyData, or pyvista.PolyData."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    polygons = data.GetPolys()
+    offsets = vtk_to_numpy(polygons.GetOffsetsArray())
+    if data.GetPoints() is None or len(offsets) < 2:
+        raise InputError("has no triangles", "the surface")
+    if np.any(np.diff(offsets) != 3):
+        raise InputError("has polygons that are no triangles", "the surface", remedy="vtkTriangleFilter splits them")
+    triangles = vtk_to_numpy(polygons.GetConnectivityArray()).reshape(-1, 3)
+    found = next((data.GetCellData().GetArray(n) for n in _REFERENCES if data.GetCellData().HasArray(n)), None)
+    references = None if found is None or data.GetNumberOfCells() != len(triangles) else vtk_to_numpy(found)
+    points = vtk_to_numpy(data.GetPoints().GetData()).astype(float)
+    return _mesh_of_blocks(points, [("triangle", triangles, references)], fields=_point_data(data))
 
 
 def from_pyvista(grid: Any) -> Mesh:
-    """A pyvista.UnstructuredGrid, which is one of VTK's."""
+    """A pyvista.UnstructuredGrid or PolyData, which are VTK's."""
     return from_vtk(grid)
 
 
@@ -235,6 +289,14 @@ def to_pyvista(mesh: Any) -> Any:
 # ---------------------------------------------------------------- scikit-fem
 
 
+def _elements_of(mesh: Mesh) -> str:
+    """The type of a mesh's elements."""
+    for name in mesh.cells:
+        if DIMENSIONS[name] == mesh.dimension:
+            return name
+    raise UsageError("is a surface alone, without elements in the volume", "mesh")
+
+
 def to_skfem(mesh: Any) -> Any:
     """A skfem.MeshTri, MeshTri2, MeshTet or MeshTet2, with named subdomains and boundaries."""
     import skfem
@@ -242,7 +304,7 @@ def to_skfem(mesh: Any) -> Any:
     of = mesh_of(mesh)
     d = of.dimension
     kind = {(2, 1): "MeshTri1", (2, 2): "MeshTri2", (3, 1): "MeshTet1", (3, 2): "MeshTet2"}[d, of.degree]
-    element = next(name for name in of.cells if DIMENSIONS[name] == d)
+    element = _elements_of(of)
     made = getattr(skfem, kind)(of.points.T.copy(), of.cells[element].T.astype(np.int64))
     named = {r: name for (dim, r), name in of.names.items() if dim == d}
     subdomains = {name: np.flatnonzero(of.references[element] == r) for r, name in named.items()}
@@ -281,7 +343,7 @@ def to_dolfinx(mesh: Any, comm: Any = None) -> tuple[Any, Any, Any]:
 
     of = mesh_of(mesh)
     comm = MPI.COMM_WORLD if comm is None else comm
-    element = next(name for name in of.cells if DIMENSIONS[name] == of.dimension)
+    element = _elements_of(of)
     facet = next((name for name in of.cells if DIMENSIONS[name] == of.dimension - 1), None)
     is_root = comm.rank == 0
     cells = _in_dolfinx_order(of.cells[element], element)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,14 @@ from .mesh import Mesh
 from .result import mesh_of
 
 
+#: Elements of a mesh that a notebook shows by itself: its page has 40 bytes or so of each triangle of the boundary.
+IN_NOTEBOOK = 200_000
+
+
 def in_notebook(mesh: Mesh, height: int = 520) -> str:
     """The page of `camber report` as a frame; without the viewer of pages what `repr` says."""
+    if len(mesh.elements) > IN_NOTEBOOK:
+        return f"<pre>{html.escape(repr(mesh))}\nlarge for a notebook: Mesh.page() is its page</pre>"
     try:
         page = mesh.page()
     except Error as error:
@@ -31,25 +38,47 @@ def plot(mesh: Any, **options: Any) -> Any:
 def edge_curves(mesh: Any, n: int = 8) -> np.ndarray:
     """(e, n + 1, D): points along each edge of a mesh in 2D or 3D, on the curve x(t) = Σ φ_i(t) x_i."""
     of = mesh_of(mesh)
-    if of.degree == 1:
-        pairs = np.concatenate([of.elements[:, [i, (i + 1) % 3]] for i in range(3)])
-        ends = of.vertices[np.unique(np.sort(pairs, axis=1), axis=0)]
-        return ends
+    if of.degree == 2:
+        return _along(of.vertices[of.edges[:, 0]], of.vertices[of.edges[:, 1]], of.mid_nodes, n)
+    pairs = [of.elements[:, [i, j]] for i, j in combinations(range(of.elements.shape[1]), 2)]
+    ends = of.vertices[np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)]
+    return _along(ends[:, 0], ends[:, 1], 0.5 * (ends[:, 0] + ends[:, 1]), n)
+
+
+def _along(a: np.ndarray, b: np.ndarray, middle: np.ndarray, n: int) -> np.ndarray:
     t = np.linspace(0, 1, n + 1)
     shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)])
-    a, b = of.vertices[of.edges[:, 0]], of.vertices[of.edges[:, 1]]
-    return np.einsum("it,ied->etd", shapes, np.stack([a, b, of.mid_nodes]))
+    return np.einsum("it,ied->etd", shapes, np.stack([a, b, middle]))
 
 
-def subdivided(mesh: Any, n: int, values: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Triangles of degree 2 as n² flat ones: points (p, D), triangles (q, 3), values at the points."""
+#: Faces of a tetrahedron in VTK's order: corners, then the nodes of their edges.
+_FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6))
+
+
+def _drawn(of: Mesh) -> np.ndarray:
+    """(m, 3) or (m, 6): rows of points of the triangles that are drawn: a mesh's own, else the boundary of its elements."""
+    for name in ("triangle6", "triangle"):
+        if name in of.cells:
+            return of.cells[name].astype(np.int64)
+    for name in ("tetra10", "tetra"):
+        if name in of.cells:
+            size = 6 if name == "tetra10" else 3
+            faces = np.concatenate([of.cells[name][:, face[:size]] for face in _FACES]).astype(np.int64)
+            _, first, count = np.unique(np.sort(faces[:, :3], axis=1), axis=0, return_index=True, return_counts=True)
+            return faces[first[count == 1]]
+    raise UsageError("has no triangles to draw", "mesh")
+
+
+def subdivided(mesh: Any, n: int, values: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """Triangles of degree 2 as n² flat ones: points (p, D), triangles (q, 3), values at the points (p,).
+
+    values: at the vertices (v,) or at the nodes (n,).
+    """
     of = mesh_of(mesh)
-    name = next((c for c in ("triangle6", "triangle") if c in of.cells), None)
-    if name is None:
-        raise UsageError("has no triangles to draw", "mesh")
-    rows = of.cells[name]
-    if name == "triangle":
-        return np.array(of.points), rows.astype(np.int64), values
+    rows = _drawn(of)
+    values = None if values is None else _checked(values, of)
+    if rows.shape[1] == 3:
+        return np.array(of.points), rows, values
     grid = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
     number = {place: k for k, place in enumerate(grid)}
     r, s = np.array(grid, float).T / n
@@ -63,9 +92,17 @@ def subdivided(mesh: Any, n: int, values: np.ndarray | None = None) -> tuple[np.
     if values is None:
         return points, triangles, None
     if len(values) == len(of.points):
-        return points, triangles, np.einsum("kp,mk->mp", shapes, np.asarray(values)[rows]).ravel()
-    corner = np.stack([o, r, s])
-    return points, triangles, np.einsum("kp,mk->mp", corner, np.asarray(values)[of.corners[name]]).ravel()
+        return points, triangles, np.einsum("kp,mk->mp", shapes, values[rows]).ravel()
+    return points, triangles, np.einsum("kp,mk->mp", np.stack([o, r, s]), values[rows[:, :3]]).ravel()
+
+
+def _checked(values: Any, of: Mesh) -> np.ndarray:
+    array = np.asarray(values, float)
+    if array.ndim != 1 or len(array) not in (len(of.vertices), len(of.points)):
+        wanted = f"({len(of.vertices)},), a row a vertex"
+        wanted += f", or ({len(of.points)},), a row a node" if of.degree == 2 else ""
+        raise UsageError(f"has the shape {array.shape}", "values", remedy="give " + wanted)
+    return array
 
 
 def plot_2d(
@@ -83,7 +120,7 @@ def plot_2d(
         raise UsageError("is in 3D", "mesh", remedy="camber.plots.picture_3d draws it")
     ax = pyplot.gca() if ax is None else ax
     if values is not None:
-        points, triangles, colours = subdivided(of, n, np.asarray(values, float))
+        points, triangles, colours = subdivided(of, n, values)
         drawn = ax.tripcolor(points[:, 0], points[:, 1], triangles, colours, shading="gouraud", cmap=cmap)
         ax.figure.colorbar(drawn, ax=ax)
     style = {"linewidths": 0.6, "colors": "0.2"} | lines
@@ -229,16 +266,11 @@ def _edges_actor(data: Any) -> Any:
 
 
 def _face_curves(of: Mesh, n: int) -> np.ndarray:
-    name = next(c for c in ("triangle6", "triangle") if c in of.cells)
-    rows = of.cells[name].astype(np.int64)
-    corners = rows[:, :3]
+    rows = _drawn(of)
     sides = [(0, 1), (1, 2), (2, 0)]
-    ends = np.concatenate([corners[:, side] for side in sides])
+    ends = np.concatenate([rows[:, side] for side in sides])
     _, first = np.unique(np.sort(ends, axis=1), axis=0, return_index=True)
     a, b = of.points[ends[first, 0]], of.points[ends[first, 1]]
-    if name == "triangle":
+    if rows.shape[1] == 3:
         return np.stack([a, b], axis=1)
-    middle = of.points[np.concatenate([rows[:, 3 + k] for k in range(3)])[first]]
-    t = np.linspace(0, 1, n + 1)
-    shapes = np.stack([(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)])
-    return np.einsum("it,ied->etd", shapes, np.stack([a, b, middle]))
+    return _along(a, b, of.points[np.concatenate([rows[:, 3 + k] for k in range(3)])[first]], n)

@@ -26,7 +26,7 @@ def curve(
     size: Mapping[int | str, float] | Sequence[str] | None = None,
     geometry_error: float | None = None,
     gradation: float | None = None,
-    complexity: float | Sequence[float] | None = None,
+    complexity: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
     cad_unit: Literal["file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
@@ -51,7 +51,7 @@ def curve(
         file with its field metric), or JSON such as '{"field": {"polar-1": {}}}'. Or an array at the vertices:
         sizes (v,) or tensors (v, D, D). Default: natural.
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
-        edges, vertices or elements; again for more. Or {reference: size}.
+        edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of chords from the boundary's own surface; intersected with the metric.
         Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is. In (1, 1000].
@@ -73,12 +73,12 @@ def curve(
         elements are made as even as may be; solution: that the run's solution is interpolated well, no metric.
         Default: solution where there is solution and no metric, else accuracy.
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
-        holds is False. Without it: 0.1 where it can be had. In [0, 1).
+        `holds` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
     solution: Fields on the input that go along: rows at its vertices or nodes, a file of the same mesh with fields,
         or an expression such as 'tanh((x-y)/0.05)' of its nodes. curve places inner nodes where these are
         interpolated best, but for a metric or an objective. Default: the fields of the input's own file. Or an
         array, or {name: array}, at the vertices or nodes: (n,), (n, D), (n, D, D).
-    fields: Names of the fields to take, with commas. Default: all.
+    fields: Names of the fields to take. Default: all.
     transfer: Interpolate: the old field at the new nodes; conserve: where elements changed the nearest field in L2
         that keeps the integrals by material.
     vtu: Also write the mesh with the run's fields for ParaView (.vtu).
@@ -100,7 +100,7 @@ def remesh(
     size: Mapping[int | str, float] | Sequence[str] | None = None,
     geometry_error: float | None = None,
     gradation: float | None = None,
-    complexity: float | Sequence[float] | None = None,
+    complexity: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
     cad_unit: Literal["file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
@@ -119,22 +119,22 @@ def remesh(
     progress: Progress | None = None,
 ) -> Made:
     """Bring a mesh, straight or curved, to a metric: split, collapse, swap and smooth until its edges are of unit
-        length.
+    length.
 
     References, materials, interfaces, ridges, listed curves, corners and whatever is required are kept; new
-        vertices of the boundary lie on the geometry: a smooth surface through its vertices, and nodes where it is
-        curved. Where a mesh is remeshed many times, each time from the one before, give the first one as the
-        geometry, or the CAD model: the boundary then stays where it was. A mesh of degree 2 stays one: edges are
-        measured along their curves, and every element that is made is valid. To curve what comes of a straight one
-        onto the same geometry, put "remesh" before "elevate" in a config (configs/remesh.json). How it is done:
-        docs/algorithms/cavity-operator.md
+    vertices of the boundary lie on the geometry: a smooth surface through its vertices, and nodes where it is
+    curved. Where a mesh is remeshed many times, each time from the one before, give the first one as the geometry,
+    or the CAD model: the boundary then stays where it was. A mesh of degree 2 stays one: edges are measured along
+    their curves, and every element that is made is valid. To curve what comes of a straight one onto the same
+    geometry, put "remesh" before "elevate" in a config (configs/remesh.json). How it is done:
+    docs/algorithms/cavity-operator.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     metric: natural, a size such as 0.1, solution (what interpolates solution best), a file (.sol, .solb, or a mesh
         file with its field metric), or JSON such as '{"field": {"polar-1": {}}}'. Or an array at the vertices:
         sizes (v,) or tensors (v, D, D). Default: natural.
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
-        edges, vertices or elements; again for more. Or {reference: size}.
+        edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of chords from the boundary's own surface; intersected with the metric.
         Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is. In (1, 1000].
@@ -159,7 +159,7 @@ def remesh(
         or an expression such as 'tanh((x-y)/0.05)' of its nodes. curve places inner nodes where these are
         interpolated best, but for a metric or an objective. Default: the fields of the input's own file. Or an
         array, or {name: array}, at the vertices or nodes: (n,), (n, D), (n, D, D).
-    fields: Names of the fields to take, with commas. Default: all.
+    fields: Names of the fields to take. Default: all.
     transfer: Interpolate: the old field at the new nodes; conserve: where elements changed the nearest field in L2
         that keeps the integrals by material.
     vtu: Also write the mesh with the run's fields for ParaView (.vtu).
@@ -197,11 +197,11 @@ def repair(
     """Repair a curved mesh made elsewhere: validate, relax, commit.
 
     The boundary stays as it is, bit for bit, interfaces between materials too: nodes of the volume move, and, if
-        need be, its vertices. With cad, or analytic surfaces, the boundary's nodes are first put onto these, and
-        slide on them where nothing else helps. With boundary_tolerance T the nodes of boundary edges may move too
-        where nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary
-        vertices never do. Elements that cannot be repaired are listed with the reason, the mesh is written with
-        them, and the exit code is 1. How it is done: docs/algorithms/repair.md
+    need be, its vertices. With cad, or analytic surfaces, the boundary's nodes are first put onto these, and slide
+    on them where nothing else helps. With boundary_tolerance T the nodes of boundary edges may move too where
+    nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices
+    never do. Elements that cannot be repaired are listed with the reason, the mesh is written with them, and
+    `holds` is False. How it is done: docs/algorithms/repair.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     boundary_tolerance: How far the node of a boundary edge may move, in model units; 0 (the default): not at all.
@@ -218,12 +218,12 @@ def repair(
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
-        holds is False. Without it: 0.1 where it can be had. In [0, 1).
+        `holds` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
     solution: Fields on the input that go along: rows at its vertices or nodes, a file of the same mesh with fields,
         or an expression such as 'tanh((x-y)/0.05)' of its nodes. curve places inner nodes where these are
         interpolated best, but for a metric or an objective. Default: the fields of the input's own file. Or an
         array, or {name: array}, at the vertices or nodes: (n,), (n, D), (n, D, D).
-    fields: Names of the fields to take, with commas. Default: all.
+    fields: Names of the fields to take. Default: all.
     transfer: Interpolate: the old field at the new nodes; conserve: where elements changed the nearest field in L2
         that keeps the integrals by material.
     vtu: Also write the mesh with the run's fields for ParaView (.vtu).
@@ -245,7 +245,7 @@ def adapt(
     solution: str | np.ndarray | Mapping[str, Any] | None = None,
     fields: Sequence[str] | None = None,
     metric: str | float | np.ndarray | Mapping[str, Any] | None = None,
-    field: str | Sequence[str] | None = None,
+    field: str | None = None,
     complexity: float | Sequence[float] | None = None,
     norm: float | None = None,
     error_of: Literal["values", "gradients"] | None = None,
@@ -272,23 +272,22 @@ def adapt(
     """Adapt a mesh to a solution, cycle after cycle: metric, remesh, curve, transfer; and the solver in between.
 
     A cycle takes the mesh and its solution, makes the metric of so many elements that interpolates it best,
-        remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh;
-        every mesh is valid. The boundary stays on the geometry: that of geometry or cad, else the first mesh's.
-        Cycles end when the mesh is at rest (settled), after cycles of them, or by Ctrl-C; what the last whole one
-        made is then in OUTPUT and in its folder. How it works: docs/algorithms/adaptation.md
+    remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every
+    mesh is valid. The boundary stays on the geometry: that of geometry or cad, else the first mesh's. Cycles end
+    when the mesh has settled (settled), after cycles of them. How it works: docs/algorithms/adaptation.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     solve: called with each mesh, the solution before brought to it ({} of the first), and the cycle; gives the
         solution on it, an array or {name: array} at its vertices or nodes.
-    solution: The solution on MESH: a file of rows at its vertices or nodes, or of the same mesh with fields; one
-        cycle, as the next mesh's is not known. Or an expression such as 'tanh((x-y)/0.05)', which is known
+    solution: The solution on the mesh: a file of rows at its vertices or nodes, or of the same mesh with fields;
+        one cycle, as the next mesh's is not known. Or an expression such as 'tanh((x-y)/0.05)', which is known
         everywhere. Or an array, or {name: array}, at the vertices or nodes: (n,), (n, D), (n, D, D).
-    fields: Names of the fields to take, with commas. Default: all.
+    fields: Names of the fields to take. Default: all.
     metric: A metric instead: a size, a file (.sol, .solb, or a mesh file with its field metric), or JSON such as
         '{"field": {"polar-1": {}}}'. Or an array at the vertices: sizes (v,) or tensors (v, D, D).
     field: The exact solution as an expression: its errors are told by cycle. Alone: adapted to as well.
-    complexity: Complexity of the metric, with commas by cycle, the last for all after it: about 12 times as many
-        tetrahedra, 2.6 times as many triangles. Default: as many elements as the mesh has. In (0, inf).
+    complexity: Complexity of the metric, one a cycle, the last for all after it: about 12 times as many tetrahedra,
+        2.6 times as many triangles. Default: as many elements as the mesh has. In (0, inf).
     norm: Exponent p of the L^p norm of the error; 0: the largest error anywhere. In [0, inf). Default: 2.
     error_of: What the norm is of: the error's values, or its gradients.
     min_size: Smallest size; 0: none. In [0, inf). Default: 0.
@@ -296,10 +295,10 @@ def adapt(
     max_anisotropy: Largest ratio of sizes; 0: none, but for the 1e5 that derivatives alone may ask for; a larger
         one raises that. In [0, inf). Default: 0.
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
-        edges, vertices or elements; again for more. Or {reference: size}.
+        edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of chords from the boundary's own surface. Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: not limited. In (1, 1000].
-    cycles: So many cycles at most; they end where the mesh is at rest. Default: 8, of a solution's file 1. In [1,
+    cycles: So many cycles at most; they end where the mesh has settled. Default: 8, of a solution's file 1. In [1,
         1000].
     degree: Of the meshes that are made: 1, straight, or 2, curved. In [1, 2]. Default: 2.
     settled: Cycles end once the share of unit edges that a mesh has in its own solution's metric rises by no more
@@ -319,7 +318,7 @@ def adapt(
     transfer: Interpolate: the old field at the new nodes; conserve: where elements changed the nearest field in L2
         that keeps the integrals by material.
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
-        holds is False. Without it: 0.1 where it can be had. In [0, 1).
+        `holds` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
     set: Override one option of the config: path=value, e.g. stages/curve/objective=length. Or {path: value}.
     threads: Threads to use; 0: all. The result does not depend on it. In [0, inf).
     progress: called with the stage and its share, from 0 to 1, now and then; False from it stops the work, and
@@ -342,14 +341,14 @@ def check(
     """Is it a good mesh? Of any mesh of degree 1 or 2, made by whatever program; nothing is changed.
 
     An element of degree 2 is valid where det J is positive everywhere; its scaled Jacobian is the smallest det J as
-        a share of that of the straight element with the same vertices (other programs mean Knupp's measure by the
-        name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is examined:
-        conformity, orientation, nodes, boundary, and whether walls pass through each other, curved as they are. Of
-        a field (x, y, z, pi, + - * / ^, c ? a : b, sqrt, exp, tanh ...) the errors of its interpolants are told, in
-        L2 and H1: of degree 1 and 2 with straight edges, and of the mesh as it is; a ratio straight / as it is
-        above 1 says that curvature pays at equal unknowns (docs/algorithms/interpolation-error.md). In a metric an
-        element of degree 2 has the quality 1 / mean distortion: 1 is unit, 0 folded
-        (docs/algorithms/distortion.md). What each line means: docs/algorithms/check.md
+    a share of that of the straight element with the same vertices (other programs mean Knupp's measure by the
+    name). Of a straight mesh the quality is told: the mean ratio. Beyond its elements the mesh is examined:
+    conformity, orientation, nodes, boundary, and whether walls pass through each other, curved as they are. Of a
+    field (x, y, z, pi, + - * / ^, c ? a : b, sqrt, exp, tanh ...) the errors of its interpolants are told, in L2
+    and H1: of degree 1 and 2 with straight edges, and of the mesh as it is; a ratio straight / as it is above 1
+    says that curvature pays at equal unknowns (docs/algorithms/interpolation-error.md). In a metric an element of
+    degree 2 has the quality 1 / mean distortion: 1 is unit, 0 folded (docs/algorithms/distortion.md). What each
+    line means: docs/algorithms/check.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     min_scaled_jacobian: What an element's scaled Jacobian must reach to be valid, from 0 and below 1. In [0, 1).
@@ -357,7 +356,7 @@ def check(
     ridge_angle: Faces of the boundary that turn by less than this (degrees) are one smooth wall. In [0, 180].
         Default: 40.
     worst: How many of the worst elements to show. In [0, 1000000]. Default: 10.
-    field: An expression of x, y (and z) whose interpolants' errors are told; again for more fields.
+    field: An expression of x, y (and z) whose interpolants' errors are told.
     metric: A metric file: lengths of edges and qualities of elements in it are told, and how many edges are of unit
         length; of degree 2 straight and along the curves, with a bound of the quality at every point. Or an array
         at the vertices: sizes (v,) or tensors (v, D, D).
@@ -381,19 +380,19 @@ def geometry(
     progress: Progress | None = None,
 ) -> dict[str, Any]:
     """What the boundary of a mesh is, and how far it is from a geometry. Of any mesh of degree 1 or 2; nothing is
-        changed.
+    changed.
 
     Ridges are edges where facets turn by more than the ridge angle, where references change, and those that the
-        file lists; patches are what is smooth between them; a facet in the same plane as its neighbour turns by 0
-        degrees. Suspicious is what a change of the angle would change, and what no smooth surface looks like: knife
-        edges, tips of cones, vertices whose normals spread. Look there before you curve: list edges as Ridges in
-        the file, give facets of different surfaces different references, or choose another angle.
+    file lists; patches are what is smooth between them; a facet in the same plane as its neighbour turns by 0
+    degrees. Suspicious is what a change of the angle would change, and what no smooth surface looks like: knife
+    edges, tips of cones, vertices whose normals spread. Look there before you curve: list edges as Ridges in the
+    file, give facets of different surfaces different references, or choose another angle.
 
     Distances go both ways. From the boundary to the geometry they say how well the mesh follows what it knows; from
-        the geometry to the boundary, what it has left out: of a CAD model points are taken on all its faces and
-        edges, of other geometries only where the mesh has facets. Without a geometry it is the smooth surface
-        through the mesh's own vertices, which says how much its facets, or its curves, differ from that, and
-        nothing of the part that was meant. More: docs/algorithms/distances.md
+    the geometry to the boundary, what it has left out: of a CAD model points are taken on all its faces and edges,
+    of other geometries only where the mesh has facets. Without a geometry it is the smooth surface through the
+    mesh's own vertices, which says how much its facets, or its curves, differ from that, and nothing of the part
+    that was meant. More: docs/algorithms/distances.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     geometry: surrogate (from the mesh), straight, or JSON such as '{"analytic": [{"references": [1], "sphere":
@@ -429,13 +428,13 @@ def transfer(
     """A solution on another mesh of the domain: on one that was remeshed, or any.
 
     Nodes that stayed where they were keep their values to the bit; others take the old field's value where they are
-        in the old mesh, curved as it is, or at the nearest point of its boundary. conserve: where elements changed
-        the field of least difference in L2 that keeps the integrals by material. More: docs/algorithms/transfer.md
+    in the old mesh, curved as it is, or at the nearest point of its boundary. conserve: where elements changed the
+    field of least difference in L2 that keeps the integrals by material. More: docs/algorithms/transfer.md
 
     old_mesh: the mesh that the fields are on.
     new_mesh: the mesh that they are brought to.
     solution: the fields: an array, or {name: array}.
-    fields: Names of the fields to take, with commas; of a solution file field_1 and so on. Default: all.
+    fields: Names of the fields to take; of a solution file field_1 and so on. Default: all.
     method: interpolate (the default), or conserve.
     bounds: conserve only: none (the default), or local: no value beyond the old ones around.
     progress: called with the stage and its share, from 0 to 1, now and then; False from it stops the work, and
@@ -457,8 +456,8 @@ def generate(
     """A straight mesh of a shape, without a file: to try things on, and at any size.
 
     The options of a shape: camber explain shell (annulus, box, rectangle, bump, layer); those of layers are
-        inner_layer/count and so on. The same options give the same bytes, whatever the threads. More:
-        docs/algorithms/delaunay-and-shapes.md
+    inner_layer/count and so on. The same options give the same bytes, whatever the threads. More:
+    docs/algorithms/delaunay-and-shapes.md
 
     shape: its name, or the config's object as a dict.
     set: One option of the shape: path=value. Or {path: value}.
