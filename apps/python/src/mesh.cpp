@@ -153,6 +153,7 @@ std::vector<std::tuple<int, Reference, std::string>> groups(const MeshHandle& me
 
 std::vector<std::string> notices(const MeshHandle& mesh) {
     std::vector<std::string> all;
+    all.reserve(mesh.value.notices.size());
     for (const Notice& notice : mesh.value.notices) all.push_back(notice.what);
     return all;
 }

@@ -16,6 +16,7 @@ namespace {
 /// The process that reads CAD models apart from this one: Python once more.
 int read_cad(const std::vector<std::string>& words) {
     std::vector<const char*> arguments;
+    arguments.reserve(words.size());
     for (const std::string& word : words) arguments.push_back(word.c_str());
     return camber::app::cad_reader({arguments.data(), arguments.size()}).value_or(1);
 }

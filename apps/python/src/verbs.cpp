@@ -241,8 +241,8 @@ Words write(const MeshHandle& mesh, const py::dict& fields, const std::string& p
 
 MeshHandle generate(const Words& words, const py::object& progress) {
     const auto verb = value_of(app::verb_of(words));
-    return handle_of(Watched(progress).run(
-        [&](app::Host host) { return app::generate_in_memory(verb->generate, std::move(host)); }));
+    return handle_of(
+        Watched(progress).run([&](const app::Host& host) { return app::generate_in_memory(verb->generate, host); }));
 }
 
 }  // namespace
