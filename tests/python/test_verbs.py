@@ -82,6 +82,17 @@ class AsTheProgram(unittest.TestCase):
         self.assertEqual(found["interpolation"][0], camber.errors(mesh, "tanh((x-0.5)/0.1)"))
         self.assertIn("certified valid", found["table"])
 
+    def test_repair(self):
+        mesh = camber.curve(shell()).mesh
+        points, first = np.array(mesh.points), len(mesh.vertices)
+        inner = np.setdiff1d(np.arange(first, len(points)), mesh.cells["triangle6"][:, 3:])
+        points[inner[::20]] += 0.3
+        broken = camber.Mesh(points, mesh.cells, mesh.references)
+        self.assertFalse(camber.check(broken)["holds"])
+        made = camber.repair(broken)
+        self.assertTrue(made.holds and camber.check(made)["holds"])
+        self.same(made.mesh, "repair", self.given(broken, "broken.meshb"))
+
     def test_geometry_and_transfer(self):
         mesh = camber.curve(shell()).mesh
         self.assertEqual(len(camber.geometry(mesh)["patches"]), 2)

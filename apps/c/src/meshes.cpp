@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "camber.h"
+#include "cells_of.hpp"
 #include "handles.hpp"
 import camber.core;
 import camber.bezier;
@@ -24,8 +25,8 @@ namespace camber::c {
 
 namespace {
 
-constexpr std::array<std::string_view, 3> straight_names{"line", "triangle", "tetra"};
-constexpr std::array<std::string_view, 3> curved_names{"line3", "triangle6", "tetra10"};
+using app::curved_names;
+using app::straight_names;
 
 /// Nodes that the caller counts from `first`; below that they are none.
 template <int Nodes>
@@ -53,9 +54,9 @@ Outcome<Done> check_cells(const camber_cells& cells) {
 /// Whether these are cells of that dimension, which then are put there.
 template <int K>
 bool put(const camber_cells& cells, int first, CellArrays<K>& into) {
-    if (cells.type == straight_names[K - 1])
+    if (straight_names[K - 1] == std::string_view(cells.type))
         into.straight = cell_array<K + 1>(cells, first);
-    else if (cells.type == curved_names[K - 1])
+    else if (curved_names[K - 1] == std::string_view(cells.type))
         into.curved = cell_array<quadratic_nodes<K>>(cells, first);
     else
         return false;
@@ -83,45 +84,26 @@ Outcome<DecodedMesh> made(std::int64_t points, const double* coordinates, int ty
     return mesh_of_arrays<D>(std::move(arrays), {});
 }
 
-/// f(mesh of degree 2 or null, straight mesh).
 template <class F>
 auto on(const camber_mesh& mesh, F&& f) {
-    return std::visit(
-        [&]<class Mesh>(const Mesh& m) {
-            if constexpr (requires { m.linear; })
-                return f(&m, m.linear);
-            else
-                return f(static_cast<const QuadraticMesh<Mesh::dimension>*>(nullptr), m);
-        },
-        mesh.value.mesh);
+    return app::on_mesh(mesh.value.mesh, std::forward<F>(f));
 }
 
-/// Of feature edges the set has one edge each: as an array of one, as simplices of higher dimension have theirs.
-template <class Linear, class Curved, class F>
-void on_feature_edges(const Linear& linear, const Curved* curved, F&& f) {
-    if (!curved) return f(linear.edges, static_cast<const Column<std::array<EdgeId, 1>>*>(nullptr));
-    Buffer<std::array<EdgeId, 1>> edges;
-    for (const EdgeId e : curved->edges.of_edges) edges.push_back({e});
-    const Column<std::array<EdgeId, 1>> column(std::move(edges));
-    f(linear.edges, &column);
-}
-
-/// f(simplices, their edges or null) of those of that type; false: there are none.
+/// f(simplices, their edges or null) of those of that type; false: a mesh of this degree and dimension has none such.
 template <class F>
 bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
-    return on(mesh, [&]<class Mesh>(const Mesh* curved, const auto& linear) {
-        constexpr std::size_t D = Mesh::dimension;
-        const auto& names = curved ? curved_names : straight_names;
-        if (type == names[D - 1])
-            f(linear.elements, curved ? &curved->edges.of_elements : nullptr);
-        else if (type == names[D - 2])
-            f(linear.facets, curved ? &curved->edges.of_facets : nullptr);
-        else if (D == 3 && type == names[0])
-            on_feature_edges(linear, curved, f);
-        else
-            return false;
-        return true;
-    });
+    bool found = false;
+    const auto look = [&]<int K>() {
+        app::on_cells<K>(mesh.value.mesh, [&](const auto& simplices, const auto* edges) {
+            if (type != (edges ? curved_names : straight_names)[K - 1]) return;
+            f(simplices, edges);
+            found = true;
+        });
+    };
+    look.template operator()<1>();
+    look.template operator()<2>();
+    look.template operator()<3>();
+    return found;
 }
 
 template <int K>

@@ -36,7 +36,7 @@ void keep_all(config::Output& output) {
     if (output.solution.empty()) output.solution = std::string(config::in_memory) + "solution";
 }
 
-/// Of the input, as far as a run keeps it: where it lies in space, and how its file counts nodes.
+/// Of the input, as far as a run keeps it: where it lies in space, and its format.
 DecodedMesh with_place_of(AnyMesh made, const DecodedMesh& input) {
     DecodedMesh mesh{std::move(made), {}};
     mesh.lift = input.lift;

@@ -64,8 +64,7 @@ struct CheckedInMemory {
 [[nodiscard]] Outcome<std::string> geometry_in_memory(const DecodedMesh& mesh, const config::Geometry& geometry,
                                                       const run::InspectOptions& options, Host host);
 
-/// The metric that a config's source and operations make on its input, at the vertices; its stages are not run. The
-/// report: JSON.
+/// The metric that a config's source and operations make on its input, at the vertices; its stages are not run.
 struct MetricInMemory {
     Solution metric;
     double complexity = 0, largest_anisotropy = 0;

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "arrays.hpp"
+#include "cells_of.hpp"
 #include "watched.hpp"
 import camber.core;
 import camber.bezier;
@@ -32,58 +33,23 @@ namespace {
 template <class T>
 using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
 
-/// f(straight mesh), f(mesh of degree 2 or null, straight mesh).
 template <class F>
 auto on(const MeshHandle& mesh, F&& f) {
-    return std::visit(
-        [&]<class Mesh>(const Mesh& m) {
-            if constexpr (requires { m.linear; })
-                return f(&m, m.linear);
-            else
-                return f(static_cast<const QuadraticMesh<Mesh::dimension>*>(nullptr), m);
-        },
-        mesh.value.mesh);
+    return app::on_mesh(mesh.value.mesh, std::forward<F>(f));
 }
 template <class F>
 auto on_linear(const MeshHandle& mesh, F&& f) {
     return on(mesh, [&](const auto*, const auto& linear) { return f(linear); });
 }
 
-/// The simplices of a dimension that the mesh has, and their edges where it is of degree 2: f(simplices, edges or
-/// null).
-template <int K, class F>
-void on_simplices(const MeshHandle& mesh, F&& f) {
-    on(mesh, [&]<class Mesh>(const Mesh* curved, const auto& linear) {
-        constexpr int D = Mesh::dimension;
-        if constexpr (K == D)
-            f(linear.elements, curved ? &curved->edges.of_elements : nullptr);
-        else if constexpr (K == D - 1)
-            f(linear.facets, curved ? &curved->edges.of_facets : nullptr);
-        else if constexpr (K == 1)
-            on_edges(linear, curved, f);
-    });
-}
-
-template <class Linear, class Curved, class F>
-void on_edges(const Linear& linear, const Curved* curved, F&& f) {
-    // Of feature edges the set has one edge each: as an array of one, as simplices of higher dimension have theirs.
-    if (!curved) return f(linear.edges, static_cast<const Column<std::array<EdgeId, 1>>*>(nullptr));
-    Buffer<std::array<EdgeId, 1>> edges;
-    for (const EdgeId e : curved->edges.of_edges) edges.push_back({e});
-    const Column<std::array<EdgeId, 1>> column(std::move(edges));
-    f(linear.edges, &column);
-}
-
-constexpr std::array<const char*, 3> straight_names{"line", "triangle", "tetra"};
-constexpr std::array<const char*, 3> curved_names{"line3", "triangle6", "tetra10"};
-
 /// {cell type: f(simplices, edges)} of those that there are, elements first.
 template <class F>
 py::dict by_cell_type(const MeshHandle& mesh, F&& f) {
     py::dict out;
     const auto add = [&]<int K>() {
-        on_simplices<K>(mesh, [&](const auto& simplices, const auto* edges) {
-            if (simplices.size() > 0) out[(edges ? curved_names : straight_names)[K - 1]] = f(simplices, edges);
+        app::on_cells<K>(mesh.value.mesh, [&](const auto& simplices, const auto* edges) {
+            if (simplices.size() > 0)
+                out[(edges ? app::curved_names : app::straight_names)[K - 1]] = f(simplices, edges);
         });
     };
     add.template operator()<3>();
@@ -172,8 +138,8 @@ CellArray<Nodes> cell_array(const py::dict& cells, const py::dict& references, c
 }
 template <int K>
 CellArrays<K> cell_arrays(const py::dict& cells, const py::dict& references) {
-    return {cell_array<K + 1>(cells, references, straight_names[K - 1]),
-            cell_array<quadratic_nodes<K>>(cells, references, curved_names[K - 1])};
+    return {cell_array<K + 1>(cells, references, app::straight_names[K - 1]),
+            cell_array<quadratic_nodes<K>>(cells, references, app::curved_names[K - 1])};
 }
 
 template <int D>
