@@ -1,0 +1,7 @@
+/// Meshes in blocks: the unit of work beyond one memory. A block is a run of a mesh's vertices and what hangs on them,
+/// with two rings of elements around; which blocks there are depends on the mesh alone, and who holds which does not
+/// matter to what comes out. Ranks move what blocks know between them, and know nothing of elements.
+export module camber.distributed;
+export import :ranks;
+export import :blocks;
+export import :rows;
