@@ -2,9 +2,12 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 module camber.curving;
+import :back_mesh_nodes;
 import :by_element;
+import :mesh_part;
 import camber.core;
 import camber.bezier;
 import camber.metric;
@@ -58,28 +61,68 @@ Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
     });
 }
 
+namespace {
+
+template <int D>
+Outcome<Buffer<Vec<D>>> displacements_of(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes,
+                                         const Execution& execution) {
+    return map_each(execution, mesh.edges.size(),
+                    [&](std::size_t e) { return nodes[e].point - middle_of(mesh, e).point; });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, BetweenParts<D>& between,
+                                 const Execution& execution) {
+    return guarded([&]() -> Outcome<Done> {
+        std::vector<Buffer<LagrangeNode<D>>> middles;
+        std::vector<Buffer<Vec<D>>> displacements;
+        std::vector<PartOffsets<D>> offsets;
+        for (const PartNodes<D>& of : parts) {
+            auto middle = map_each(part_of(execution, 0, 0.25), of.nodes.size(),
+                                   [&](std::size_t e) { return middle_of(of.mesh, e); });
+            if (!middle) return fail(middle.error());
+            auto displaced = displacements_of<D>(of.mesh, of.nodes, part_of(execution, 0.25, 0.5));
+            if (!displaced) return fail(displaced.error());
+            middles.push_back(std::move(*middle));
+            displacements.push_back(std::move(*displaced));
+        }
+        for (std::size_t p = 0; p < parts.size(); ++p)
+            offsets.push_back({parts[p].mesh, middles[p], parts[p].shells, parts[p].part, displacements[p]});
+        const auto limited =
+            limit_by_jacobian<D>(offsets, min_back_jacobian, between, part_of(execution, 0.5, 0.8));
+        if (!limited) return fail(limited.error());
+        for (std::size_t p = 0; p < parts.size(); ++p) {
+            const std::span<LagrangeNode<D>> nodes = parts[p].nodes;
+            auto done = each(part_of(execution, 0.8, 1), nodes.size(), [&](std::size_t e) {
+                const Vec<D>& u = displacements[p][e];
+                if (u != nodes[e].point - middles[p][e].point) nodes[e] = {middles[p][e].point + u};
+            });
+            if (!done) return done;
+        }
+        return Done{};
+    });
+}
+
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes,
                                                  const Incidence<ElementId>& shells, const Execution& execution) {
-    auto middles =
-        map_each(part_of(execution, 0, 0.25), mesh.edges.size(), [&](std::size_t e) { return middle_of(mesh, e); });
-    if (!middles) return middles;
-    auto displacements = map_each(part_of(execution, 0.25, 0.5), mesh.edges.size(),
-                                  [&](std::size_t e) { return nodes[e].point - (*middles)[e].point; });
-    if (!displacements) return fail(displacements.error());
-    const auto limited =
-        limit_by_jacobian<D>(mesh, *middles, shells, min_back_jacobian, *displacements, part_of(execution, 0.5, 0.8));
-    if (!limited) return fail(limited.error());
-    return map_each(part_of(execution, 0.8, 1), mesh.edges.size(), [&](std::size_t e) {
-        const Vec<D>& u = (*displacements)[e];
-        const bool whole = u == nodes[e].point - (*middles)[e].point;
-        return whole ? nodes[e] : LagrangeNode<D>{(*middles)[e].point + u};
+    return guarded([&]() -> Outcome<Buffer<LagrangeNode<D>>> {
+        Buffer<LagrangeNode<D>> limited(nodes.begin(), nodes.end());
+        OnePart<D> alone;
+        const PartNodes<D> all{mesh, shells, whole(mesh.linear), limited};
+        auto done = limit_to_back_mesh<D>(std::span(&all, 1), alone, execution);
+        if (!done) return fail(done.error());
+        return limited;
     });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \
     template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                 \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&); \
+    template Outcome<Done> limit_to_back_mesh<D>(std::span<const PartNodes<D>>, BetweenParts<D>&,                  \
+                                                 const Execution&);                                                \
     template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                  \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Incidence<ElementId>&, const Execution&);
 

@@ -3,6 +3,7 @@ module;
 export module camber.curving:back_mesh_nodes;
 import camber.core;
 import camber.metric;
+import :mesh_part;
 
 /// A field that goes along with its walls: the displacement of the boundary's nodes is extended into the volume, and
 /// the metric read through that. docs/algorithms/curved-back-mesh.md.
@@ -25,5 +26,18 @@ template <int D>
                                                                std::span<const LagrangeNode<D>> nodes,
                                                                const Incidence<ElementId>& shells,
                                                                const Execution& execution);
+
+/// A part of a mesh with nodes, one an edge, those of other parts as they have them.
+template <int D>
+struct PartNodes {
+    const QuadraticMesh<D>& mesh;
+    const Incidence<ElementId>& shells;
+    MeshPart part;
+    std::span<LagrangeNode<D>> nodes;
+};
+/// The same of the parts of a mesh that are here, in place.
+template <int D>
+[[nodiscard]] Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, BetweenParts<D>& between,
+                                               const Execution& execution);
 
 }  // namespace camber

@@ -11,6 +11,8 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import :by_element;
+import :mesh_part;
 
 namespace camber {
 
@@ -118,52 +120,127 @@ Outcome<Buffer<double>> shares_of(const Elements<D, K>& elements, std::span<cons
     });
 }
 
+/// A part's offsets, and what is to be looked at of it.
 template <int D, int K>
-Outcome<std::size_t> limit(const Elements<D, K>& elements, const Incidence<ElementId>& shells, double least,
-                           std::span<Vec<D>> offsets, const Execution& execution) {
-    std::vector<EdgeId> limited;
-    std::vector<ElementId> looked_at(elements.simplices().size());
-    for (std::size_t e = 0; e < looked_at.size(); ++e) looked_at[e] = ElementId(e);
-    for (int round = 0; round < max_rounds && !looked_at.empty(); ++round) {
-        // After the first round few are left.
-        const auto shares = shares_of(elements, looked_at, least, round == 0 ? execution : without_progress(execution));
+class PartLimit {
+  public:
+    PartLimit(const PartOffsets<D>& given, double least)
+        : given_(given), elements_(given.mesh, given.base, given.offsets), least_(least) {
+        for (std::size_t e = 0; e < elements_.simplices().size(); ++e)
+            if (has_own_edge(e)) looked_at_.emplace_back(e);
+    }
+
+    /// A round: its own edges that were limited.
+    Outcome<std::vector<EdgeId>> limit(const Execution& execution) {
+        const auto shares = shares_of(elements_, looked_at_, least_, execution);
         if (!shares) return fail(shares.error());
         SparseMap<EdgeId, double> asked;
-        for (std::size_t i = 0; i < looked_at.size(); ++i) {
+        for (std::size_t i = 0; i < looked_at_.size(); ++i) {
             if ((*shares)[i] == 1) continue;
-            for (const EdgeId edge : elements.edges_of(looked_at[i].index())) {
+            for (const EdgeId edge : elements_.edges_of(looked_at_[i].index())) {
+                if (!owns(edge)) continue;
                 const double* before = asked.find(edge);
                 asked.at(edge) = std::min(before ? *before : 1.0, (*shares)[i]);
             }
         }
-        looked_at.clear();
+        std::vector<EdgeId> limited;
         for (const EdgeId edge : asked.keys()) {
-            Vec<D>& offset = offsets[edge.index()];
+            Vec<D>& offset = given_.offsets[edge.index()];
             if (offset == Vec<D>{}) continue;
             offset *= *asked.find(edge);
             limited.push_back(edge);
-            looked_at.insert(looked_at.end(), shells[edge].begin(), shells[edge].end());
         }
-        std::ranges::sort(looked_at);
-        looked_at.erase(std::ranges::unique(looked_at).begin(), looked_at.end());
+        limited_.insert(limited_.end(), limited.begin(), limited.end());
+        return limited;
     }
-    std::ranges::sort(limited);
-    return static_cast<std::size_t>(std::ranges::unique(limited).begin() - limited.begin());
+    /// Elements around what was limited are looked at next.
+    void look_around(std::span<const EdgeId> own, std::span<const EdgeId> of_others) {
+        looked_at_.clear();
+        for (const auto edges : {own, of_others})
+            for (const EdgeId edge : edges)
+                for (const ElementId e : given_.shells[edge])
+                    if (has_own_edge(e.index())) looked_at_.push_back(e);
+        std::ranges::sort(looked_at_);
+        looked_at_.erase(std::ranges::unique(looked_at_).begin(), looked_at_.end());
+    }
+    [[nodiscard]] std::size_t limited() && {
+        std::ranges::sort(limited_);
+        return static_cast<std::size_t>(std::ranges::unique(limited_).begin() - limited_.begin());
+    }
+
+  private:
+    [[nodiscard]] bool owns(EdgeId edge) const { return given_.part.owns(given_.mesh.edges.vertices[edge]); }
+    [[nodiscard]] bool has_own_edge(std::size_t e) const {
+        return std::ranges::any_of(elements_.edges_of(e), [&](EdgeId edge) { return owns(edge); });
+    }
+
+    PartOffsets<D> given_;
+    Elements<D, K> elements_;
+    double least_;
+    std::vector<ElementId> looked_at_;
+    std::vector<EdgeId> limited_;
+};
+
+template <int D, int K>
+Outcome<std::size_t> limit(std::span<const PartOffsets<D>> given, double least, BetweenParts<D>& between,
+                           const Execution& execution) {
+    std::vector<PartLimit<D, K>> parts;
+    std::vector<std::span<Vec<D>>> offsets;
+    for (const PartOffsets<D>& part : given) {
+        parts.emplace_back(part, least);
+        offsets.push_back(part.offsets);
+    }
+    for (int round = 0; round < max_rounds; ++round) {
+        EdgesOfParts limited;
+        // After the first round few are left.
+        const Execution of_round = round == 0 && given.size() == 1 ? execution : without_progress(execution);
+        const auto limit_all = [&]() -> Outcome<std::vector<double>> {
+            std::vector<double> counts;
+            for (PartLimit<D, K>& part : parts) {
+                auto edges = part.limit(of_round);
+                if (!edges) return fail(edges.error());
+                counts.push_back(static_cast<double>(edges->size()));
+                limited.push_back(std::move(*edges));
+            }
+            return counts;
+        };
+        const auto counts = between.gather(limit_all());
+        if (!counts) return fail(counts.error());
+        if (std::ranges::all_of(*counts, [](double n) { return n == 0; })) break;
+        EdgesOfParts shared;
+        for (std::size_t p = 0; p < parts.size(); ++p) shared.push_back(between.shared(p, limited[p]));
+        const auto brought = between.bring(offsets, shared);
+        if (!brought) return fail(brought.error());
+        for (std::size_t p = 0; p < parts.size(); ++p) parts[p].look_around(limited[p], (*brought)[p]);
+    }
+    std::size_t count = 0;
+    for (PartLimit<D, K>& part : parts) count += std::move(part).limited();
+    return count;
 }
 
 }  // namespace
 
 template <int D>
+Outcome<std::size_t> limit_by_jacobian(std::span<const PartOffsets<D>> parts, double least, BetweenParts<D>& between,
+                                       const Execution& execution) {
+    return guarded([&] { return limit<D, D>(parts, least, between, execution); });
+}
+
+template <int D>
 Outcome<std::size_t> limit_by_jacobian(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base,
                                        const Incidence<ElementId>& shells, double least, std::span<Vec<D>> offsets,
                                        const Execution& execution) {
+    OnePart<D> alone;
+    const PartOffsets<D> all{mesh, base, shells, whole(mesh.linear), offsets};
     if constexpr (D == 3)
         if (is_surface_alone(mesh.linear))
-            return limit(Elements<3, 2>(mesh, base, offsets), shells, least, offsets, execution);
-    return limit(Elements<D, D>(mesh, base, offsets), shells, least, offsets, execution);
+            return guarded([&] { return limit<3, 2>(std::span(&all, 1), least, alone, execution); });
+    return limit_by_jacobian<D>(std::span(&all, 1), least, alone, execution);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Outcome<std::size_t> limit_by_jacobian<D>(std::span<const PartOffsets<D>>, double, BetweenParts<D>&, \
+                                                       const Execution&);                                         \
     template Outcome<std::size_t> limit_by_jacobian<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
                                                        const Incidence<ElementId>&, double, std::span<Vec<D>>,    \
                                                        const Execution&);

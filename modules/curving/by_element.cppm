@@ -4,6 +4,7 @@ module;
 export module camber.curving:by_element;
 import camber.core;
 import camber.validity;
+import :mesh_part;
 
 export namespace camber {
 
@@ -19,5 +20,19 @@ template <int D>
                                                      std::span<const LagrangeNode<D>> base,
                                                      const Incidence<ElementId>& shells, double least,
                                                      std::span<Vec<D>> offsets, const Execution& execution);
+
+/// A part of a mesh with its rows: one an edge, those of other parts as they have them.
+template <int D>
+struct PartOffsets {
+    const QuadraticMesh<D>& mesh;
+    std::span<const LagrangeNode<D>> base;
+    const Incidence<ElementId>& shells;
+    MeshPart part;
+    std::span<Vec<D>> offsets;
+};
+/// The same of the parts of a mesh that are here; how many of their own edges were limited.
+template <int D>
+[[nodiscard]] Outcome<std::size_t> limit_by_jacobian(std::span<const PartOffsets<D>> parts, double least,
+                                                     BetweenParts<D>& between, const Execution& execution);
 
 }  // namespace camber

@@ -7,6 +7,8 @@ export import :by_element;
 export import :back_mesh_nodes;
 export import :curve;
 export import :extension;
+export import :extension_part;
+export import :mesh_part;
 export import :placed_nodes;
 export import :shape;
 export import :smooth_loss;

@@ -1,9 +1,12 @@
 module;
 #include <cstddef>
+#include <span>
 export module camber.curving:extension;
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import :extension_part;
+import :mesh_part;
 
 export namespace camber {
 
@@ -38,5 +41,17 @@ template <int D>
                                                     const Column<LagrangeNode<D>>& boundary_nodes,
                                                     const Incidence<ElementId>& shells, const ExtensionOptions& options,
                                                     const Execution& execution);
+
+struct ExtensionSolve {
+    int iterations = 0;
+    double correction = 0;
+};
+/// The same for the parts of a mesh that are here, which are as they were made and of which one somewhere is displaced:
+/// conjugate gradients with the diagonal as preconditioner; the D components share their steps. Rows join as the
+/// residual reaches them, so each new direction is made conjugate to the last by the product itself (Polak, Ribière).
+/// Sums go over the parts in their order, whoever has them.
+template <int D>
+[[nodiscard]] Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<D>> parts, BetweenParts<D>& between,
+                                                      const ExtensionOptions& options, const Execution& execution);
 
 }  // namespace camber

@@ -7,9 +7,11 @@ module;
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 module camber.curving;
 import camber.core;
+import :mesh_part;
 import :smooth_loss;
 
 namespace camber {
@@ -51,7 +53,7 @@ template <int D>
     return corners;
 }
 
-/// Sums over the elements, |K| each. Places are relative to the first vertex.
+/// Sums over the elements, |K| each. Places are relative to an origin near them.
 template <int D>
 struct Sums {
     double volume = 0, fourth = 0, sixth = 0, second_moment = 0;
@@ -66,14 +68,16 @@ struct Sums {
     }
 };
 template <int D>
-[[nodiscard]] Outcome<Sums<D>> sums_of(const LinearMesh<D>& mesh, const Execution& execution) {
+[[nodiscard]] Outcome<Sums<D>> sums_of(const LinearMesh<D>& mesh, const MeshPart& part, const Vec<D>& origin,
+                                       const Execution& execution) {
     return reduce_each(
         execution, mesh.elements.size(), Sums<D>{},
         [&](Sums<D>& sums, std::size_t e) {
+            if (!part.owns(mesh.elements.vertices[e])) return;
             const auto corners = corners_of(mesh, ElementId(e));
             const auto [volume, square, height] = size_of<D>(corners);
             Vec<D> centre{};
-            for (const Vec<D>& p : corners) centre += (1.0 / (D + 1)) * (p - mesh.points[VertexId(0)]);
+            for (const Vec<D>& p : corners) centre += (1.0 / (D + 1)) * (p - origin);
             sums = sums + Sums<D>{volume, volume * square * square, volume * square * square * square,
                                   volume * norm_squared(centre), volume * centre};
         },
@@ -97,8 +101,13 @@ template <int D>
 /// How many numbers of about one size there are, sixteen sizes to a factor of two.
 class Histogram {
   public:
-    explicit Histogram(std::span<const float> numbers) {
+    void add(std::span<const float> numbers) {
         for (const float x : numbers) ++counts_[std::bit_cast<std::uint32_t>(x) >> shift];
+    }
+    /// As numbers for others, and those of several, one after the other.
+    [[nodiscard]] std::vector<double> counts() const { return counts_; }
+    explicit Histogram(std::span<const double> counts = {}) {
+        for (std::size_t i = 0; i < counts.size(); ++i) counts_[i % counts_.size()] += counts[i];
     }
     /// Σ g k², k = 1/(1 + (g/c)²).
     [[nodiscard]] double sum(double c) const {
@@ -107,14 +116,14 @@ class Histogram {
             if (counts_[i] == 0) continue;
             const double g = std::bit_cast<float>((i << shift) + (1U << (shift - 1)));
             const double k = 1 / (1 + (g / c) * (g / c));
-            sum += static_cast<double>(counts_[i]) * g * k * k;
+            sum += counts_[i] * g * k * k;
         }
         return sum;
     }
 
   private:
     static constexpr int shift = 19;  // of 23 bits behind the point
-    std::vector<std::size_t> counts_ = std::vector<std::size_t>(std::size_t{1} << (31 - shift), 0);
+    std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // whole numbers
 };
 
 /// The largest c for which the sum is within the budget; infinity where all are.
@@ -129,42 +138,126 @@ class Histogram {
     return std::exp2(low);
 }
 
-}  // namespace
-
+/// Numbers of all parts, always as many, one part's after the other's: of_part(part) → Outcome of a vector.
 template <int D>
-Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& shells, double loss,
-                                       std::span<Vec<D>> offsets, const Execution& execution) {
-    const auto sums = sums_of(mesh.linear, part_of(execution, 0, 0.3));
-    if (!sums) return fail(sums.error());
-    if (!(sums->volume > 0)) return std::size_t{0};
-    const auto weights = weights_of(mesh.linear, *sums, part_of(execution, 0.3, 0.6));
-    if (!weights) return fail(weights.error());
-    const double per_product = 24 * 24 * sums->squared_radius_of_gyration() / edges_per_simplex<D>;
-    const auto cost_of = [&](std::size_t e) {
-        const Vec<D>& d = offsets[e];
-        if (d == Vec<D>{}) return 0.0F;
-        const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
-        double around = 0;
-        for (const ElementId k : shells[EdgeId(e)]) around += static_cast<double>((*weights)[k.index()]);
-        const double square = norm_squared(mesh.linear.points[b] - mesh.linear.points[a]);
-        return as_cost(per_product * norm_squared(d) * square * around);
+Outcome<std::vector<double>> gathered(std::span<const PartLosses<D>> parts, BetweenParts<D>& between,
+                                      const auto& of_part) {
+    const auto here = [&]() -> Outcome<std::vector<double>> {
+        std::vector<double> all;
+        for (const PartLosses<D>& part : parts) {
+            const auto numbers = of_part(part);
+            if (!numbers) return fail(numbers.error());
+            all.insert(all.end(), numbers->begin(), numbers->end());
+        }
+        return all;
     };
-    const auto costs = map_each(part_of(execution, 0.6, 0.9), offsets.size(), cost_of);
-    if (!costs) return fail(costs.error());
-    const double limit = limit_for(Histogram({costs->data(), costs->size()}), (1 + loss) * (1 + loss) - 1);
-    if (std::isinf(limit)) return std::size_t{0};
+    return between.gather(here());
+}
+
+/// About the first vertex of all.
+template <int D>
+Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& between, const Execution& execution) {
+    const auto firsts = gathered(parts, between, [](const PartLosses<D>& of) -> Outcome<std::vector<double>> {
+        std::vector<double> point(D, 0.0);
+        if (of.part.first < of.part.last)
+            for (int i = 0; i < D; ++i) point[static_cast<std::size_t>(i)] = of.mesh.linear.points[of.part.first][i];
+        return point;
+    });
+    if (!firsts) return fail(firsts.error());
+    Vec<D> origin;
+    for (int i = 0; i < D; ++i) origin[i] = (*firsts)[static_cast<std::size_t>(i)];
+    const auto all = gathered(parts, between, [&](const PartLosses<D>& of) {
+        return sums_of(of.mesh.linear, of.part, origin, execution).map([](const Sums<D>& s) {
+            std::vector<double> numbers{s.volume, s.fourth, s.sixth, s.second_moment};
+            for (int i = 0; i < D; ++i) numbers.push_back(s.moment[i]);
+            return numbers;
+        });
+    });
+    if (!all) return fail(all.error());
+    Sums<D> sums;
+    for (std::size_t at = 0; at < all->size(); at += 4 + D) {
+        Sums<D> of{(*all)[at], (*all)[at + 1], (*all)[at + 2], (*all)[at + 3]};
+        for (int i = 0; i < D; ++i) of.moment[i] = (*all)[at + 4 + static_cast<std::size_t>(i)];
+        sums = sums + of;
+    }
+    return sums;
+}
+
+/// g_e of a part's own edges, in their order.
+template <int D>
+Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, const Execution& execution) {
+    const auto weights = weights_of(of.mesh.linear, sums, part_of(execution, 0, 0.5));
+    if (!weights) return fail(weights.error());
+    const double per_product = 24 * 24 * sums.squared_radius_of_gyration() / edges_per_simplex<D>;
+    return map_each(part_of(execution, 0.5, 1), of.offsets.size(), [&](std::size_t e) {
+        const Vec<D>& d = of.offsets[e];
+        if (d == Vec<D>{} || !of.part.owns(of.mesh.edges.vertices[e])) return 0.0F;
+        const auto& [a, b] = of.mesh.edges.vertices[EdgeId(e)];
+        double around = 0;
+        for (const ElementId k : of.shells[EdgeId(e)]) around += static_cast<double>((*weights)[k.index()]);
+        const double square = norm_squared(of.mesh.linear.points[b] - of.mesh.linear.points[a]);
+        return as_cost(per_product * norm_squared(d) * square * around);
+    });
+}
+
+/// A part's own offsets multiplied by k_e; how many were more than halved.
+template <int D>
+Outcome<std::size_t> draw_back(const PartLosses<D>& of, const Buffer<float>& costs, double limit,
+                               const Execution& execution) {
     return reduce_each(
-        part_of(execution, 0.9, 1), offsets.size(), std::size_t{0},
+        execution, of.offsets.size(), std::size_t{0},
         [&](std::size_t& halved, std::size_t e) {
-            const double over = (*costs)[e] / limit;
+            const double over = costs[e] / limit;
             const double kept = 1 / (1 + over * over);
-            offsets[e] *= kept;
+            of.offsets[e] *= kept;
             halved += kept < 0.5;
         },
         [](std::size_t a, std::size_t b) { return a + b; });
 }
 
+}  // namespace
+
+template <int D>
+Outcome<std::size_t> limit_smooth_loss(std::span<const PartLosses<D>> parts, double loss, BetweenParts<D>& between,
+                                       const Execution& execution) {
+    const auto sums = sums_of(parts, between, part_of(execution, 0, 0.3));
+    if (!sums) return fail(sums.error());
+    if (!(sums->volume > 0)) return std::size_t{0};
+    std::vector<Buffer<float>> costs;
+    const auto count = [&]() -> Outcome<std::vector<double>> {
+        Histogram histogram;
+        for (const PartLosses<D>& part : parts) {
+            auto of_part = costs_of(part, *sums, part_of(execution, 0.3, 0.9));
+            if (!of_part) return fail(of_part.error());
+            histogram.add({of_part->data(), of_part->size()});
+            costs.push_back(std::move(*of_part));
+        }
+        return histogram.counts();
+    };
+    const auto counts = between.gather(count());
+    if (!counts) return fail(counts.error());
+    const double limit = limit_for(Histogram(*counts), (1 + loss) * (1 + loss) - 1);
+    if (std::isinf(limit)) return std::size_t{0};
+    std::size_t halved = 0;
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        const auto of_part = draw_back(parts[p], costs[p], limit, part_of(execution, 0.9, 1));
+        if (!of_part) return of_part;
+        halved += *of_part;
+    }
+    return halved;
+}
+
+template <int D>
+Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& shells, double loss,
+                                       std::span<Vec<D>> offsets, const Execution& execution) {
+    OnePart<D> alone;
+    const PartLosses<D> all{mesh, shells, whole(mesh.linear), offsets};
+    return guarded([&] { return limit_smooth_loss<D>(std::span(&all, 1), loss, alone, execution); });
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<std::size_t> limit_smooth_loss<D>(std::span<const PartLosses<D>>, double, BetweenParts<D>&,     \
+                                                       const Execution&);                                            \
     template Outcome<std::size_t> limit_smooth_loss<D>(const QuadraticMesh<D>&, const Incidence<ElementId>&, double, \
                                                        std::span<Vec<D>>, const Execution&);
 

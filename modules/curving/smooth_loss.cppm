@@ -3,6 +3,7 @@ module;
 #include <span>
 export module camber.curving:smooth_loss;
 import camber.core;
+import :mesh_part;
 
 export namespace camber {
 
@@ -21,5 +22,18 @@ template <int D>
 [[nodiscard]] Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& shells,
                                                      double loss, std::span<Vec<D>> offsets,
                                                      const Execution& execution);
+
+/// A part of a mesh with its offsets, one an edge; those of other parts do not count.
+template <int D>
+struct PartLosses {
+    const QuadraticMesh<D>& mesh;
+    const Incidence<ElementId>& shells;
+    MeshPart part;
+    std::span<Vec<D>> offsets;
+};
+/// The same of all parts of a mesh: their own offsets are drawn back. How many of those here were more than halved.
+template <int D>
+[[nodiscard]] Outcome<std::size_t> limit_smooth_loss(std::span<const PartLosses<D>> parts, double loss,
+                                                     BetweenParts<D>& between, const Execution& execution);
 
 }  // namespace camber

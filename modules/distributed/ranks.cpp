@@ -15,13 +15,14 @@ class OneRank final : public Ranks {
   public:
     [[nodiscard]] std::size_t rank() const override { return 0; }
     [[nodiscard]] std::size_t size() const override { return 1; }
-    [[nodiscard]] Outcome<std::vector<Bytes>> exchange(Outcome<std::vector<Bytes>> to) override {
-        ++rounds_;
-        return to;
-    }
     [[nodiscard]] Traffic traffic() const override { return {.rounds = rounds_}; }
 
   private:
+    [[nodiscard]] Outcome<std::vector<Bytes>> exchanged(Outcome<std::vector<Bytes>> to) override {
+        ++rounds_;
+        return to;
+    }
+
     std::size_t rounds_ = 0;
 };
 

@@ -4,6 +4,7 @@ module;
 #include <memory>
 #include <span>
 #include <type_traits>
+#include <utility>
 #include <vector>
 export module camber.distributed:ranks;
 import camber.core;
@@ -24,10 +25,17 @@ class Ranks {
 
     [[nodiscard]] virtual std::size_t rank() const = 0;
     [[nodiscard]] virtual std::size_t size() const = 0;
-    /// Gives to each rank (its own too) and takes from each: out[r] is what r gave to this one. All ranks call it, in
-    /// the same turn. Where one of them comes with an error all get it, that of the lowest rank: so all end alike.
-    [[nodiscard]] virtual Outcome<std::vector<Bytes>> exchange(Outcome<std::vector<Bytes>> to) = 0;
     [[nodiscard]] virtual Traffic traffic() const = 0;
+
+    /// Gives to each rank (its own too) and takes from each: out[r] is what r gave to this one. All ranks call it, in
+    /// the same turn. Where one of them comes with an error all get it, that of the lowest rank.
+    [[nodiscard]] Outcome<std::vector<Bytes>> exchange(Outcome<std::vector<Bytes>> to) {
+        auto from = exchanged(std::move(to));
+        all_know_ |= !from;
+        return from;
+    }
+    /// Whether an exchange has ended with an error: so all ranks have it.
+    [[nodiscard]] bool all_know() const { return all_know_; }
 
   protected:
     Ranks() = default;
@@ -35,10 +43,27 @@ class Ranks {
     Ranks(Ranks&&) = default;
     Ranks& operator=(const Ranks&) = default;
     Ranks& operator=(Ranks&&) = default;
+
+  private:
+    [[nodiscard]] virtual Outcome<std::vector<Bytes>> exchanged(Outcome<std::vector<Bytes>> to) = 0;
+
+    bool all_know_ = false;
 };
 
 /// A process by itself.
 [[nodiscard]] std::unique_ptr<Ranks> one_rank();
+
+/// What all ranks do together, work() → Outcome: where one of them fails by itself all others get its error in the
+/// exchange that they come to next, and all fail alike.
+template <class Work>
+[[nodiscard]] auto together(Ranks& ranks, const Work& work) -> decltype(work()) {
+    auto made = work();
+    if (!made && ranks.all_know()) return made;
+    const auto agreed = ranks.exchange(made ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size()))
+                                            : Outcome<std::vector<Bytes>>(fail(made.error())));
+    if (!agreed) return fail(agreed.error());
+    return made;
+}
 
 /// Plain values as bytes, and back.
 template <class T>

@@ -37,7 +37,8 @@ class MeshRows {
     [[nodiscard]] virtual Outcome<SimplexRows<D - 1>> facets(std::size_t begin, std::size_t end) const = 0;
     /// Feature edges of a mesh in 3D.
     [[nodiscard]] virtual Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const = 0;
-    /// What is said beside the rows, which is little: corners, required entities, ridges, by their rows.
+    /// What is said beside the rows, which is little: corners, required entities and ridges, which rise, the given
+    /// geometry, names of references.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -47,5 +48,9 @@ class MeshRows {
     MeshRows& operator=(const MeshRows&) = default;
     MeshRows& operator=(MeshRows&&) = default;
 };
+
+/// Of a mesh in memory, whose columns are shared.
+template <int D>
+[[nodiscard]] std::unique_ptr<MeshRows<D>> rows_of(LinearMesh<D> mesh);
 
 }  // namespace camber

@@ -40,14 +40,14 @@ struct CurvedFrom {
     const Boundary<D>& boundary;
 };
 
-}  // namespace camber
-
-namespace camber {
-
 /// Boundary nodes on the geometry; of a mesh with curves of its own only those on prescribed surfaces. Volume edges
 /// start at the mesh's nodes.
 template <int D>
 [[nodiscard]] Outcome<CurveInput<D>> curve_input(const CurvedFrom<D>& from, const Execution& execution);
+
+}  // namespace camber
+
+namespace camber {
 
 /// The same with the nodes of edges within plane walls where the displacement of all others extends to: layers that end
 /// at a plane wall go on it as they go inside.

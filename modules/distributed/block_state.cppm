@@ -1,0 +1,51 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.distributed:block_state;
+import camber.core;
+import camber.curving;
+import camber.metric;
+import :blocks;
+
+namespace camber {
+
+/// What is known of a block between two steps: rows of its vertices and unique edges, those in its rings as their owners
+/// have them.
+template <int D>
+struct BlockState {
+    QuadraticMesh<D> mesh;  ///< straight
+    Incidence<ElementId> shells;
+    MeshPart part;
+    EdgeId first_edge, last_edge;
+    Column<EdgeKind> kinds;
+    Column<EdgeKind> kinds_outside_planes;  ///< with edges within planes as of the volume
+    Column<EdgeId> on_surface;  ///< the edge of the whole surface that each is; invalid: of the volume
+    Buffer<LagrangeNode<D>> base;
+    Buffer<LagrangeNode<D>> extended;    ///< none: nothing is displaced
+    Buffer<LogMetric<D>> log_metrics;    ///< none: a field with a mesh of its own
+    Buffer<LagrangeNode<D>> back_nodes;  ///< of the field's mesh; none: straight
+    Buffer<Vec<D>> slides, offsets;
+    Buffer<LagrangeNode<D>> nodes;
+
+    [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }
+    /// Kinds by which only its own edges of the volume are looked for.
+    [[nodiscard]] Column<EdgeKind> own_kinds() const {
+        Buffer<EdgeKind> own(kinds.begin(), kinds.end());
+        for (std::size_t e = 0; e < own.size(); ++e)
+            if (!owns(EdgeId(e))) own[e] = EdgeKind::fixed;
+        return own;
+    }
+};
+
+/// A column of each state, to be brought.
+template <int D, class T>
+[[nodiscard]] std::vector<std::span<T>> columns_of(std::vector<BlockState<D>>& states, Buffer<T> BlockState<D>::*of) {
+    std::vector<std::span<T>> columns;
+    for (BlockState<D>& state : states) columns.emplace_back(state.*of);
+    return columns;
+}
+
+}  // namespace camber

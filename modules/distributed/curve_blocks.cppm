@@ -1,0 +1,72 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <vector>
+export module camber.distributed:curve_blocks;
+import camber.core;
+import camber.curving;
+import camber.recipes;
+import camber.repair;
+import camber.surface;
+import camber.validity;
+import :blocks;
+import :ranks;
+import :rows;
+
+export namespace camber {
+
+/// What blocks are curved by. A metric is the mesh's own where there is none; one that is made of that cannot be had by
+/// blocks.
+template <int D>
+struct BlocksGoal {
+    std::optional<MetricSource<D>> metric = {};
+    std::optional<Geometry<D>> geometry = {};
+    BoundaryOptions<D> boundary = {};
+};
+
+struct CurveBlocksOptions {
+    BlockOptions blocks = {};
+    CurveMeshOptions curving = {};
+};
+
+/// Verdicts of a mesh in blocks, of all ranks.
+struct BlocksValidation {
+    std::size_t invalid = 0, undecided = 0;  ///< to the bound
+    std::size_t not_positive = 0;            ///< of which det J > 0 everywhere is not certified
+    double smallest = 1;                     ///< of the scaled Jacobians
+    GlobalNumber worst = 0;                  ///< the element that has it, where there is one
+
+    [[nodiscard]] bool all_valid() const { return invalid + undecided == 0; }
+};
+
+/// A block that was curved: nodes of its unique edges, those in its rings as their owners have them.
+template <int D>
+struct CurvedBlock {
+    QuadraticMesh<D> mesh;
+    EdgeId first_edge, last_edge;  ///< its own are [first_edge, last_edge)
+};
+
+/// What a rank has of a curved mesh in blocks, and what all have found.
+template <int D>
+struct CurvedBlocks {
+    Blocks<D> blocks;
+    std::vector<CurvedBlock<D>> curved;      ///< one a block of this rank
+    std::vector<GlobalNumber> first_edges;   ///< of each block of all; then the number of edges
+    RowCounts counts;                        ///< of the mesh
+    CurveStatistics statistics;              ///< of all ranks
+    BlocksValidation before, after;
+    RepairStatistics repair;
+    std::size_t iterations = 0;  ///< of the extension
+};
+
+/// `curve_mesh` by blocks, each rank its own: the same nodes but for rounding of sums over the mesh. All of a block's
+/// work is done on it and its two rings; what is known of others is brought after each step. The mesh must be sound (see
+/// `check_blocks`). Steps: split, elevate, surface, extension, metric, curve, validate, relax. Errors: as of
+/// curve_mesh; objectives without a field, nodes of the boundary elsewhere than projected, metrics made of the mesh's
+/// own (unsupported); of any rank.
+template <int D>
+[[nodiscard]] Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
+                                                    const CurveBlocksOptions& options, Ranks& ranks,
+                                                    const Around& around);
+
+}  // namespace camber

@@ -1,0 +1,178 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.distributed;
+import camber.core;
+import camber.curving;
+import :blocks;
+import :halo;
+import :ranks;
+
+namespace camber {
+
+namespace {
+
+/// From which of whose keys each row in the rings comes; owners look their rows up.
+template <class Key>
+struct Asked {
+    Key key;
+    std::uint64_t block = 0;  ///< its owner
+    Halo::Row into;
+};
+
+template <class Key>
+Outcome<Halo> halo_of(std::vector<std::vector<Asked<Key>>> asked, const BlockLayout& layout, Ranks& ranks,
+                      const auto& row_of) {
+    struct Question {
+        std::uint64_t block = 0;
+        Key key;
+    };
+    Halo halo;
+    std::vector<Bytes> to;
+    for (const auto& of_rank : asked) {
+        std::vector<Question> questions;
+        questions.reserve(of_rank.size());
+        std::vector<Halo::Row> into;
+        into.reserve(of_rank.size());
+        for (const Asked<Key>& a : of_rank) {
+            questions.push_back({a.block, a.key});
+            into.push_back(a.into);
+        }
+        to.push_back(bytes_of<Question>(questions));
+        halo.get.push_back(std::move(into));
+    }
+    asked = {};
+    const auto from = ranks.exchange(std::move(to));
+    if (!from) return fail(from.error());
+    const std::size_t begin = layout.begin_of(ranks.rank());
+    for (const Bytes& bytes : *from) {
+        std::vector<Question> questions;
+        append_values(bytes, questions);
+        std::vector<Halo::Row> rows;
+        rows.reserve(questions.size());
+        for (const Question& q : questions) {
+            const auto block = static_cast<std::uint32_t>(q.block - begin);
+            rows.push_back({block, row_of(block, q.key)});
+        }
+        halo.give.push_back(std::move(rows));
+    }
+    return halo;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Halo> vertex_halo(const Blocks<D>& blocks, Ranks& ranks) {
+    return guarded([&]() -> Outcome<Halo> {
+        const BlockLayout& layout = blocks.layout;
+        std::vector<std::vector<Asked<GlobalNumber>>> asked(ranks.size());
+        for (std::uint32_t b = 0; b < blocks.own.size(); ++b) {
+            const Block<D>& block = blocks.own[b];
+            for (std::uint32_t v = 0; v < block.vertices.size(); ++v) {
+                if (block.owns(VertexId(v))) continue;
+                const std::size_t owner = layout.block_of(block.vertices[v]);
+                asked[layout.rank_of(owner)].push_back({block.vertices[v], owner, {b, v}});
+            }
+        }
+        return halo_of<GlobalNumber>(std::move(asked), layout, ranks, [&](std::uint32_t b, GlobalNumber number) {
+            const Block<D>& block = blocks.own[b];
+            const GlobalNumber first = layout.first_vertices[layout.begin_of(ranks.rank()) + b];
+            return static_cast<std::uint32_t>(block.first.index() + (number - first));
+        });
+    });
+}
+
+template <int D>
+Outcome<Halo> edge_halo(const Blocks<D>& blocks, std::span<const EdgeSet<D>> edges, Ranks& ranks) {
+    using Ends = std::array<GlobalNumber, 2>;
+    return guarded([&]() -> Outcome<Halo> {
+        const BlockLayout& layout = blocks.layout;
+        std::vector<std::vector<Asked<Ends>>> asked(ranks.size());
+        for (std::uint32_t b = 0; b < blocks.own.size(); ++b) {
+            const Block<D>& block = blocks.own[b];
+            for (std::uint32_t e = 0; e < edges[b].size(); ++e) {
+                const auto& ends = edges[b].vertices[e];
+                if (block.owns(ends)) continue;
+                const Ends numbers{block.vertices[ends[0]], block.vertices[ends[1]]};
+                const std::size_t owner = layout.block_of(numbers[0]);
+                asked[layout.rank_of(owner)].push_back({numbers, owner, {b, e}});
+            }
+        }
+        return halo_of<Ends>(std::move(asked), layout, ranks, [&](std::uint32_t b, const Ends& numbers) {
+            const Block<D>& block = blocks.own[b];
+            const auto local = [&](GlobalNumber number) {
+                return VertexId(std::ranges::lower_bound(block.vertices, number) - block.vertices.begin());
+            };
+            return find_edge(edges[b], local(numbers[0]), local(numbers[1])).value;
+        });
+    });
+}
+
+template <int D>
+BetweenBlocks<D>::BetweenBlocks(Ranks& ranks, const Halo& halo, std::size_t blocks)
+    : ranks_(ranks), halo_(halo), given_(blocks) {
+    for (std::uint32_t r = 0; r < halo.give.size(); ++r)
+        for (std::uint32_t i = 0; i < halo.give[r].size(); ++i)
+            given_[halo.give[r][i].block].push_back({halo.give[r][i].row, r, i});
+    for (auto& rows : given_) std::ranges::sort(rows, {}, &Given::row);
+}
+
+template <int D>
+Outcome<std::vector<double>> BetweenBlocks<D>::gather(Outcome<std::vector<double>> of_parts) {
+    return gather_all<double>(ranks_, of_parts);
+}
+
+template <int D>
+std::vector<EdgeId> BetweenBlocks<D>::shared(std::size_t part, std::vector<EdgeId> edges) const {
+    std::erase_if(edges,
+                  [&](EdgeId e) { return !std::ranges::binary_search(given_[part], e.value, {}, &Given::row); });
+    return edges;
+}
+
+template <int D>
+Outcome<EdgesOfParts> BetweenBlocks<D>::bring(std::span<const std::span<Vec<D>>> rows, const EdgesOfParts& edges) {
+    struct Sent {
+        std::uint64_t at = 0;
+        Vec<D> row;
+    };
+    std::vector<std::vector<Sent>> of_ranks(ranks_.size());
+    for (std::size_t b = 0; b < given_.size(); ++b)
+        for (const EdgeId e : edges[b])
+            for (const Given& given : std::ranges::equal_range(given_[b], e.value, {}, &Given::row))
+                of_ranks[given.rank].push_back({given.at, rows[b][e.index()]});
+    std::vector<Bytes> to;
+    for (auto& sent : of_ranks) {
+        to.push_back(bytes_of<Sent>(sent));
+        sent = {};
+    }
+    const auto from = ranks_.exchange(std::move(to));
+    if (!from) return fail(from.error());
+    EdgesOfParts brought(given_.size());
+    for (std::size_t r = 0; r < from->size(); ++r) {
+        std::vector<Sent> received;
+        append_values((*from)[r], received);
+        for (const Sent& sent : received) {
+            const Halo::Row& into = halo_.get[r][sent.at];
+            rows[into.block][into.row] = sent.row;
+            brought[into.block].emplace_back(into.row);
+        }
+    }
+    for (auto& some : brought) std::ranges::sort(some);
+    return brought;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<Halo> vertex_halo<D>(const Blocks<D>&, Ranks&);                                        \
+    template Outcome<Halo> edge_halo<D>(const Blocks<D>&, std::span<const EdgeSet<D>>, Ranks&);             \
+    template class BetweenBlocks<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

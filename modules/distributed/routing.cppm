@@ -1,0 +1,90 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <vector>
+export module camber.distributed:routing;
+import camber.core;
+import :blocks;
+import :ranks;
+
+export namespace camber {
+
+/// Something for a block, wherever that is.
+template <class T>
+struct ToBlock {
+    std::uint64_t block = 0;
+    T what;
+};
+
+/// Takes things to the ranks that hold their blocks: a list for each of this rank's, with what lower ranks sent first,
+/// in the order in which it was given. Errors: of any rank.
+template <class T>
+    requires std::is_trivially_copyable_v<T>
+[[nodiscard]] Outcome<std::vector<std::vector<T>>> route(Ranks& ranks, const BlockLayout& layout,
+                                                         Outcome<std::vector<ToBlock<T>>> things) {
+    Outcome<std::vector<Bytes>> to{std::vector<Bytes>{}};
+    if (things) {
+        std::vector<std::vector<ToBlock<T>>> of_ranks(ranks.size());
+        if (ranks.size() == 1)
+            of_ranks.front() = std::move(*things);
+        else
+            for (const auto& thing : *things) of_ranks[layout.rank_of(thing.block)].push_back(thing);
+        for (auto& some : of_ranks) {
+            to->push_back(bytes_of<ToBlock<T>>(some));
+            some = {};
+        }
+    } else
+        to = fail(things.error());
+    const auto from = ranks.exchange(std::move(to));
+    if (!from) return fail(from.error());
+    const std::size_t begin = layout.begin_of(ranks.rank()), end = layout.end_of(ranks.rank());
+    std::vector<std::vector<T>> received(end - begin);
+    for (const Bytes& bytes : *from) {
+        std::vector<ToBlock<T>> some;
+        append_values(bytes, some);
+        for (ToBlock<T>& thing : some) received[thing.block - begin].push_back(thing.what);
+    }
+    return received;
+}
+
+/// Asks blocks: answer(own block, key) is called where the block is; one a question, in the order of the questions.
+/// Errors: of any rank.
+template <class Answer, class Key, class F>
+    requires std::is_trivially_copyable_v<Key> && std::is_trivially_copyable_v<Answer>
+[[nodiscard]] Outcome<std::vector<Answer>> ask(Ranks& ranks, const BlockLayout& layout,
+                                               const std::vector<ToBlock<Key>>& questions, const F& answer) {
+    std::vector<std::vector<ToBlock<Key>>> of_ranks(ranks.size());
+    for (const auto& question : questions) of_ranks[layout.rank_of(question.block)].push_back(question);
+    std::vector<Bytes> to;
+    to.reserve(of_ranks.size());
+    for (const auto& some : of_ranks) to.push_back(bytes_of<ToBlock<Key>>(some));
+    auto asked = ranks.exchange(std::move(to));
+    if (!asked) return fail(asked.error());
+    std::vector<Bytes> answers;
+    for (const Bytes& bytes : *asked) {
+        std::vector<ToBlock<Key>> some;
+        append_values(bytes, some);
+        std::vector<Answer> given;
+        given.reserve(some.size());
+        for (const auto& question : some)
+            given.push_back(answer(question.block - layout.begin_of(ranks.rank()), question.what));
+        answers.push_back(bytes_of<Answer>(given));
+    }
+    auto back = ranks.exchange(std::move(answers));
+    if (!back) return fail(back.error());
+    std::vector<std::vector<Answer>> by_rank(ranks.size());
+    for (std::size_t r = 0; r < by_rank.size(); ++r) append_values((*back)[r], by_rank[r]);
+    std::vector<std::size_t> next(ranks.size(), 0);
+    std::vector<Answer> out;
+    out.reserve(questions.size());
+    for (const auto& question : questions) {
+        const std::size_t r = layout.rank_of(question.block);
+        out.push_back(by_rank[r][next[r]++]);
+    }
+    return out;
+}
+
+}  // namespace camber

@@ -1,0 +1,352 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.distributed;
+import camber.core;
+import :blocks;
+import :ranks;
+import :routing;
+import :rows;
+import :split;
+
+namespace camber {
+
+namespace {
+
+/// Of a K-simplex, on its way to blocks.
+template <int K>
+struct SimplexRow {
+    GlobalNumber row = 0;
+    std::array<GlobalNumber, K + 1> vertices{};
+    Reference reference = 0;
+    std::uint32_t required = 0;
+};
+
+/// So many of n rows from where to where a rank reads, or a chunk of it.
+struct Run {
+    std::size_t begin = 0, end = 0;
+};
+Run run_of(std::size_t n, std::size_t part, std::size_t parts) { return {n * part / parts, n * (part + 1) / parts}; }
+
+/// Rows are read in chunks, so that what is on its way is little beside what is there.
+constexpr std::size_t chunk_rows = std::size_t{1} << 20U;
+std::size_t chunks_of(std::size_t n, std::size_t ranks) { return n / ranks / chunk_rows + 1; }
+
+template <int K>
+GlobalNumber lowest(const SimplexVertices<K>& simplex) {
+    return std::ranges::min(simplex).value;
+}
+
+/// Where blocks begin: counts of elements by lowest vertex, in buckets, since a bound need not be sharp.
+template <int D>
+Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
+    const RowCounts counts = rows.counts();
+    constexpr std::size_t max_buckets = std::size_t{1} << 16U;
+    const std::size_t width = counts.points / max_buckets + 1;
+    std::vector<std::uint64_t> own(counts.points / width + 1, 0);
+    const auto count = [&]() -> Outcome<std::vector<std::uint64_t>> {
+        const Run all = run_of(counts.elements, ranks.rank(), ranks.size());
+        for (std::size_t begin = all.begin; begin < all.end; begin += chunk_rows) {
+            const auto some = rows.elements(begin, std::min(begin + chunk_rows, all.end));
+            if (!some) return fail(some.error());
+            for (const auto& element : some->vertices) ++own[lowest<D>(element) / width];
+        }
+        return own;
+    };
+    const auto of_ranks = gather_all(ranks, count());
+    if (!of_ranks) return fail(of_ranks.error());
+    std::vector<GlobalNumber> first{0};
+    std::uint64_t before = 0;
+    const std::size_t blocks = std::max<std::size_t>(1, (counts.elements + options.elements / 2) / options.elements);
+    for (std::size_t b = 0; b < own.size(); ++b) {
+        for (std::size_t r = 0; r < ranks.size(); ++r) before += (*of_ranks)[r * own.size() + b];
+        const GlobalNumber next = std::min<GlobalNumber>((b + 1) * width, counts.points);
+        if (before >= counts.elements * first.size() / blocks && next > first.back() && next < counts.points &&
+            first.size() < blocks)
+            first.push_back(next);
+    }
+    first.push_back(counts.points);
+    return first;
+}
+
+std::vector<std::size_t> first_blocks(std::size_t blocks, std::size_t ranks) {
+    std::vector<std::size_t> first;
+    for (std::size_t r = 0; r <= ranks; ++r) first.push_back(blocks * r / ranks);
+    return first;
+}
+
+/// The blocks of a simplex's vertices, each once.
+template <std::size_t N>
+void each_block_of(const BlockLayout& layout, const std::array<GlobalNumber, N>& vertices, const auto& visit) {
+    std::array<std::size_t, N> blocks{};
+    for (std::size_t i = 0; i < N; ++i) blocks[i] = layout.block_of(vertices[i]);
+    std::ranges::sort(blocks);
+    for (std::size_t i = 0; i < N; ++i)
+        if (i == 0 || blocks[i] != blocks[i - 1]) visit(blocks[i]);
+}
+
+/// Rising, each once.
+template <int K>
+void sort_rows(std::vector<SimplexRow<K>>& rows) {
+    std::ranges::sort(rows, {}, &SimplexRow<K>::row);
+    const auto again = std::ranges::unique(rows, {}, &SimplexRow<K>::row);
+    rows.erase(again.begin(), again.end());
+}
+
+/// All rows of one kind to the blocks of their vertices: read(begin, end) gives them.
+template <int K, class Read>
+Outcome<std::vector<std::vector<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
+                                                            const BlockLayout& layout, Ranks& ranks, const Read& read) {
+    std::vector<std::vector<SimplexRow<K>>> all(layout.end_of(ranks.rank()) - layout.begin_of(ranks.rank()));
+    const Run own = run_of(n, ranks.rank(), ranks.size());
+    const std::size_t chunks = chunks_of(n, ranks.size());
+    for (std::size_t c = 0; c < chunks; ++c) {
+        const Run chunk = run_of(own.end - own.begin, c, chunks);
+        const auto things = [&]() -> Outcome<std::vector<ToBlock<SimplexRow<K>>>> {
+            const auto some = read(own.begin + chunk.begin, own.begin + chunk.end);
+            if (!some) return fail(some.error());
+            std::vector<ToBlock<SimplexRow<K>>> out;
+            for (std::size_t i = 0; i < some->vertices.size(); ++i) {
+                SimplexRow<K> row{own.begin + chunk.begin + i, {}, some->references[i]};
+                for (int v = 0; v <= K; ++v) row.vertices[v] = some->vertices[i][v].value;
+                row.required = std::ranges::binary_search(required, static_cast<std::uint32_t>(row.row)) ? 1 : 0;
+                each_block_of(layout, row.vertices, [&](std::size_t b) { out.push_back({b, row}); });
+            }
+            return out;
+        };
+        auto received = route<SimplexRow<K>>(ranks, layout, things());
+        if (!received) return fail(received.error());
+        for (std::size_t b = 0; b < all.size(); ++b)
+            all[b].insert(all[b].end(), (*received)[b].begin(), (*received)[b].end());
+    }
+    for (auto& some : all) sort_rows<K>(some);
+    return all;
+}
+
+/// A block that wants what is around a vertex of another.
+struct Wish {
+    std::uint64_t block = 0;
+    GlobalNumber vertex = 0;
+};
+
+/// Of each own block the vertices of its first ring that are others', told to their owners.
+template <int D>
+Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<std::vector<SimplexRow<D>>>& ring,
+                                               const BlockLayout& layout, Ranks& ranks) {
+    std::vector<ToBlock<Wish>> out;
+    for (std::size_t b = 0; b < ring.size(); ++b) {
+        const std::size_t block = layout.begin_of(ranks.rank()) + b;
+        std::vector<GlobalNumber> others;
+        for (const auto& row : ring[b])
+            for (const GlobalNumber v : row.vertices)
+                if (v < layout.first_vertices[block] || v >= layout.first_vertices[block + 1]) others.push_back(v);
+        std::ranges::sort(others);
+        others.erase(std::ranges::unique(others).begin(), others.end());
+        for (const GlobalNumber v : others) out.push_back({layout.block_of(v), {block, v}});
+    }
+    return route<Wish>(ranks, layout, std::move(out));
+}
+
+/// The first ring with what is around its vertices: a ring more.
+template <int K>
+Outcome<Done> add_ring(std::vector<std::vector<SimplexRow<K>>>& rows, const std::vector<std::vector<Wish>>& wishes,
+                       const BlockLayout& layout, Ranks& ranks) {
+    std::vector<ToBlock<SimplexRow<K>>> out;
+    for (std::size_t b = 0; b < rows.size(); ++b) {
+        // Simplices by vertex, of the wished ones alone.
+        std::vector<Wish> by_vertex = wishes[b];
+        std::ranges::sort(by_vertex, {}, [](const Wish& w) { return std::pair(w.vertex, w.block); });
+        for (const auto& row : rows[b]) {
+            std::vector<std::uint64_t> told;
+            for (const GlobalNumber v : row.vertices) {
+                const auto wanting = std::ranges::equal_range(by_vertex, v, {}, &Wish::vertex);
+                for (const Wish& w : wanting) told.push_back(w.block);
+            }
+            std::ranges::sort(told);
+            told.erase(std::ranges::unique(told).begin(), told.end());
+            for (const std::uint64_t block : told) out.push_back({block, row});
+        }
+    }
+    auto received = route<SimplexRow<K>>(ranks, layout, std::move(out));
+    if (!received) return fail(received.error());
+    for (std::size_t b = 0; b < rows.size(); ++b) {
+        rows[b].insert(rows[b].end(), (*received)[b].begin(), (*received)[b].end());
+        (*received)[b] = {};
+        sort_rows<K>(rows[b]);
+    }
+    return Done{};
+}
+
+/// Local simplices of global rows.
+template <int K>
+struct LocalSimplices {
+    Simplices<K> simplices;
+    Column<GlobalNumber> numbers;
+};
+template <int K>
+LocalSimplices<K> local_simplices(const std::vector<SimplexRow<K>>& rows, std::span<const GlobalNumber> vertices) {
+    Buffer<SimplexVertices<K>> simplices(rows.size());
+    Buffer<Reference> references(rows.size());
+    Buffer<std::uint32_t> required;
+    Buffer<GlobalNumber> numbers(rows.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        for (int v = 0; v <= K; ++v)
+            simplices[i][v] =
+                VertexId(std::ranges::lower_bound(vertices, rows[i].vertices[v]) - vertices.begin());
+        references[i] = rows[i].reference;
+        if (rows[i].required != 0) required.push_back(static_cast<std::uint32_t>(i));
+        numbers[i] = rows[i].row;
+    }
+    return {{std::move(simplices), std::move(references), std::move(required)}, std::move(numbers)};
+}
+
+template <int K>
+void add_vertices(const std::vector<SimplexRow<K>>& rows, std::vector<GlobalNumber>& vertices) {
+    for (const auto& row : rows) vertices.insert(vertices.end(), row.vertices.begin(), row.vertices.end());
+}
+
+/// A list of vertices, as far as they are local.
+Column<VertexId> local_list(const Column<VertexId>& list, std::span<const GlobalNumber> vertices) {
+    Buffer<VertexId> local;
+    for (const VertexId v : list) {
+        const auto at = std::ranges::lower_bound(vertices, GlobalNumber{v.value});
+        if (at != vertices.end() && *at == v.value) local.emplace_back(at - vertices.begin());
+    }
+    return local;
+}
+
+/// All of a block but the points of others.
+template <int D>
+Outcome<Block<D>> block_of(std::vector<SimplexRow<D>>& elements, std::vector<SimplexRow<D - 1>>& facets,
+                           std::vector<SimplexRow<1>>& edges, Run own, const MeshRows<D>& rows,
+                           const LinearMesh<D>& lists) {
+    std::vector<GlobalNumber> vertices(own.end - own.begin);
+    std::iota(vertices.begin(), vertices.end(), GlobalNumber{own.begin});
+    add_vertices<D>(elements, vertices);
+    add_vertices<D - 1>(facets, vertices);
+    add_vertices<1>(edges, vertices);
+    std::ranges::sort(vertices);
+    vertices.erase(std::ranges::unique(vertices).begin(), vertices.end());
+    auto of_elements = local_simplices<D>(elements, vertices);
+    elements = {};
+    auto of_facets = local_simplices<D - 1>(facets, vertices);
+    facets = {};
+    auto of_edges = local_simplices<1>(edges, vertices);
+    edges = {};
+    auto points = rows.points(own.begin, own.end);
+    if (!points) return fail(points.error());
+    const auto first = static_cast<std::size_t>(std::ranges::lower_bound(vertices, own.begin) - vertices.begin());
+    Block<D> block;
+    Buffer<Vec<D>> places(vertices.size(), Vec<D>{});
+    Buffer<Reference> references(vertices.size(), 0);
+    std::ranges::copy(points->points, places.begin() + static_cast<std::ptrdiff_t>(first));
+    std::ranges::copy(points->references, references.begin() + static_cast<std::ptrdiff_t>(first));
+    block.mesh.points = std::move(places);
+    block.mesh.point_references = std::move(references);
+    block.mesh.corners = local_list(lists.corners, vertices);
+    block.mesh.required_vertices = local_list(lists.required_vertices, vertices);
+    block.mesh.elements = std::move(of_elements.simplices);
+    block.mesh.facets = std::move(of_facets.simplices);
+    block.mesh.edges = std::move(of_edges.simplices);
+    block.elements = std::move(of_elements.numbers);
+    block.facets = std::move(of_facets.numbers);
+    block.edges = std::move(of_edges.numbers);
+    block.first = VertexId(first);
+    block.last = VertexId(first + (own.end - own.begin));
+    block.vertices = Buffer<GlobalNumber>(vertices.begin(), vertices.end());
+    return block;
+}
+
+template <int D>
+struct PlacedPoint {
+    Vec<D> point;
+    Reference reference = 0;
+};
+
+/// The points of others, from them.
+template <int D>
+Outcome<Done> bring_points(Blocks<D>& blocks, Ranks& ranks) {
+    const BlockLayout& layout = blocks.layout;
+    std::vector<ToBlock<GlobalNumber>> questions;
+    for (const Block<D>& block : blocks.own)
+        for (std::size_t v = 0; v < block.vertices.size(); ++v)
+            if (!block.owns(VertexId(v))) questions.push_back({layout.block_of(block.vertices[v]), block.vertices[v]});
+    const auto answers =
+        ask<PlacedPoint<D>>(ranks, layout, questions, [&](std::size_t b, const GlobalNumber& number) {
+            const Block<D>& block = blocks.own[b];
+            const VertexId v(block.first.index() +
+                             (number - layout.first_vertices[layout.begin_of(ranks.rank()) + b]));
+            return PlacedPoint<D>{block.mesh.points[v], block.mesh.point_references[v]};
+        });
+    if (!answers) return fail(answers.error());
+    std::size_t next = 0;
+    for (Block<D>& block : blocks.own) {
+        auto points = take(std::move(block.mesh.points));
+        auto references = take(std::move(block.mesh.point_references));
+        for (std::size_t v = 0; v < points.size(); ++v) {
+            if (block.owns(VertexId(v))) continue;
+            points[v] = (*answers)[next].point;
+            references[v] = (*answers)[next++].reference;
+        }
+        block.mesh.points = std::move(points);
+        block.mesh.point_references = std::move(references);
+    }
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Blocks<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
+                         const Execution& execution) {
+    return guarded([&]() -> Outcome<Blocks<D>> {
+        if (options.elements == 0)
+            return fail(ErrorKind::usage, "a block of no elements", {}, {}, "give at least 1");
+        const auto lists = rows.lists();
+        if (!lists) return fail(lists.error());
+        auto first = first_vertices(rows, options, ranks);
+        if (!first) return fail(first.error());
+        Blocks<D> blocks;
+        blocks.layout.first_vertices = std::move(*first);
+        blocks.layout.first_blocks = first_blocks(blocks.layout.size(), ranks.size());
+        const BlockLayout& layout = blocks.layout;
+        const RowCounts counts = rows.counts();
+        auto elements = first_ring<D>(counts.elements, lists->elements.required.view(), layout, ranks,
+                                      [&](std::size_t b, std::size_t e) { return rows.elements(b, e); });
+        if (!elements) return fail(elements.error());
+        auto facets = first_ring<D - 1>(counts.facets, lists->facets.required.view(), layout, ranks,
+                                        [&](std::size_t b, std::size_t e) { return rows.facets(b, e); });
+        if (!facets) return fail(facets.error());
+        auto edges = first_ring<1>(counts.edges, lists->edges.required.view(), layout, ranks,
+                                   [&](std::size_t b, std::size_t e) { return rows.edges(b, e); });
+        if (!edges) return fail(edges.error());
+        const auto wished = wishes<D>(*elements, layout, ranks);
+        if (!wished) return fail(wished.error());
+        if (auto added = add_ring<D>(*elements, *wished, layout, ranks); !added) return fail(added.error());
+        if (auto added = add_ring<D - 1>(*facets, *wished, layout, ranks); !added) return fail(added.error());
+        if (auto added = add_ring<1>(*edges, *wished, layout, ranks); !added) return fail(added.error());
+        for (std::size_t b = 0; b < elements->size(); ++b) {
+            const std::size_t block = layout.begin_of(ranks.rank()) + b;
+            auto made = block_of<D>((*elements)[b], (*facets)[b], (*edges)[b],
+                                    {layout.first_vertices[block], layout.first_vertices[block + 1]}, rows, *lists);
+            if (!made) return fail(made.error());
+            made->mesh.groups = lists->groups;
+            blocks.own.push_back(std::move(*made));
+            report_progress(execution, b + 1, elements->size());
+        }
+        if (auto brought = bring_points(blocks, ranks); !brought) return fail(brought.error());
+        return blocks;
+    });
+}
+
+template Outcome<Blocks<2>> split<2>(const MeshRows<2>&, const BlockOptions&, Ranks&, const Execution&);
+template Outcome<Blocks<3>> split<3>(const MeshRows<3>&, const BlockOptions&, Ranks&, const Execution&);
+
+}  // namespace camber
