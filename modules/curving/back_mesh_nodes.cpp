@@ -90,8 +90,7 @@ Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, BetweenPar
         }
         for (std::size_t p = 0; p < parts.size(); ++p)
             offsets.push_back({parts[p].mesh, middles[p], parts[p].shells, parts[p].part, displacements[p]});
-        const auto limited =
-            limit_by_jacobian<D>(offsets, min_back_jacobian, between, part_of(execution, 0.5, 0.8));
+        const auto limited = limit_by_jacobian<D>(offsets, min_back_jacobian, between, part_of(execution, 0.5, 0.8));
         if (!limited) return fail(limited.error());
         for (std::size_t p = 0; p < parts.size(); ++p) {
             const std::span<LagrangeNode<D>> nodes = parts[p].nodes;
@@ -118,12 +117,11 @@ Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes(const QuadraticMesh<D>& mesh, s
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                 \
-        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&); \
-    template Outcome<Done> limit_to_back_mesh<D>(std::span<const PartNodes<D>>, BetweenParts<D>&,                  \
-                                                 const Execution&);                                                \
-    template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                  \
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                   \
+        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&);   \
+    template Outcome<Done> limit_to_back_mesh<D>(std::span<const PartNodes<D>>, BetweenParts<D>&, const Execution&); \
+    template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                    \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Incidence<ElementId>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

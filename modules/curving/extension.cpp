@@ -48,9 +48,8 @@ class Parts {
         : parts_(parts), between_(between), execution_(execution), moving_(parts.size()), given_(parts.size()) {}
 
     Outcome<Done> begin(double stiffening) {
-        const auto all = gathered([&](ExtensionPart<D>& part) -> Outcome<std::vector<double>> {
-            return part.volume_and_count(execution_);
-        });
+        const auto all = gathered(
+            [&](ExtensionPart<D>& part) -> Outcome<std::vector<double>> { return part.volume_and_count(execution_); });
         if (!all) return fail(all.error());
         double volume = 0, count = 0;
         for (std::size_t i = 0; i < all->size(); i += 2) volume += (*all)[i], count += (*all)[i + 1];
@@ -168,8 +167,8 @@ Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column
                                       const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
                                       const ExtensionOptions& options, const Execution& execution) {
     // Shares of the time of shells with layers, 1 and 5 million elements.
-    auto part = ExtensionPart<D>::make(mesh, kinds, boundary_nodes, shells, whole(mesh.linear),
-                                       part_of(execution, 0, 0.12));
+    auto part =
+        ExtensionPart<D>::make(mesh, kinds, boundary_nodes, shells, whole(mesh.linear), part_of(execution, 0, 0.12));
     if (!part) return fail(part.error());
     ExtensionSolve solved;
     std::size_t moving = 0;

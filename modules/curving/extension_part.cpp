@@ -96,8 +96,8 @@ struct System {
     const Column<EdgeKind>& kinds;
     const Incidence<ElementId>& shells;
     MeshPart part;
-    Buffer<LagrangeNode<D>> nodes;      ///< by edge: middles of chords, and what is given
-    Buffer<Vec<D>> direction;           ///< by edge; at first what is given
+    Buffer<LagrangeNode<D>> nodes;  ///< by edge: middles of chords, and what is given
+    Buffer<Vec<D>> direction;       ///< by edge; at first what is given
     Weighting weighting = {};
     Buffer<std::uint32_t> began;        ///< by edge: in which round its row began, from 1; 0: it has none
     Buffer<ElementEnergy<D>> energies;  ///< of the elements with a row; the others are never written
@@ -266,10 +266,9 @@ Outcome<ExtensionPart<D>> ExtensionPart<D>::make(const QuadraticMesh<D>& mesh, c
     });
     if (!given) return fail(given.error());
     return guarded([&]() -> Outcome<ExtensionPart<D>> {
-        return ExtensionPart(std::make_unique<Impl>(
-            Impl{System<D>{mesh, kinds, shells, part, std::move(*nodes), std::move(*given), Weighting{},
-                           Buffer<std::uint32_t>(n, 0U), Buffer<ElementEnergy<D>>(mesh.linear.elements.size()),
-                           Rows<D>(n, mesh.linear.elements.size())}}));
+        return ExtensionPart(std::make_unique<Impl>(Impl{System<D>{
+            mesh, kinds, shells, part, std::move(*nodes), std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
+            Buffer<ElementEnergy<D>>(mesh.linear.elements.size()), Rows<D>(n, mesh.linear.elements.size())}}));
     });
 }
 

@@ -60,10 +60,10 @@ class ExtensionPart {
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
     [[nodiscard]] Outcome<AlongDirection> multiply(const Execution& execution);
 
-    [[nodiscard]] std::span<Vec<D>> directions();               ///< one an edge
-    [[nodiscard]] std::vector<EdgeId> joined_last() const;      ///< rising in each round
-    [[nodiscard]] std::size_t moving() const;                   ///< its rows
-    [[nodiscard]] Buffer<LagrangeNode<D>> nodes() &&;           ///< one an edge: of its own edges where they are now
+    [[nodiscard]] std::span<Vec<D>> directions();           ///< one an edge
+    [[nodiscard]] std::vector<EdgeId> joined_last() const;  ///< rising in each round
+    [[nodiscard]] std::size_t moving() const;               ///< its rows
+    [[nodiscard]] Buffer<LagrangeNode<D>> nodes() &&;       ///< one an edge: of its own edges where they are now
 
   private:
     struct Impl;

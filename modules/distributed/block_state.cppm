@@ -12,8 +12,8 @@ import :blocks;
 
 namespace camber {
 
-/// What is known of a block between two steps: rows of its vertices and unique edges, those in its rings as their owners
-/// have them.
+/// What is known of a block between two steps: rows of its vertices and unique edges, those in its rings as their
+/// owners have them.
 template <int D>
 struct BlockState {
     QuadraticMesh<D> mesh;  ///< straight
@@ -22,7 +22,7 @@ struct BlockState {
     EdgeId first_edge, last_edge;
     Column<EdgeKind> kinds;
     Column<EdgeKind> kinds_outside_planes;  ///< with edges within planes as of the volume
-    Column<EdgeId> on_surface;  ///< the edge of the whole surface that each is; invalid: of the volume
+    Column<EdgeId> on_surface;              ///< the edge of the whole surface that each is; invalid: of the volume
     Buffer<LagrangeNode<D>> base;
     Buffer<LagrangeNode<D>> extended;    ///< none: nothing is displaced
     Buffer<LogMetric<D>> log_metrics;    ///< none: a field with a mesh of its own
@@ -42,7 +42,7 @@ struct BlockState {
 
 /// A column of each state, to be brought.
 template <int D, class T>
-[[nodiscard]] std::vector<std::span<T>> columns_of(std::vector<BlockState<D>>& states, Buffer<T> BlockState<D>::*of) {
+[[nodiscard]] std::vector<std::span<T>> columns_of(std::vector<BlockState<D>>& states, Buffer<T> BlockState<D>::* of) {
     std::vector<std::span<T>> columns;
     for (BlockState<D>& state : states) columns.emplace_back(state.*of);
     return columns;

@@ -23,6 +23,7 @@ import :blocks;
 import :curve_blocks;
 import :halo;
 import :ranks;
+import :repair_blocks;
 import :rows;
 import :split;
 import :whole_surface;
@@ -50,10 +51,10 @@ class BlockCurving {
         out_.counts = rows.counts();
         using Step = Outcome<Done> (BlockCurving::*)(const MeshRows<D>&, const Execution&);
         const std::vector<std::pair<std::string_view, Step>> steps{
-            {"split", &BlockCurving::split_up},   {"elevate", &BlockCurving::elevate_blocks},
+            {"split", &BlockCurving::split_up},       {"elevate", &BlockCurving::elevate_blocks},
             {"surface", &BlockCurving::find_surface}, {"extension", &BlockCurving::extend},
-            {"metric", &BlockCurving::make_metric}, {"curve", &BlockCurving::curve_all},
-            {"validate", &BlockCurving::judge}};
+            {"metric", &BlockCurving::make_metric},   {"curve", &BlockCurving::curve_all},
+            {"validate", &BlockCurving::judge},       {"relax", &BlockCurving::relax}};
         for (const auto& [name, step] : steps)
             if (auto done = run_step(around_, name, [&](const Execution& e) { return (this->*step)(rows, e); }); !done)
                 return fail(done.error());
@@ -162,6 +163,7 @@ class BlockCurving {
         if (D == 3)
             if (auto done = extend_in_planes(part_of(execution, 0, 0.5)); !done) return done;
         if (options_.curving.curve.back_mesh != BackMeshKind::curved) return Done{};
+        is_displaced_ = true;
         auto nodes = extended(&BlockState<D>::kinds, part_of(execution, 0.5, 1));
         if (!nodes) return fail(nodes.error());
         for (std::size_t b = 0; b < states_.size(); ++b) states_[b].extended = std::move((*nodes)[b]);
@@ -169,7 +171,7 @@ class BlockCurving {
     }
 
     /// The displacement of what is not of the volume by these kinds, extended.
-    Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended(Column<EdgeKind> BlockState<D>::*kinds,
+    Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended(Column<EdgeKind> BlockState<D>::* kinds,
                                                            const Execution& execution) {
         std::vector<ExtensionPart<D>> parts;
         std::vector<Column<LagrangeNode<D>>> bases;
@@ -261,11 +263,10 @@ class BlockCurving {
             return metric_of(state, block, without_progress(execution));
         });
         if (!done) return done;
-        if (auto brought =
-                bring_all<LogMetric<D>>(vertices_, ranks_, columns_of(states_, &BlockState<D>::log_metrics));
+        if (auto brought = bring_all<LogMetric<D>>(vertices_, ranks_, columns_of(states_, &BlockState<D>::log_metrics));
             !brought)
             return brought;
-        if (!is_displaced()) return Done{};
+        if (!is_displaced_) return Done{};
         done = each_block(part_of(execution, 0.6, 0.8), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
             const Column<LogMetric<D>> logs(Buffer<LogMetric<D>>(state.log_metrics));
             auto nodes = noticeable_nodes<D>(state.mesh, state.extended, logs, without_progress(execution));
@@ -278,13 +279,8 @@ class BlockCurving {
         for (BlockState<D>& state : states_)
             start_at(state, by_->edges.aim == CurvingAim::accuracy ? state.extended : state.back_nodes);
         std::vector<PartNodes<D>> parts;
-        for (BlockState<D>& state : states_)
-            parts.push_back({state.mesh, state.shells, state.part, state.back_nodes});
+        for (BlockState<D>& state : states_) parts.push_back({state.mesh, state.shells, state.part, state.back_nodes});
         return limit_to_back_mesh<D>(parts, *between_, part_of(execution, 0.8, 1));
-    }
-
-    [[nodiscard]] bool is_displaced() const {
-        return std::ranges::any_of(states_, [](const BlockState<D>& s) { return !s.extended.empty(); });
     }
 
     static void start_at(BlockState<D>& state, const Buffer<LagrangeNode<D>>& nodes) {
@@ -339,13 +335,19 @@ class BlockCurving {
     }
 
     Outcome<BackMesh<D>> field_of(const BlockState<D>& state, KeptGradients kept, const Execution& execution) const {
+        return field_on(state.mesh, state.back_nodes, state.log_metrics, kept, execution);
+    }
+    /// The field on a part of the mesh, of which some of its vertices and edges are.
+    Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& back_nodes,
+                                  const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept,
+                                  const Execution& execution) const {
         if (by_->field) return *by_->field;
-        const auto around = balls(state.mesh.linear, execution);
+        const auto around = balls(mesh.linear, execution);
         if (!around) return fail(around.error());
-        Column<LogMetric<D>> logs(Buffer<LogMetric<D>>(state.log_metrics));
-        if (state.back_nodes.empty()) return make_back_mesh(state.mesh.linear, *around, std::move(logs), execution);
-        QuadraticMesh<D> bent = state.mesh;
-        bent.mid_nodes = Buffer<LagrangeNode<D>>(state.back_nodes);
+        Column<LogMetric<D>> logs(Buffer<LogMetric<D>>{log_metrics});
+        if (back_nodes.empty()) return make_back_mesh(mesh.linear, *around, std::move(logs), execution);
+        QuadraticMesh<D> bent = mesh;
+        bent.mid_nodes = Buffer<LagrangeNode<D>>(back_nodes);
         return make_curved_back_mesh(std::move(bent), *around, std::move(logs), execution, kept);
     }
 
@@ -361,8 +363,9 @@ class BlockCurving {
             if (!field) return fail(field.error());
             CurveOptions edges = by_->edges;
             edges.measured = MeasuredEdges::none;
-            auto curved = camber::curve(state.mesh, state.own_kinds(), Column<LagrangeNode<D>>(Buffer<LagrangeNode<D>>(state.base)),
-                                state.shells, *field, edges, quiet);
+            auto curved = camber::curve(state.mesh, state.own_kinds(),
+                                        Column<LagrangeNode<D>>(Buffer<LagrangeNode<D>>(state.base)), state.shells,
+                                        *field, edges, quiet);
             if (!curved) return fail(curved.error());
             add(curved->statistics);
             state.nodes = take(std::move(curved->proposal.mid_nodes));
@@ -430,17 +433,15 @@ class BlockCurving {
             return shift == Vec<D>{} ? std::nullopt : std::optional(shift);
         });
         if (!gathered) return gathered;
-        const QuadraticMesh<D> mesh = surface.boundary.required == RequiredBoundary::keep
-                                          ? surface.mesh
-                                          : without_required(surface.mesh);
+        const QuadraticMesh<D> mesh =
+            surface.boundary.required == RequiredBoundary::keep ? surface.mesh : without_required(surface.mesh);
         const auto slid = slid_nodes<D>(mesh, surface.input.base, shifts, surface.boundary.features,
                                         surface.boundary.geometry, without_progress(execution));
         if (!slid) return fail(slid.error());
         for (BlockState<D>& state : states_)
             for (std::size_t e = 0; e < state.slides.size(); ++e) {
                 const EdgeId at = state.on_surface[e];
-                state.slides[e] =
-                    at.valid() ? (*slid)[at.index()].point - surface.input.base[at].point : Vec<D>{};
+                state.slides[e] = at.valid() ? (*slid)[at.index()].point - surface.input.base[at].point : Vec<D>{};
             }
         if (auto limited = limit(&BlockState<D>::slides, execution); !limited) return limited;
         for (BlockState<D>& state : states_)
@@ -450,11 +451,10 @@ class BlockCurving {
     }
 
     /// What smooth functions and elements do not bear is taken back.
-    Outcome<Done> limit(Buffer<Vec<D>> BlockState<D>::*rows, const Execution& execution) {
+    Outcome<Done> limit(Buffer<Vec<D>> BlockState<D>::* rows, const Execution& execution) {
         if (by_->edges.metric_kind == MetricKind::natural) {
             std::vector<PartLosses<D>> losses;
-            for (BlockState<D>& state : states_)
-                losses.push_back({state.mesh, state.shells, state.part, state.*rows});
+            for (BlockState<D>& state : states_) losses.push_back({state.mesh, state.shells, state.part, state.*rows});
             const auto held = limit_smooth_loss<D>(losses, by_->edges.smooth_loss, *between_, execution);
             if (!held) return fail(held.error());
             out_.statistics.held_back += *held;
@@ -470,39 +470,70 @@ class BlockCurving {
     }
 
     Outcome<Done> judge(const MeshRows<D>&, const Execution& execution) {
-        BlocksValidation own;
-        auto done = each_block(execution, [&](BlockState<D>& state, Block<D>& block) -> Outcome<Done> {
-            return judge_block(state, block, own, without_progress(execution));
-        });
-        if (!done) return done;
-        const auto all = gather_all(ranks_, Outcome<std::vector<BlocksValidation>>({own}));
-        if (!all) return fail(all.error());
-        for (const BlocksValidation& v : *all) {
-            out_.before.invalid += v.invalid;
-            out_.before.undecided += v.undecided;
-            out_.before.not_positive += v.not_positive;
-            if (v.smallest < out_.before.smallest)
-                out_.before.smallest = v.smallest, out_.before.worst = v.worst;
-        }
-        out_.after = out_.before;
+        auto validation = judged(execution);
+        if (!validation) return fail(validation.error());
+        out_.before = out_.after = std::move(*validation);
         return Done{};
     }
 
-    Outcome<Done> judge_block(BlockState<D>& state, const Block<D>& block, BlocksValidation& own,
-                              const Execution& execution) const {
+    /// Verdicts of all elements, of all ranks; those that are not valid are kept.
+    Outcome<BlocksValidation> judged(const Execution& execution) {
+        BlocksValidation own;
+        not_valid_.clear();
+        auto done = each_block(execution, [&](BlockState<D>& state, Block<D>& block) -> Outcome<Done> {
+            return judge_block(state, block, own, without_progress(execution));
+        });
+        if (!done) return fail(done.error());
+        std::ranges::sort(not_valid_);
+        const auto all = gather_all(ranks_, Outcome<std::vector<BlocksValidation>>({own}));
+        if (!all) return fail(all.error());
+        BlocksValidation sum;
+        for (const BlocksValidation& v : *all) {
+            sum.invalid += v.invalid;
+            sum.undecided += v.undecided;
+            sum.not_positive += v.not_positive;
+            if (v.smallest < sum.smallest) sum.smallest = v.smallest, sum.worst = v.worst;
+        }
+        return sum;
+    }
+
+    Outcome<Done> judge_block(const BlockState<D>& state, const Block<D>& block, BlocksValidation& own,
+                              const Execution& execution) {
         QuadraticMesh<D> mesh = state.mesh;
         mesh.mid_nodes = Buffer<LagrangeNode<D>>(state.nodes);
         const auto validation = validate(mesh, options_.curving.repair.min_scaled_jacobian, execution);
         if (!validation) return fail(validation.error());
         for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
             if (!block.owns(mesh.linear.elements.vertices[e])) continue;
-            own.invalid += validation->verdicts[e] == Verdict::invalid ? 1 : 0;
-            own.undecided += validation->verdicts[e] == Verdict::undecided ? 1 : 0;
+            const Verdict verdict = validation->verdicts[e];
+            own.invalid += verdict == Verdict::invalid ? 1 : 0;
+            own.undecided += verdict == Verdict::undecided ? 1 : 0;
+            if (verdict != Verdict::valid) not_valid_.push_back(block.elements[e]);
             const auto smallest = static_cast<double>(validation->min_scaled_jacobian[e]);
             if (smallest < own.smallest) own.smallest = smallest, own.worst = block.elements[e];
         }
         for (const auto& [e, verdict] : validation->not_positive)
             own.not_positive += block.owns(mesh.linear.elements.vertices[e]) ? 1 : 0;
+        return Done{};
+    }
+
+    Outcome<Done> relax(const MeshRows<D>&, const Execution& execution) {
+        if (out_.before.all_valid()) return Done{};
+        const RepairedBlocks<D> of{
+            out_.blocks, states_, by_->surface, by_->edges.aim,
+            [this](const QuadraticMesh<D>& mesh, const auto& back_nodes, const auto& logs, const Execution& e) {
+                return field_on(mesh, back_nodes, logs, KeptGradients::all, e);
+            }};
+        const auto repaired =
+            repair_blocks(of, not_valid_, options_.curving.repair, ranks_, part_of(execution, 0, 0.9));
+        if (!repaired) return fail(repaired.error());
+        const auto all = gather_all(ranks_, Outcome<std::vector<RepairStatistics>>({*repaired}));
+        if (!all) return fail(all.error());
+        for (const RepairStatistics& s : *all)
+            if (s.corrected_elements + s.moved_volume_nodes + s.moved_surface_nodes > 0 || s.work > 0) out_.repair = s;
+        auto validation = judged(part_of(execution, 0.9, 1));
+        if (!validation) return fail(validation.error());
+        out_.after = std::move(*validation);
         return Done{};
     }
 
@@ -523,6 +554,8 @@ class BlockCurving {
     Halo edges_ = {}, vertices_ = {};
     std::optional<BetweenBlocks<D>> between_ = {};
     std::optional<CurvingBy<D>> by_ = {};
+    std::vector<GlobalNumber> not_valid_ = {};  ///< elements of this rank, rising
+    bool is_displaced_ = false;                 ///< so that there is an extension, of whichever blocks
 };
 
 Outcome<Done> check_supported(const ProposeOptions& options) {
@@ -541,13 +574,12 @@ template <int D>
 Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
                                       const CurveBlocksOptions& options, Ranks& ranks, const Around& around) {
     if (auto supported = check_supported(options.curving.curve); !supported) return fail(supported.error());
-    return together(ranks, [&] {
-        return guarded([&] { return BlockCurving<D>(goal, options, ranks, around).run(rows); });
-    });
+    return together(ranks,
+                    [&] { return guarded([&] { return BlockCurving<D>(goal, options, ranks, around).run(rows); }); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                      \
-    template Outcome<CurvedBlocks<D>> curve_blocks<D>(const MeshRows<D>&, const BlocksGoal<D>&,    \
+#define CAMBER_INSTANTIATE(D)                                                                   \
+    template Outcome<CurvedBlocks<D>> curve_blocks<D>(const MeshRows<D>&, const BlocksGoal<D>&, \
                                                       const CurveBlocksOptions&, Ranks&, const Around&);
 
 CAMBER_INSTANTIATE(2)

@@ -50,18 +50,18 @@ struct CurvedBlock {
 template <int D>
 struct CurvedBlocks {
     Blocks<D> blocks;
-    std::vector<CurvedBlock<D>> curved;      ///< one a block of this rank
-    std::vector<GlobalNumber> first_edges;   ///< of each block of all; then the number of edges
-    RowCounts counts;                        ///< of the mesh
-    CurveStatistics statistics;              ///< of all ranks
+    std::vector<CurvedBlock<D>> curved;     ///< one a block of this rank
+    std::vector<GlobalNumber> first_edges;  ///< of each block of all; then the number of edges
+    RowCounts counts;                       ///< of the mesh
+    CurveStatistics statistics;             ///< of all ranks
     BlocksValidation before, after;
     RepairStatistics repair;
     std::size_t iterations = 0;  ///< of the extension
 };
 
 /// `curve_mesh` by blocks, each rank its own: the same nodes but for rounding of sums over the mesh. All of a block's
-/// work is done on it and its two rings; what is known of others is brought after each step. The mesh must be sound (see
-/// `check_blocks`). Steps: split, elevate, surface, extension, metric, curve, validate, relax. Errors: as of
+/// work is done on it and its two rings; what is known of others is brought after each step. The mesh must be sound
+/// (see `check_blocks`). Steps: split, elevate, surface, extension, metric, curve, validate, relax. Errors: as of
 /// curve_mesh; objectives without a field, nodes of the boundary elsewhere than projected, metrics made of the mesh's
 /// own (unsupported); of any rank.
 template <int D>

@@ -11,3 +11,5 @@ export import :halo;
 export import :whole_surface;
 export import :curve_blocks;
 import :block_state;
+import :region;
+import :repair_blocks;

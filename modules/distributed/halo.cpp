@@ -129,8 +129,7 @@ Outcome<std::vector<double>> BetweenBlocks<D>::gather(Outcome<std::vector<double
 
 template <int D>
 std::vector<EdgeId> BetweenBlocks<D>::shared(std::size_t part, std::vector<EdgeId> edges) const {
-    std::erase_if(edges,
-                  [&](EdgeId e) { return !std::ranges::binary_search(given_[part], e.value, {}, &Given::row); });
+    std::erase_if(edges, [&](EdgeId e) { return !std::ranges::binary_search(given_[part], e.value, {}, &Given::row); });
     return edges;
 }
 
@@ -166,9 +165,9 @@ Outcome<EdgesOfParts> BetweenBlocks<D>::bring(std::span<const std::span<Vec<D>>>
     return brought;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                               \
-    template Outcome<Halo> vertex_halo<D>(const Blocks<D>&, Ranks&);                                        \
-    template Outcome<Halo> edge_halo<D>(const Blocks<D>&, std::span<const EdgeSet<D>>, Ranks&);             \
+#define CAMBER_INSTANTIATE(D)                                                                   \
+    template Outcome<Halo> vertex_halo<D>(const Blocks<D>&, Ranks&);                            \
+    template Outcome<Halo> edge_halo<D>(const Blocks<D>&, std::span<const EdgeSet<D>>, Ranks&); \
     template class BetweenBlocks<D>;
 
 CAMBER_INSTANTIATE(2)

@@ -31,8 +31,8 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Halo> edge_halo(const Blocks<D>& blocks, std::span<const EdgeSet<D>> edges, Ranks& ranks);
 
-/// Rows of owners brought into the rings of others; `columns`: one row a vertex, or an edge, of each block here. Errors:
-/// of any rank.
+/// Rows of owners brought into the rings of others; `columns`: one row a vertex, or an edge, of each block here.
+/// Errors: of any rank.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<Done> bring_all(const Halo& halo, Ranks& ranks, std::span<const std::span<T>> columns) {

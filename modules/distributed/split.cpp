@@ -198,8 +198,7 @@ LocalSimplices<K> local_simplices(const std::vector<SimplexRow<K>>& rows, std::s
     Buffer<GlobalNumber> numbers(rows.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
         for (int v = 0; v <= K; ++v)
-            simplices[i][v] =
-                VertexId(std::ranges::lower_bound(vertices, rows[i].vertices[v]) - vertices.begin());
+            simplices[i][v] = VertexId(std::ranges::lower_bound(vertices, rows[i].vertices[v]) - vertices.begin());
         references[i] = rows[i].reference;
         if (rows[i].required != 0) required.push_back(static_cast<std::uint32_t>(i));
         numbers[i] = rows[i].row;
@@ -278,13 +277,11 @@ Outcome<Done> bring_points(Blocks<D>& blocks, Ranks& ranks) {
     for (const Block<D>& block : blocks.own)
         for (std::size_t v = 0; v < block.vertices.size(); ++v)
             if (!block.owns(VertexId(v))) questions.push_back({layout.block_of(block.vertices[v]), block.vertices[v]});
-    const auto answers =
-        ask<PlacedPoint<D>>(ranks, layout, questions, [&](std::size_t b, const GlobalNumber& number) {
-            const Block<D>& block = blocks.own[b];
-            const VertexId v(block.first.index() +
-                             (number - layout.first_vertices[layout.begin_of(ranks.rank()) + b]));
-            return PlacedPoint<D>{block.mesh.points[v], block.mesh.point_references[v]};
-        });
+    const auto answers = ask<PlacedPoint<D>>(ranks, layout, questions, [&](std::size_t b, const GlobalNumber& number) {
+        const Block<D>& block = blocks.own[b];
+        const VertexId v(block.first.index() + (number - layout.first_vertices[layout.begin_of(ranks.rank()) + b]));
+        return PlacedPoint<D>{block.mesh.points[v], block.mesh.point_references[v]};
+    });
     if (!answers) return fail(answers.error());
     std::size_t next = 0;
     for (Block<D>& block : blocks.own) {
@@ -307,8 +304,7 @@ template <int D>
 Outcome<Blocks<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
                          const Execution& execution) {
     return guarded([&]() -> Outcome<Blocks<D>> {
-        if (options.elements == 0)
-            return fail(ErrorKind::usage, "a block of no elements", {}, {}, "give at least 1");
+        if (options.elements == 0) return fail(ErrorKind::usage, "a block of no elements", {}, {}, "give at least 1");
         const auto lists = rows.lists();
         if (!lists) return fail(lists.error());
         auto first = first_vertices(rows, options, ranks);

@@ -39,7 +39,7 @@ class SurfaceVertices {
     }
     /// Rows about vertices that are here: vertex_of(row) is its vertex.
     template <class Row>
-    [[nodiscard]] Column<Row> kept(const Column<Row>& rows, VertexId Row::*vertex) const {
+    [[nodiscard]] Column<Row> kept(const Column<Row>& rows, VertexId Row::* vertex) const {
         Buffer<Row> out;
         for (Row row : rows)
             if (const auto v = find((row.*vertex).value)) row.*vertex = *v, out.push_back(row);
@@ -154,8 +154,8 @@ Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const MeshGoal<D
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                               \
-    template struct WholeSurface<D>;                                                                        \
+#define CAMBER_INSTANTIATE(D)        \
+    template struct WholeSurface<D>; \
     template Outcome<WholeSurface<D>> whole_surface<D>(const MeshRows<D>&, const MeshGoal<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -14,8 +14,8 @@ export namespace camber {
 /// whole one.
 template <int D>
 struct WholeSurface {
-    QuadraticMesh<D> mesh;              ///< facets and feature edges, with the nodes of `elevate`
-    std::vector<GlobalNumber> vertices; ///< of each of its own, rising
+    QuadraticMesh<D> mesh;               ///< facets and feature edges, with the nodes of `elevate`
+    std::vector<GlobalNumber> vertices;  ///< of each of its own, rising
     Boundary<D> boundary;
     CurveInput<D> input;  ///< of its edges, see curve_input
 

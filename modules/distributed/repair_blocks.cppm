@@ -1,0 +1,39 @@
+module;
+#include <cstddef>
+#include <functional>
+#include <vector>
+module camber.distributed:repair_blocks;
+import camber.core;
+import camber.curving;
+import camber.metric;
+import camber.repair;
+import :block_state;
+import :blocks;
+import :ranks;
+import :whole_surface;
+
+namespace camber {
+
+/// What is known of blocks whose elements are to be repaired.
+template <int D>
+struct RepairedBlocks {
+    Blocks<D>& blocks;
+    std::vector<BlockState<D>>& states;  ///< with the nodes that are wanted
+    const WholeSurface<D>& surface;
+    CurvingAim aim;
+    /// The field near a region of the mesh, given the nodes of its back mesh (none: straight) and its metric.
+    std::function<Outcome<BackMesh<D>>(const QuadraticMesh<D>&, const Buffer<LagrangeNode<D>>&,
+                                       const Buffer<LogMetric<D>>&, const Execution&)>
+        field_of;
+};
+
+/// Elements that are not valid, and all within some rings around them, are brought together on one rank, which repairs
+/// them as `curve_mesh` would; nodes and vertices that moved go back to all who have them. So many rings: as far as
+/// repair ever looks. Errors: those of `repair`, of any rank.
+template <int D>
+[[nodiscard]] Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of,
+                                                      const std::vector<GlobalNumber>& not_valid,
+                                                      const RepairOptions& options, Ranks& ranks,
+                                                      const Execution& execution);
+
+}  // namespace camber
