@@ -3,6 +3,7 @@
 /// matter to what comes out. Ranks move what blocks know between them, and know nothing of elements.
 export module camber.distributed;
 export import :ranks;
+export import :error_bytes;
 export import :blocks;
 export import :rows;
 export import :routing;

@@ -76,7 +76,7 @@ struct CurveArguments : PipelineArguments {
     std::optional<Objective> objective;  ///< none: that of the settings, or the stage's default
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments);
-[[nodiscard]] int curve_command(const CurveArguments& arguments);
+[[nodiscard]] int curve_command(const CurveArguments& arguments, Host host = {});
 
 struct RepairArguments : PipelineArguments {
     GeometryArguments geometry;
@@ -93,7 +93,7 @@ struct RemeshArguments : PipelineArguments {
     std::string output_metric;                         ///< the metric at the new vertices; empty: not written
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments);
-[[nodiscard]] int remesh_command(const RemeshArguments& arguments);
+[[nodiscard]] int remesh_command(const RemeshArguments& arguments, Host host = {});
 
 /// Of a mesh that is adapted cycle after cycle.
 struct AdaptArguments : PipelineArguments {
@@ -221,6 +221,7 @@ namespace camber::app {
 [[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);
 
 /// Prints the pipeline or the plan if that is asked for, else runs it, prints what came out, and returns the exit code.
-[[nodiscard]] int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments);
+[[nodiscard]] int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments,
+                           Host host = {});
 
 }  // namespace camber::app

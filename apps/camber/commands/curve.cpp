@@ -121,6 +121,8 @@ Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline&
     return Done{};
 }
 
-int curve_command(const CurveArguments& arguments) { return run_verb(pipeline_of(arguments), arguments); }
+int curve_command(const CurveArguments& arguments, Host host) {
+    return run_verb(pipeline_of(arguments), arguments, std::move(host));
+}
 
 }  // namespace camber::app

@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,15 +30,25 @@ int exit_code(ErrorKind kind) {
     return 4;
 }
 
+std::optional<Error>& not_said() {
+    static std::optional<Error> error;
+    return error;
+}
+
 }  // namespace
 
-void tell(const std::string& line) { std::fputs(("camber: " + line + "\n").c_str(), stderr); }
+void tell(const std::string& line) {
+    if (voice() != Voice::none) std::fputs(("camber: " + line + "\n").c_str(), stderr);
+}
 
 void tell_note(const std::string& note) {
     if (voice() == Voice::usual) tell("note: " + note);
 }
 
+std::optional<Error> error_not_said() { return not_said(); }
+
 int report_error(const Error& error) {
+    if (voice() == Voice::none) not_said() = error;
     tell(describe(error));
     return exit_code(error.kind);
 }
@@ -61,7 +72,7 @@ int end_with(std::string_view text) {
 }
 
 int end_with(std::string_view text, const Written& written) {
-    if (voice() == Voice::quiet) return 0;
+    if (voice() != Voice::usual) return 0;
     StandardOutput out = written.takes_standard_output() ? StandardOutput::beside_a_file() : StandardOutput();
     out.print(text);
     const auto said = out.finish();

@@ -1,4 +1,5 @@
 module;
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,9 @@ void tell_note(const std::string& note);
 
 /// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
 int report_error(const Error& error);
+
+/// The last error that was not said, where the program has no voice.
+[[nodiscard]] std::optional<Error> error_not_said();
 
 /// Prints the whole of what a verb says to standard output, and returns its exit code: 0, or that of the error if the
 /// text cannot be written.

@@ -1,6 +1,7 @@
 module;
 #include <functional>
 #include <map>
+#include <memory>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@ export module camber.commands:given;
 import camber.core;
 import camber.app_shell;
 import camber.config;
+import camber.distributed;
 import camber.io;
 import camber.run;
 
@@ -21,11 +23,12 @@ struct Given {
     std::map<std::string, std::vector<run::NamedField>, std::less<>> solutions = {};
 };
 
-/// Whom a run is for: what it has in memory, who may stop it, and who is told how far it is.
+/// Whom a run is for: what it has in memory, who may stop it, who is told how far it is, and who shares it.
 struct Host {
     Given given = {};
     std::stop_token stop = stop_on_signals();
     ProgressTold told = {};  ///< none: the terminal
+    std::shared_ptr<Ranks> ranks = one_rank();
 };
 
 /// Those outputs that are files.

@@ -1,6 +1,7 @@
 module;
 #include <optional>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 module camber.commands;
@@ -30,6 +31,8 @@ Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments) {
     return pipeline;
 }
 
-int remesh_command(const RemeshArguments& arguments) { return run_verb(pipeline_of(arguments), arguments); }
+int remesh_command(const RemeshArguments& arguments, Host host) {
+    return run_verb(pipeline_of(arguments), arguments, std::move(host));
+}
 
 }  // namespace camber::app

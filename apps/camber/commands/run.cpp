@@ -18,6 +18,7 @@ import :cycles;
 import :ending;
 import :execute;
 import :formats;
+import :given;
 import :named_files;
 
 namespace camber::app {
@@ -86,9 +87,9 @@ std::string note_of_wish(const run::Report& r) {
         r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
 }
 
-int finish(const config::Pipeline& pipeline, bool histogram) {
+int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
     Written written;
-    const auto run = execute(pipeline, written);
+    const auto run = execute(pipeline, written, {}, std::move(host));
     if (!run) return report_error(run.error());
     for (const std::string& notice : run->report.notices) tell_note(notice);
     if (const std::string note = note_of_wish(run->report); !note.empty()) tell_note(note);
@@ -98,9 +99,10 @@ int finish(const config::Pipeline& pipeline, bool histogram) {
 }
 
 /// What became of the arguments of a verb: a pipeline, whose files are named so.
-int run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files, bool dry_run, bool histogram) {
+int run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files, bool dry_run, bool histogram,
+                Host host = {}) {
     if (auto distinct = check_named_files(files); !distinct) return report_error(distinct.error());
-    if (!dry_run) return finish(pipeline, histogram);
+    if (!dry_run) return finish(pipeline, histogram, std::move(host));
     const auto text = plan(pipeline);
     return text ? end_with(*text + "\n  nothing was done\n") : report_error(text.error());
 }
@@ -146,10 +148,11 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     return pipeline;
 }
 
-int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments) {
+int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments, Host host) {
     if (!pipeline) return report_error(pipeline.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
-    return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments.dry_run, arguments.histogram);
+    return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments.dry_run, arguments.histogram,
+                       std::move(host));
 }
 
 int run_command(const RunArguments& arguments) {

@@ -9,6 +9,7 @@ module;
 #include <system_error>
 module camber.app_shell;
 import camber.core;
+import :voice;
 
 namespace camber::app {
 
@@ -20,6 +21,7 @@ void hold_standard_streams() {
 }
 
 void StandardOutput::print(std::string_view text) {
+    if (voice() == Voice::none) return;
     std::FILE* const to = fd_ == STDOUT_FILENO ? stdout : stderr;
     if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), to) < text.size()) error_ = errno;
 }

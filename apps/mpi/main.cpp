@@ -1,0 +1,15 @@
+// The program on several ranks: `mpirun -n 4 camber-mpi curve …`.
+#include <cstddef>
+#include <memory>
+
+#include "program.hpp"
+import camber.app_shell;
+import camber.distributed;
+import camber.mpi;
+
+int main(int argc, char** argv) {
+    camber::app::hold_standard_streams();
+    if (const auto code = camber::app::other_task({argv, static_cast<std::size_t>(argc)})) return *code;
+    const std::shared_ptr<camber::Ranks> ranks = camber::mpi_ranks(argc, argv);
+    return camber::app::run_program({argv, static_cast<std::size_t>(argc)}, ranks);
+}

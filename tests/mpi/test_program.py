@@ -1,0 +1,49 @@
+"""The program on several ranks: who speaks, how all end, and that one rank is as none."""
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+CAMBER, CAMBER_MPI, MPIRUN = (str(Path(name).resolve()) for name in sys.argv[1:4])
+
+
+class Program(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+
+    def run_line(self, *line):
+        return subprocess.run(list(map(str, line)), cwd=self.folder.name, capture_output=True, text=True, timeout=100)
+
+    def on_ranks(self, ranks, *arguments):
+        return self.run_line(MPIRUN, "-n", ranks, CAMBER_MPI, *arguments)
+
+    def test_the_first_rank_alone_speaks(self):
+        for arguments in ("--help", "--version"):
+            alone = self.run_line(CAMBER, arguments)
+            self.assertEqual(self.on_ranks(3, arguments).stdout, alone.stdout)
+
+    def test_an_error_is_said_once_and_is_the_exit_code_of_all(self):
+        alone = self.run_line(CAMBER, "curv")
+        together = self.on_ranks(3, "curv")
+        self.assertEqual(together.returncode, alone.returncode)
+        self.assertEqual(together.stderr.count(alone.stderr), 1, together.stderr)
+        self.assertEqual(together.stderr.count("camber: "), 1, together.stderr)
+
+    def test_verbs_that_do_not_go_by_blocks_are_refused(self):
+        run = self.on_ranks(2, "generate", "shell", "-o", "shell.meshb")
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("camber: generate: does not go by blocks, and so on one rank alone", run.stderr)
+        self.assertFalse((Path(self.folder.name) / "shell.meshb").exists())
+
+    def test_one_rank_is_the_program(self):
+        self.assertEqual(self.run_line(CAMBER, "generate", "shell", "-o", "shell.meshb").returncode, 0)
+        self.assertEqual(self.run_line(CAMBER, "curve", "shell.meshb", "-o", "alone.meshb").returncode, 0)
+        self.assertEqual(self.on_ranks(1, "curve", "shell.meshb", "-o", "one.meshb").returncode, 0)
+        alone, one = (Path(self.folder.name) / name for name in ("alone.meshb", "one.meshb"))
+        self.assertEqual(alone.read_bytes(), one.read_bytes())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
