@@ -7,7 +7,7 @@ module;
 module camber.curving;
 import :back_mesh_nodes;
 import :by_element;
-import :mesh_part;
+import :parts;
 import camber.core;
 import camber.bezier;
 import camber.metric;
@@ -89,7 +89,7 @@ Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, BetweenPar
             displacements.push_back(std::move(*displaced));
         }
         for (std::size_t p = 0; p < parts.size(); ++p)
-            offsets.push_back({parts[p].mesh, middles[p], parts[p].shells, parts[p].part, displacements[p]});
+            offsets.push_back({parts[p].mesh, middles[p], parts[p].shells, parts[p].owned, displacements[p]});
         const auto limited = limit_by_jacobian<D>(offsets, min_back_jacobian, between, part_of(execution, 0.5, 0.8));
         if (!limited) return fail(limited.error());
         for (std::size_t p = 0; p < parts.size(); ++p) {

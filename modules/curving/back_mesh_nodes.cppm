@@ -3,7 +3,7 @@ module;
 export module camber.curving:back_mesh_nodes;
 import camber.core;
 import camber.metric;
-import :mesh_part;
+import :parts;
 
 /// A field that goes along with its walls: the displacement of the boundary's nodes is extended into the volume, and
 /// the metric read through that. docs/algorithms/curved-back-mesh.md.
@@ -32,7 +32,7 @@ template <int D>
 struct PartNodes {
     const QuadraticMesh<D>& mesh;
     const Incidence<ElementId>& shells;
-    MeshPart part;
+    OwnVertices owned;
     std::span<LagrangeNode<D>> nodes;
 };
 /// The same of the parts of a mesh that are here, in place.

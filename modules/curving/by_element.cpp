@@ -12,7 +12,7 @@ import camber.core;
 import camber.bezier;
 import camber.validity;
 import :by_element;
-import :mesh_part;
+import :parts;
 
 namespace camber {
 
@@ -169,7 +169,7 @@ class PartLimit {
     }
 
   private:
-    [[nodiscard]] bool owns(EdgeId edge) const { return given_.part.owns(given_.mesh.edges.vertices[edge]); }
+    [[nodiscard]] bool owns(EdgeId edge) const { return given_.owned.owns(given_.mesh.edges.vertices[edge]); }
     [[nodiscard]] bool has_own_edge(std::size_t e) const {
         return std::ranges::any_of(elements_.edges_of(e), [&](EdgeId edge) { return owns(edge); });
     }

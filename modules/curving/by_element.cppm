@@ -4,7 +4,7 @@ module;
 export module camber.curving:by_element;
 import camber.core;
 import camber.validity;
-import :mesh_part;
+import :parts;
 
 export namespace camber {
 
@@ -27,7 +27,7 @@ struct PartOffsets {
     const QuadraticMesh<D>& mesh;
     std::span<const LagrangeNode<D>> base;
     const Incidence<ElementId>& shells;
-    MeshPart part;
+    OwnVertices owned;
     std::span<Vec<D>> offsets;
 };
 /// The same of the parts of a mesh that are here; how many of their own edges were limited.

@@ -8,7 +8,7 @@ export import :back_mesh_nodes;
 export import :curve;
 export import :extension;
 export import :extension_part;
-export import :mesh_part;
+export import :parts;
 export import :placed_nodes;
 export import :shape;
 export import :smooth_loss;

@@ -11,7 +11,7 @@ module camber.curving;
 import camber.core;
 import :extension;
 import :extension_part;
-import :mesh_part;
+import :parts;
 
 namespace camber {
 

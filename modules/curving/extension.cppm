@@ -6,7 +6,7 @@ import camber.core;
 import camber.bezier;
 import camber.validity;
 import :extension_part;
-import :mesh_part;
+import :parts;
 
 export namespace camber {
 

@@ -15,7 +15,7 @@ import camber.bezier;
 import camber.validity;
 import :edge_energy;
 import :extension_part;
-import :mesh_part;
+import :parts;
 
 namespace camber {
 
@@ -95,7 +95,7 @@ struct System {
     const QuadraticMesh<D>& mesh;
     const Column<EdgeKind>& kinds;
     const Incidence<ElementId>& shells;
-    MeshPart part;
+    OwnVertices owned;
     Buffer<LagrangeNode<D>> nodes;  ///< by edge: middles of chords, and what is given
     Buffer<Vec<D>> direction;       ///< by edge; at first what is given
     Weighting weighting = {};
@@ -106,7 +106,7 @@ struct System {
     std::uint32_t round = 0;
 
     /// Whether the edge's row is this part's.
-    [[nodiscard]] bool owns(EdgeId edge) const { return part.owns(mesh.edges.vertices[edge]); }
+    [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(mesh.edges.vertices[edge]); }
 
     /// The part's volume edges of elements around these that had no row yet, rising.
     Outcome<std::vector<EdgeId>> reach_out(std::span<const EdgeId> from, const Execution& execution) {
@@ -248,7 +248,7 @@ ExtensionPart<D>::~ExtensionPart() = default;
 template <int D>
 Outcome<ExtensionPart<D>> ExtensionPart<D>::make(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                  const Column<LagrangeNode<D>>& boundary_nodes,
-                                                 const Incidence<ElementId>& shells, const MeshPart& part,
+                                                 const Incidence<ElementId>& shells, const OwnVertices& own,
                                                  const Execution& execution) {
     const std::size_t n = mesh.edges.size();
     if (kinds.size() != n || boundary_nodes.size() != n || shells.size() != n)
@@ -267,7 +267,7 @@ Outcome<ExtensionPart<D>> ExtensionPart<D>::make(const QuadraticMesh<D>& mesh, c
     if (!given) return fail(given.error());
     return guarded([&]() -> Outcome<ExtensionPart<D>> {
         return ExtensionPart(std::make_unique<Impl>(Impl{System<D>{
-            mesh, kinds, shells, part, std::move(*nodes), std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
+            mesh, kinds, shells, own, std::move(*nodes), std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
             Buffer<ElementEnergy<D>>(mesh.linear.elements.size()), Rows<D>(n, mesh.linear.elements.size())}}));
     });
 }
@@ -287,7 +287,7 @@ Outcome<std::vector<double>> ExtensionPart<D>::volume_and_count(const Execution&
     const auto sum = reduce_each(
         execution, mesh.elements.size(), Sum{},
         [&](Sum& total, std::size_t e) {
-            if (!impl_->part.owns(mesh.elements.vertices[e])) return;
+            if (!impl_->owned.owns(mesh.elements.vertices[e])) return;
             total.volume += std::abs(det(edge_vectors(mesh, ElementId(e))));
             ++total.count;
         },

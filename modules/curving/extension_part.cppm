@@ -6,7 +6,7 @@ module;
 #include <vector>
 export module camber.curving:extension_part;
 import camber.core;
-import :mesh_part;
+import :parts;
 
 export namespace camber {
 
@@ -39,7 +39,7 @@ class ExtensionPart {
     /// Errors: columns that do not fit the mesh (internal), stopped, memory. All must outlive it.
     [[nodiscard]] static Outcome<ExtensionPart> make(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                      const Column<LagrangeNode<D>>& boundary_nodes,
-                                                     const Incidence<ElementId>& shells, const MeshPart& part,
+                                                     const Incidence<ElementId>& shells, const OwnVertices& own,
                                                      const Execution& execution);
     ExtensionPart(ExtensionPart&&) noexcept;
     ExtensionPart& operator=(ExtensionPart&&) noexcept;

@@ -11,7 +11,7 @@ module;
 #include <vector>
 module camber.curving;
 import camber.core;
-import :mesh_part;
+import :parts;
 import :smooth_loss;
 
 namespace camber {
@@ -68,12 +68,12 @@ struct Sums {
     }
 };
 template <int D>
-[[nodiscard]] Outcome<Sums<D>> sums_of(const LinearMesh<D>& mesh, const MeshPart& part, const Vec<D>& origin,
+[[nodiscard]] Outcome<Sums<D>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own, const Vec<D>& origin,
                                        const Execution& execution) {
     return reduce_each(
         execution, mesh.elements.size(), Sums<D>{},
         [&](Sums<D>& sums, std::size_t e) {
-            if (!part.owns(mesh.elements.vertices[e])) return;
+            if (!own.owns(mesh.elements.vertices[e])) return;
             const auto corners = corners_of(mesh, ElementId(e));
             const auto [volume, square, height] = size_of<D>(corners);
             Vec<D> centre{};
@@ -159,15 +159,15 @@ template <int D>
 Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& between, const Execution& execution) {
     const auto firsts = gathered(parts, between, [](const PartLosses<D>& of) -> Outcome<std::vector<double>> {
         std::vector<double> point(D, 0.0);
-        if (of.part.first < of.part.last)
-            for (int i = 0; i < D; ++i) point[static_cast<std::size_t>(i)] = of.mesh.linear.points[of.part.first][i];
+        if (of.owned.first < of.owned.last)
+            for (int i = 0; i < D; ++i) point[static_cast<std::size_t>(i)] = of.mesh.linear.points[of.owned.first][i];
         return point;
     });
     if (!firsts) return fail(firsts.error());
     Vec<D> origin;
     for (int i = 0; i < D; ++i) origin[i] = (*firsts)[static_cast<std::size_t>(i)];
     const auto all = gathered(parts, between, [&](const PartLosses<D>& of) {
-        return sums_of(of.mesh.linear, of.part, origin, execution).map([](const Sums<D>& s) {
+        return sums_of(of.mesh.linear, of.owned, origin, execution).map([](const Sums<D>& s) {
             std::vector<double> numbers{s.volume, s.fourth, s.sixth, s.second_moment};
             for (int i = 0; i < D; ++i) numbers.push_back(s.moment[i]);
             return numbers;
@@ -191,7 +191,7 @@ Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, co
     const double per_product = 24 * 24 * sums.squared_radius_of_gyration() / edges_per_simplex<D>;
     return map_each(part_of(execution, 0.5, 1), of.offsets.size(), [&](std::size_t e) {
         const Vec<D>& d = of.offsets[e];
-        if (d == Vec<D>{} || !of.part.owns(of.mesh.edges.vertices[e])) return 0.0F;
+        if (d == Vec<D>{} || !of.owned.owns(of.mesh.edges.vertices[e])) return 0.0F;
         const auto& [a, b] = of.mesh.edges.vertices[EdgeId(e)];
         double around = 0;
         for (const ElementId k : of.shells[EdgeId(e)]) around += static_cast<double>((*weights)[k.index()]);

@@ -3,7 +3,7 @@ module;
 #include <span>
 export module camber.curving:smooth_loss;
 import camber.core;
-import :mesh_part;
+import :parts;
 
 export namespace camber {
 
@@ -28,7 +28,7 @@ template <int D>
 struct PartLosses {
     const QuadraticMesh<D>& mesh;
     const Incidence<ElementId>& shells;
-    MeshPart part;
+    OwnVertices owned;
     std::span<Vec<D>> offsets;
 };
 /// The same of all parts of a mesh: their own offsets are drawn back. How many of those here were more than halved.

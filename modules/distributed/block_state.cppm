@@ -18,7 +18,7 @@ template <int D>
 struct BlockState {
     QuadraticMesh<D> mesh;  ///< straight
     Incidence<ElementId> shells;
-    MeshPart part;
+    OwnVertices owned;
     EdgeId first_edge, last_edge;
     Column<EdgeKind> kinds;
     Column<EdgeKind> kinds_outside_planes;  ///< with edges within planes as of the volume

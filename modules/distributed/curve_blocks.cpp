@@ -7,7 +7,6 @@ module;
 #include <span>
 #include <string_view>
 #include <utility>
-#include <variant>
 #include <vector>
 module camber.distributed;
 import camber.core;
@@ -20,6 +19,7 @@ import camber.surface;
 import camber.validity;
 import :block_state;
 import :blocks;
+import :check_blocks;
 import :curve_blocks;
 import :halo;
 import :ranks;
@@ -36,8 +36,6 @@ namespace {
 template <int D>
 struct CurvingBy {
     WholeSurface<D> surface;
-    std::optional<Column<LogMetric<D>>> given;  ///< at the vertices of the whole mesh
-    std::optional<BackMesh<D>> field;           ///< with a mesh of its own
     CurveOptions edges;
 };
 
@@ -76,7 +74,7 @@ class BlockCurving {
         auto blocks = split(rows, options_.blocks, ranks_, execution);
         if (!blocks) return fail(blocks.error());
         out_.blocks = std::move(*blocks);
-        return Done{};
+        return check_blocks(out_.blocks, without_progress(execution));
     }
 
     Outcome<Done> elevate_blocks(const MeshRows<D>&, const Execution& execution) {
@@ -88,7 +86,7 @@ class BlockCurving {
             auto around = shells(state.mesh.edges, without_progress(execution));
             if (!around) return fail(around.error());
             state.shells = std::move(*around);
-            state.part = {block.first, block.last};
+            state.owned = {block.first, block.last};
             const auto& ends = state.mesh.edges.vertices;
             const auto begin_of = [&](VertexId v) {
                 const auto at = std::ranges::lower_bound(ends, v, {}, [](const auto& e) { return e[0]; });
@@ -125,10 +123,9 @@ class BlockCurving {
     }
 
     Outcome<Done> find_surface(const MeshRows<D>& rows, const Execution& execution) {
-        const MeshGoal<D> goal{natural_metric<D>(), goal_.geometry, goal_.boundary, {}};
-        auto surface = whole_surface(rows, goal, part_of(execution, 0, 0.8));
+        auto surface = whole_surface(rows, goal_, part_of(execution, 0, 0.8));
         if (!surface) return fail(surface.error());
-        by_.emplace(CurvingBy<D>{std::move(*surface), {}, {}, {}});
+        by_.emplace(CurvingBy<D>{std::move(*surface), edges_by()});
         return each_block(part_of(execution, 0.8, 1),
                           [&](BlockState<D>& state, Block<D>& block) { return take_boundary(state, block); });
     }
@@ -178,7 +175,7 @@ class BlockCurving {
         bases.reserve(states_.size());
         auto begun = each_block(without_progress(execution), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
             bases.emplace_back(Buffer<LagrangeNode<D>>(state.base));
-            auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, bases.back(), state.shells, state.part,
+            auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, bases.back(), state.shells, state.owned,
                                                without_progress(execution));
             if (!part) return fail(part.error());
             parts.push_back(std::move(*part));
@@ -257,8 +254,6 @@ class BlockCurving {
 
     /// The metric at the vertices, and the nodes of the mesh that it is read in.
     Outcome<Done> make_metric(const MeshRows<D>&, const Execution& execution) {
-        if (auto taken = take_given(execution); !taken) return taken;
-        if (by_->field) return Done{};
         auto done = each_block(part_of(execution, 0, 0.6), [&](BlockState<D>& state, Block<D>& block) {
             return metric_of(state, block, without_progress(execution));
         });
@@ -279,7 +274,7 @@ class BlockCurving {
         for (BlockState<D>& state : states_)
             start_at(state, by_->edges.aim == CurvingAim::accuracy ? state.extended : state.back_nodes);
         std::vector<PartNodes<D>> parts;
-        for (BlockState<D>& state : states_) parts.push_back({state.mesh, state.shells, state.part, state.back_nodes});
+        for (BlockState<D>& state : states_) parts.push_back({state.mesh, state.shells, state.owned, state.back_nodes});
         return limit_to_back_mesh<D>(parts, *between_, part_of(execution, 0.8, 1));
     }
 
@@ -288,34 +283,18 @@ class BlockCurving {
             if (state.kinds[e] == EdgeKind::volume) state.base[e] = nodes[e];
     }
 
-    /// What is given of the metric, which each rank makes as a whole.
-    Outcome<Done> take_given(const Execution& execution) {
-        const ProposeOptions& asked = options_.curving.curve;
-        by_->edges = edge_options(asked);
-        const auto* const at_vertices = goal_.metric ? std::get_if<MetricAtVertices<D>>(&*goal_.metric) : nullptr;
-        if (at_vertices != nullptr && at_vertices->of_natural)
-            return fail(ErrorKind::unsupported, "a metric made of the mesh's own cannot be had by blocks", {}, {},
-                        "make it first (camber metric … -o metric.solb) and give the file");
-        const MetricOrigin origin = goal_.metric ? MetricOrigin::given : MetricOrigin::natural;
-        static_cast<EdgeAccuracyOptions&>(by_->edges) = accuracy_for(origin, by_->edges);
-        if (!goal_.metric) return Done{};
-        if (at_vertices == nullptr) {
-            auto field = std::get<MetricField<D>>(*goal_.metric).make(execution);
-            if (!field) return fail(field.error());
-            by_->field = std::move(*field);
-            return Done{};
-        }
-        auto logs = at_vertices->make({}, execution);
-        if (!logs) return fail(logs.error());
-        by_->given = std::move(*logs);
-        return Done{};
+    [[nodiscard]] CurveOptions edges_by() const {
+        CurveOptions edges = edge_options(options_.curving.curve);
+        static_cast<EdgeAccuracyOptions&>(edges) =
+            accuracy_for(goal_.metric ? MetricOrigin::given : MetricOrigin::natural, edges);
+        return edges;
     }
 
     Outcome<Done> metric_of(BlockState<D>& state, const Block<D>& block, const Execution& execution) const {
-        if (by_->given) {
-            state.log_metrics = Buffer<LogMetric<D>>(block.vertices.size());
-            for (std::size_t v = 0; v < state.log_metrics.size(); ++v)
-                state.log_metrics[v] = (*by_->given)[block.vertices[v]];
+        if (goal_.metric) {
+            auto made = goal_.metric(state.mesh.linear, block.vertices.view(), execution);
+            if (!made) return fail(made.error());
+            state.log_metrics = take(std::move(*made));
             return Done{};
         }
         const auto around = balls(state.mesh.linear, execution);
@@ -341,7 +320,6 @@ class BlockCurving {
     Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& back_nodes,
                                   const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept,
                                   const Execution& execution) const {
-        if (by_->field) return *by_->field;
         const auto around = balls(mesh.linear, execution);
         if (!around) return fail(around.error());
         Column<LogMetric<D>> logs(Buffer<LogMetric<D>>{log_metrics});
@@ -454,7 +432,7 @@ class BlockCurving {
     Outcome<Done> limit(Buffer<Vec<D>> BlockState<D>::* rows, const Execution& execution) {
         if (by_->edges.metric_kind == MetricKind::natural) {
             std::vector<PartLosses<D>> losses;
-            for (BlockState<D>& state : states_) losses.push_back({state.mesh, state.shells, state.part, state.*rows});
+            for (BlockState<D>& state : states_) losses.push_back({state.mesh, state.shells, state.owned, state.*rows});
             const auto held = limit_smooth_loss<D>(losses, by_->edges.smooth_loss, *between_, execution);
             if (!held) return fail(held.error());
             out_.statistics.held_back += *held;
@@ -462,7 +440,7 @@ class BlockCurving {
         if (auto brought = bring_all<Vec<D>>(edges_, ranks_, columns_of(states_, rows)); !brought) return brought;
         std::vector<PartOffsets<D>> offsets;
         for (BlockState<D>& state : states_)
-            offsets.push_back({state.mesh, state.base, state.shells, state.part, state.*rows});
+            offsets.push_back({state.mesh, state.base, state.shells, state.owned, state.*rows});
         const auto drawn = limit_by_jacobian<D>(offsets, by_->edges.min_jacobian, *between_, execution);
         if (!drawn) return fail(drawn.error());
         out_.statistics.drawn_back += *drawn;

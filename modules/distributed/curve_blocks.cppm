@@ -1,13 +1,14 @@
 module;
 #include <cstddef>
-#include <optional>
+#include <functional>
+#include <span>
 #include <vector>
 export module camber.distributed:curve_blocks;
 import camber.core;
 import camber.curving;
+import camber.metric;
 import camber.recipes;
 import camber.repair;
-import camber.surface;
 import camber.validity;
 import :blocks;
 import :ranks;
@@ -15,13 +16,16 @@ import :rows;
 
 export namespace camber {
 
-/// What blocks are curved by. A metric is the mesh's own where there is none; one that is made of that cannot be had by
-/// blocks.
+/// What blocks are curved by.
 template <int D>
 struct BlocksGoal {
-    std::optional<MetricSource<D>> metric = {};
-    std::optional<Geometry<D>> geometry = {};
-    BoundaryOptions<D> boundary = {};
+    /// The features and the shape of the boundary, which is given as a mesh without elements. Null: smooth surfaces
+    /// through its vertices.
+    std::function<Outcome<Boundary<D>>(const LinearMesh<D>&, const EdgeSet<D>&, const Execution&)> boundary = {};
+    /// The metric at the vertices of a block, of which the numbers in the whole mesh are given too. Null: the mesh's
+    /// own.
+    std::function<Outcome<Column<LogMetric<D>>>(const LinearMesh<D>&, std::span<const GlobalNumber>, const Execution&)>
+        metric = {};
 };
 
 struct CurveBlocksOptions {

@@ -14,3 +14,4 @@ export import :curve_blocks;
 import :block_state;
 import :region;
 import :repair_blocks;
+import :check_blocks;

@@ -12,6 +12,7 @@ import camber.core;
 import camber.bezier;
 import camber.recipes;
 import :blocks;
+import :curve_blocks;
 import :rows;
 import :whole_surface;
 
@@ -139,14 +140,15 @@ EdgeId WholeSurface<D>::find(GlobalNumber a, GlobalNumber b) const {
 }
 
 template <int D>
-Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const MeshGoal<D>& goal, const Execution& execution) {
+Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const BlocksGoal<D>& goal, const Execution& execution) {
     return guarded([&]() -> Outcome<WholeSurface<D>> {
         auto linear = boundary_of(rows);
         if (!linear) return fail(linear.error());
         auto mesh = elevate(std::move(linear->first), part_of(execution, 0, 0.1));
         if (!mesh) return fail(mesh.error());
-        auto boundary =
-            find_boundary(mesh->linear, mesh->edges, goal.geometry, goal.boundary, part_of(execution, 0.1, 0.8));
+        const Execution of_boundary = part_of(execution, 0.1, 0.8);
+        auto boundary = goal.boundary ? goal.boundary(mesh->linear, mesh->edges, of_boundary)
+                                      : find_boundary<D>(mesh->linear, mesh->edges, {}, {}, of_boundary);
         if (!boundary) return fail(boundary.error());
         auto input = curve_input(CurvedFrom<D>{*mesh, NodesOf::elevation, *boundary}, part_of(execution, 0.8, 1));
         if (!input) return fail(input.error());
@@ -156,7 +158,7 @@ Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const MeshGoal<D
 
 #define CAMBER_INSTANTIATE(D)        \
     template struct WholeSurface<D>; \
-    template Outcome<WholeSurface<D>> whole_surface<D>(const MeshRows<D>&, const MeshGoal<D>&, const Execution&);
+    template Outcome<WholeSurface<D>> whole_surface<D>(const MeshRows<D>&, const BlocksGoal<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -5,6 +5,7 @@ export module camber.distributed:whole_surface;
 import camber.core;
 import camber.recipes;
 import :blocks;
+import :curve_blocks;
 import :rows;
 
 export namespace camber {
@@ -26,7 +27,7 @@ struct WholeSurface {
 /// From the rows. Errors: those of the rows, of find_boundary and curve_input; required elements on the boundary, which
 /// are not known here (unsupported).
 template <int D>
-[[nodiscard]] Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const MeshGoal<D>& goal,
+[[nodiscard]] Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
                                                      const Execution& execution);
 
 }  // namespace camber

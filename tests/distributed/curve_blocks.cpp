@@ -78,7 +78,7 @@ void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const Cur
     const auto on = [&](std::size_t ranks) {
         return on_ranks(ranks, [&](Ranks& among) {
             const auto rows = rows_of(mesh);
-            return curve_blocks<D>(*rows, {}, by_blocks, among, plainly(alone));
+            return curve_blocks<D>(*rows, BlocksGoal<D>{}, by_blocks, among, plainly(alone));
         });
     };
     const auto one = on(1), three = on(3);

@@ -4,7 +4,7 @@ module;
 #include <cstddef>
 #include <span>
 #include <vector>
-export module camber.curving:mesh_part;
+export module camber.curving:parts;
 import camber.core;
 
 /// What runs over a whole mesh, written for parts of it: each does what belongs to its own vertices, on a mesh with two
@@ -12,7 +12,7 @@ import camber.core;
 export namespace camber {
 
 /// What belongs to a part: its own vertices are [first, last), and all of which they are the lowest vertex.
-struct MeshPart {
+struct OwnVertices {
     VertexId first, last;
 
     [[nodiscard]] bool owns(VertexId v) const { return v >= first && v < last; }
@@ -22,7 +22,7 @@ struct MeshPart {
     }
 };
 template <int D>
-[[nodiscard]] MeshPart whole(const LinearMesh<D>& mesh) {
+[[nodiscard]] OwnVertices whole(const LinearMesh<D>& mesh) {
     return {VertexId(0), VertexId(mesh.points.size())};
 }
 
