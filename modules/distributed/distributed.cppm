@@ -4,6 +4,7 @@
 export module camber.distributed;
 export import :ranks;
 export import :error_bytes;
+export import :agreement;
 export import :blocks;
 export import :rows;
 export import :routing;
@@ -11,6 +12,7 @@ export import :split;
 export import :halo;
 export import :whole_surface;
 export import :curve_blocks;
+export import :gmf_rows;
 import :block_state;
 import :region;
 import :repair_blocks;

@@ -49,8 +49,4 @@ class MeshRows {
     MeshRows& operator=(MeshRows&&) = default;
 };
 
-/// Of a mesh in memory, whose columns are shared.
-template <int D>
-[[nodiscard]] std::unique_ptr<MeshRows<D>> rows_of(LinearMesh<D> mesh);
-
 }  // namespace camber

@@ -31,6 +31,9 @@ struct FileTags {
     std::array<Column<std::uint64_t>, 4> simplices = {};  ///< of edges, triangles and tetrahedra, by their dimension
 };
 
+/// The reference that a mid node is written with: that of the edge's ends where both agree, else 0.
+[[nodiscard]] constexpr Reference mid_node_reference(Reference a, Reference b) { return a == b ? a : 0; }
+
 /// What a mesh file holds, and what is to be said about it.
 struct DecodedMesh {
     AnyMesh mesh;

@@ -52,6 +52,26 @@ class BinarySizer {
     std::size_t largest_ = 0;
 };
 
+template <class LayoutType, class RowType>
+inline void store_row(const RowType& row, std::byte* to) {
+    using Integer = typename LayoutType::Integer;
+    constexpr bool reals_first = RowType::order == RowOrder::reals_first;
+    std::byte* const integers = reals_first ? to + RowType::reals * sizeof(double) : to;
+    std::byte* const reals = reals_first ? to : to + RowType::integers * sizeof(Integer);
+    for (int i = 0; i < RowType::integers; ++i) {
+        const Integer integer = static_cast<Integer>(row.integer[i]);
+        std::memcpy(integers + i * sizeof(Integer), &integer, sizeof integer);
+    }
+    for (int i = 0; i < RowType::reals; ++i) std::memcpy(reals + i * sizeof(double), &row.real[i], sizeof(double));
+}
+
+/// Calls f(Layout{}) with that of files of the version that this machine writes.
+template <class F>
+auto with_written_layout(int version, F&& f) {
+    if (version == 4) return f(Layout<double, std::int64_t, ByteOrder::native>{});
+    return f(Layout<double, std::int32_t, ByteOrder::native>{});
+}
+
 /// A sink that makes a binary file in this machine's byte order.
 template <class LayoutType>
 class BinaryWriter {
@@ -75,13 +95,12 @@ class BinaryWriter {
     Outcome<Done> rows(Keyword keyword, std::size_t n, const auto& row) {
         if (n == 0 && keyword != Keyword::vertices) return Done{};
         constexpr std::size_t step = stride<RowType, LayoutType>;
-        begin(keyword, sizeof(Integer) + n * step);
-        put(static_cast<Integer>(n));
+        begin_rows(keyword, n, n * step);
         Buffer<std::byte> bytes(n * step);
         auto done = each_chunk(
             next_part(execution_, n * RowType::words, written_, words_), n,
             [&](std::size_t first, std::size_t last) {
-                for (std::size_t i = first; i < last; ++i) store(row(i), bytes.data() + i * step);
+                for (std::size_t i = first; i < last; ++i) store_row<LayoutType>(row(i), bytes.data() + i * step);
             },
             8192);
         position_ += bytes.size();
@@ -108,24 +127,25 @@ class BinaryWriter {
     }
 
     [[nodiscard]] Chunks finish() && {
-        put(static_cast<std::int32_t>(Keyword::end));
-        put_position(0);
+        end();
         return std::move(chunks_);
     }
 
-  private:
-    template <class RowType>
-    static inline void store(const RowType& row, std::byte* to) {
-        constexpr bool reals_first = RowType::order == RowOrder::reals_first;
-        std::byte* const integers = reals_first ? to + RowType::reals * sizeof(double) : to;
-        std::byte* const reals = reals_first ? to : to + RowType::integers * sizeof(Integer);
-        for (int i = 0; i < RowType::integers; ++i) {
-            const Integer integer = static_cast<Integer>(row.integer[i]);
-            std::memcpy(integers + i * sizeof(Integer), &integer, sizeof integer);
-        }
-        for (int i = 0; i < RowType::reals; ++i) std::memcpy(reals + i * sizeof(double), &row.real[i], sizeof(double));
+  protected:
+    /// What comes before so many bytes of rows.
+    void begin_rows(Keyword keyword, std::size_t n, std::size_t bytes) {
+        begin(keyword, sizeof(Integer) + bytes);
+        put(static_cast<Integer>(n));
     }
+    void end() {
+        put(static_cast<std::int32_t>(Keyword::end));
+        put_position(0);
+    }
+    [[nodiscard]] std::size_t position() const { return position_; }
+    void skip(std::size_t bytes) { position_ += bytes; }
+    [[nodiscard]] Chunks take_chunks() { return std::exchange(chunks_, {}); }
 
+  private:
     /// Keyword and the next block's position, `body` bytes (count included) on.
     void begin(Keyword keyword, std::size_t body) {
         put(static_cast<std::int32_t>(keyword));

@@ -39,9 +39,9 @@ Outcome<Chunks> encode(const Mesh& mesh, GmfOptions options, const Execution& ex
     if (!version) return fail(version.error());
     const std::size_t words = sizer.words();
     if (ascii) return written(AsciiWriter(*version, words, execution), mesh);
-    if (*version == 4)
-        return written(BinaryWriter<Layout<double, std::int64_t, ByteOrder::native>>(4, words, execution), mesh);
-    return written(BinaryWriter<Layout<double, std::int32_t, ByteOrder::native>>(*version, words, execution), mesh);
+    return with_written_layout(*version, [&](auto layout) {
+        return written(BinaryWriter<decltype(layout)>(*version, words, execution), mesh);
+    });
 }
 
 template <int D>

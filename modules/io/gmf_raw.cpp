@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
@@ -30,15 +29,7 @@ Outcome<Done> read_points(const File& file, const Execution& execution, listing:
     raw.points.resize(block->count);
     raw.point_references.resize(block->count);
     return read_rows<VertexRow<D>>(file, *block, execution, [&](std::size_t i, const VertexRow<D>& row) -> Fault {
-        bool finite = true;
-        for (int c = 0; c < D; ++c) {
-            raw.points[i][c] = row.real[c];
-            finite = finite && std::isfinite(row.real[c]);
-        }
-        if (!finite) return {FaultKind::not_finite};
-        if (!is_reference(row.integer[0])) return {FaultKind::too_large, row.integer[0]};
-        raw.point_references[i] = static_cast<Reference>(row.integer[0]);
-        return {};
+        return store_point<D>(row, raw.points[i], raw.point_references[i]);
     });
 }
 
@@ -52,15 +43,7 @@ Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t v
     rows.nodes.resize(block.count);
     rows.references.resize(block.count);
     return read_rows<SimplexRow<N>>(file, block, execution, [&](std::size_t i, const SimplexRow<N>& row) -> Fault {
-        for (int n = 0; n < N; ++n) {
-            if (from_file(row.integer[n]) >= vertices) return {FaultKind::index, row.integer[n], vertices};
-            rows.nodes[i][n] = VertexId(from_file(row.integer[n]));
-            for (int m = 0; m < n && N > 2; ++m)  // of edges see `drop_degenerate_edges`
-                if (row.integer[m] == row.integer[n]) return {FaultKind::repeated, row.integer[n]};
-        }
-        if (!is_reference(row.integer[N])) return {FaultKind::too_large, row.integer[N]};
-        rows.references[i] = static_cast<Reference>(row.integer[N]);
-        return {};
+        return store_simplex<N>(row, vertices, rows.nodes[i], rows.references[i]);
     });
 }
 
@@ -222,8 +205,45 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notice
     return raw;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<listing::Mesh<D>> read_raw<D>(const File&, std::vector<Notice>&, const Execution&);
+template <int D>
+Outcome<LinearMesh<D>> read_lists(const File& file) {
+    LinearMesh<D> lists;
+    std::vector<Notice> notices;
+    const auto limit = [&](Keyword keyword) {
+        const Block* const block = file.find(keyword);
+        return block ? static_cast<std::size_t>(block->count) : std::size_t{0};
+    };
+    const auto read = [&]<class Item>(Keyword keyword, std::size_t below, Column<Item>& column) {
+        Buffer<Item> items;
+        return read_indices(file, keyword, below, {}, items, notices).map([&](Done done) {
+            column = std::move(items);
+            return done;
+        });
+    };
+    const std::size_t points = limit(Keyword::vertices);
+    const std::size_t facets = limit(straight_keyword<D - 1>), edges = D == 3 ? limit(straight_keyword<1>) : 0;
+    auto done =
+        read(Keyword::corners, points, lists.corners)
+            .and_then([&](Done) { return read(Keyword::required_vertices, points, lists.required_vertices); })
+            .and_then([&](Done) { return read(Keyword::ridges, D == 3 ? edges : facets, lists.ridges); })
+            .and_then([&](Done) {
+                return read(required_keyword<D>, limit(straight_keyword<D>), lists.elements.required);
+            })
+            .and_then([&](Done) { return read(required_keyword<D - 1>, facets, lists.facets.required); })
+            .and_then([&](Done) -> Outcome<Done> {
+                if constexpr (D == 3) return read(required_keyword<1>, edges, lists.edges.required);
+                return Done{};
+            });
+    if (!done) return fail(std::move(done.error()));
+    auto geometry = read_geometry<D>(file, points, notices, {});
+    if (!geometry) return fail(std::move(geometry.error()));
+    lists.geometry = std::move(*geometry);
+    return lists;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                            \
+    template Outcome<listing::Mesh<D>> read_raw<D>(const File&, std::vector<Notice>&, const Execution&); \
+    template Outcome<LinearMesh<D>> read_lists<D>(const File&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -16,6 +16,10 @@ template <int D>
 [[nodiscard]] Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices,
                                                  const Execution& execution);
 
+/// What a file of degree 1 says beside its rows.
+template <int D>
+[[nodiscard]] Outcome<LinearMesh<D>> read_lists(const File& file);
+
 /// Normals, tangents, and places on CAD entities, of a file with so many vertices. Normals or tangents that are not
 /// right (an index without its vertex or direction, a direction without a length) are left out as a whole, with a
 /// notice: the others may be wrong as well.

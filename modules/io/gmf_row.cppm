@@ -1,5 +1,7 @@
 module;
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 module camber.io:gmf_row;
@@ -44,6 +46,34 @@ struct Fault {
 
 [[nodiscard]] constexpr bool is_reference(std::int64_t value) {
     return value >= std::numeric_limits<Reference>::min() && value <= std::numeric_limits<Reference>::max();
+}
+
+template <int D>
+[[nodiscard]] inline Fault store_point(const VertexRow<D>& row, Vec<D>& point, Reference& reference) {
+    bool finite = true;
+    for (int c = 0; c < D; ++c) {
+        point[c] = row.real[c];
+        finite = finite && std::isfinite(row.real[c]);
+    }
+    if (!finite) return {FaultKind::not_finite};
+    if (!is_reference(row.integer[0])) return {FaultKind::too_large, row.integer[0]};
+    reference = static_cast<Reference>(row.integer[0]);
+    return {};
+}
+
+/// Edges may be from a vertex to itself.
+template <int N>
+[[nodiscard]] inline Fault store_simplex(const SimplexRow<N>& row, std::size_t vertices, std::array<VertexId, N>& nodes,
+                                         Reference& reference) {
+    for (int n = 0; n < N; ++n) {
+        if (from_file(row.integer[n]) >= vertices) return {FaultKind::index, row.integer[n], vertices};
+        nodes[n] = VertexId(from_file(row.integer[n]));
+        for (int m = 0; m < n && N > 2; ++m)
+            if (row.integer[m] == row.integer[n]) return {FaultKind::repeated, row.integer[n]};
+    }
+    if (!is_reference(row.integer[N])) return {FaultKind::too_large, row.integer[N]};
+    reference = static_cast<Reference>(row.integer[N]);
+    return {};
 }
 
 }  // namespace camber::gmf

@@ -7,6 +7,8 @@ export import :decode_options;
 export import :any_mesh;
 export import :solution;
 export import :gmf;
+export import :gmf_runs;
+export import :gmf_parts;
 export import :msh;
 export import :mesh_fields;
 export import :flat;

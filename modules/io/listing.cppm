@@ -97,8 +97,7 @@ template <int K>
 [[nodiscard]] Outcome<Done> reorder(Buffer<std::array<VertexId, quadratic_nodes<K>>>& simplices,
                                     const NodeOrder<K>& order, const Execution& execution);
 
-/// The reference that a mid node is written with: that of the edge's ends where both agree, else 0.
-[[nodiscard]] constexpr Reference mid_node_reference(Reference a, Reference b) { return a == b ? a : 0; }
+using camber::mid_node_reference;
 
 /// f(simplices of one dimension) → Outcome<Done>, for each dimension that the mesh has, until one fails.
 template <int D, class F>

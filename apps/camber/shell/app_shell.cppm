@@ -4,6 +4,8 @@ export import :child;
 export import :command;
 export import :command_line;
 export import :files;
+export import :mapped_file;
+export import :shared_file;
 export import :interrupt;
 export import :memory;
 export import :meter;

@@ -23,52 +23,14 @@ module;
 #include <vector>
 module camber.app_shell;
 import camber.core;
+import :descriptor;
 
 namespace camber::app {
 
 namespace {
 
-class Descriptor {
-  public:
-    explicit Descriptor(int fd) : fd_(fd) {}
-    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    Descriptor& operator=(Descriptor&& other) noexcept {
-        std::swap(fd_, other.fd_);
-        return *this;
-    }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
-    ~Descriptor() {
-        if (fd_ >= 0) ::close(fd_);
-    }
-    [[nodiscard]] int get() const { return fd_; }
-    [[nodiscard]] explicit operator bool() const { return fd_ >= 0; }
-    /// Some file systems tell only now that they could not write.
-    [[nodiscard]] bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
-
-  private:
-    int fd_;
-};
-
-/// What the user can do about it.
-const char* remedy_of(int error) {
-    switch (error) {
-        case ENOENT: return "check the path";
-        case EACCES:
-        case EPERM:
-        case EROFS: return "ask for the permission, or take another place";
-        case EISDIR: return "name a file";
-        case ENOTDIR: return "take another place";
-        case ENOSPC:
-        case EDQUOT: return "make room, or take another place";
-        case EFBIG: return "raise the limit (ulimit -f)";
-        default: return "";
-    }
-}
-
-auto system_error(ErrorKind kind, const std::string& path, const char* verb, int error = errno) {
-    return fail(kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path, {},
-                remedy_of(error));
+auto fail_by_system(ErrorKind kind, const std::string& path, const char* verb, int error = errno) {
+    return fail(system_error(kind, path, verb, error));
 }
 
 /// The request to stop is looked for between two of these.
@@ -106,25 +68,6 @@ Descriptor open_special(const std::string& path, const std::stop_token& stop) {
         if (stop.stop_requested()) return errno = ECANCELED, Descriptor(-1);
         std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds_between_looks));
     }
-}
-
-/// What the path leads to after symbolic links, so that a link stays one.
-std::string target_of(const std::string& path) {
-    std::error_code ignored;
-    const auto resolved = std::filesystem::weakly_canonical(path, ignored);
-    return ignored ? path : resolved.string();
-}
-
-std::string folder_of(const std::string& path) {
-    const auto slash = path.rfind('/');
-    if (slash == std::string::npos) return ".";
-    return slash == 0 ? "/" : path.substr(0, slash);
-}
-
-/// A name in the folder of another; not made from it, which may be as long as names can be.
-std::string beside(const std::string& path, const std::string& name) {
-    const auto slash = path.rfind('/');
-    return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
 }
 
 /// A file on its way to its name: without one where the system can (O_TMPFILE), else beside its target.
@@ -193,7 +136,7 @@ Outcome<Done> check_folder_of(const std::string& path) {
     struct stat status{};
     const bool is_there = ::stat(folder_of(target).c_str(), &status) == 0;
     if (is_there && S_ISDIR(status.st_mode)) return Done{};
-    if (!is_there && errno == EACCES) return system_error(ErrorKind::write, path, "written", EACCES);
+    if (!is_there && errno == EACCES) return fail_by_system(ErrorKind::write, path, "written", EACCES);
     const std::string folder = folder_of(path);
     if (is_there || errno == ENOTDIR)
         return fail(ErrorKind::write, "its folder " + folder + (is_there ? " is a file" : " lies below a file"), path,
@@ -221,7 +164,7 @@ Outcome<Done> make_folder(const std::string& folder) {
 
 Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution) try {
     const auto unreadable = [&](int error = errno) {
-        return system_error(ErrorKind::input, called_input(path), "read", error);
+        return fail_by_system(ErrorKind::input, called_input(path), "read", error);
     };
     // A pipe without a writer would hold `open`: it is waited for below, where the request to stop is heard.
     const Descriptor file = path == standard_stream
@@ -257,7 +200,7 @@ Outcome<Done> write_file(const std::string& path, std::span<const std::span<cons
                          const Execution& execution) {
     const auto unwritable = [&] {
         if (errno == ECANCELED) return fail(ErrorKind::stopped, "stopped on request", called_output(path));
-        return system_error(ErrorKind::write, called_output(path), "written");
+        return fail_by_system(ErrorKind::write, called_output(path), "written");
     };
     std::size_t all = 0, written = 0;
     for (const auto& chunk : chunks) all += chunk.size();
@@ -281,16 +224,16 @@ Outcome<Done> check_writable(const std::string& path) {
     if (path == standard_stream) return Done{};
     if (auto folder = check_folder_of(path); !folder) return folder;
     if (is_special(path)) {
-        if (::access(path.c_str(), W_OK) != 0) return system_error(ErrorKind::write, path, "written");
+        if (::access(path.c_str(), W_OK) != 0) return fail_by_system(ErrorKind::write, path, "written");
         return Done{};
     }
     const std::string target = target_of(path);
     struct stat status{};
     if (::stat(target.c_str(), &status) == 0) {
-        if (S_ISDIR(status.st_mode)) return system_error(ErrorKind::write, path, "written", EISDIR);
-        if (::access(target.c_str(), W_OK) != 0) return system_error(ErrorKind::write, path, "written");
+        if (S_ISDIR(status.st_mode)) return fail_by_system(ErrorKind::write, path, "written", EISDIR);
+        if (::access(target.c_str(), W_OK) != 0) return fail_by_system(ErrorKind::write, path, "written");
     }
-    if (::access(folder_of(target).c_str(), W_OK | X_OK) != 0) return system_error(ErrorKind::write, path, "written");
+    if (::access(folder_of(target).c_str(), W_OK | X_OK) != 0) return fail_by_system(ErrorKind::write, path, "written");
     return Done{};
 }
 
