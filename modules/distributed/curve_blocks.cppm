@@ -2,6 +2,7 @@ module;
 #include <cstddef>
 #include <functional>
 #include <span>
+#include <tuple>
 #include <vector>
 export module camber.distributed:curve_blocks;
 import camber.core;
@@ -26,6 +27,21 @@ struct BlocksGoal {
     /// own.
     std::function<Outcome<Column<LogMetric<D>>>(const LinearMesh<D>&, std::span<const GlobalNumber>, const Execution&)>
         metric = {};
+};
+
+/// By blocks of how many elements a mesh is curved, as a stage's options say it.
+struct CurveByBlocks {
+    int blocks = 0;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = CurveByBlocks;
+        return std::tuple(option("blocks", &S::blocks,
+                                 "elements in a block: the mesh is curved by blocks and written by parts; 0: as a whole, "
+                                 "but on several ranks by blocks of 262144")
+                              .at_least(0)
+                              .unit("elements"));
+    }
+    friend bool operator==(const CurveByBlocks&, const CurveByBlocks&) = default;
 };
 
 struct CurveBlocksOptions {

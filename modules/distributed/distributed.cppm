@@ -12,6 +12,7 @@ export import :split;
 export import :halo;
 export import :whole_surface;
 export import :curve_blocks;
+export import :quadratic_parts;
 export import :gmf_rows;
 import :block_state;
 import :region;

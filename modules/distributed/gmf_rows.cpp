@@ -87,7 +87,9 @@ class MemoryRows final : public MeshRows<D> {
         lists.elements.required = mesh_.elements.required;
         lists.facets.required = mesh_.facets.required;
         lists.edges.required = mesh_.edges.required;
+        lists.facets.entities = mesh_.facets.entities;
         lists.geometry = mesh_.geometry;
+        lists.groups = mesh_.groups;
         return lists;
     }
 

@@ -263,6 +263,19 @@ Outcome<Block<D>> block_of(std::vector<SimplexRow<D>>& elements, std::vector<Sim
     return block;
 }
 
+/// What is required is looked up.
+template <int D>
+void sort_required(LinearMesh<D>& lists) {
+    const auto sorted = [](Column<std::uint32_t> rows) {
+        Buffer<std::uint32_t> out = take(std::move(rows));
+        std::ranges::sort(out);
+        return Column<std::uint32_t>(std::move(out));
+    };
+    lists.elements.required = sorted(std::move(lists.elements.required));
+    lists.facets.required = sorted(std::move(lists.facets.required));
+    lists.edges.required = sorted(std::move(lists.edges.required));
+}
+
 template <int D>
 struct PlacedPoint {
     Vec<D> point;
@@ -305,8 +318,9 @@ Outcome<Blocks<D>> split(const MeshRows<D>& rows, const BlockOptions& options, R
                          const Execution& execution) {
     return guarded([&]() -> Outcome<Blocks<D>> {
         if (options.elements == 0) return fail(ErrorKind::usage, "a block of no elements", {}, {}, "give at least 1");
-        const auto lists = rows.lists();
+        auto lists = rows.lists();
         if (!lists) return fail(lists.error());
+        sort_required(*lists);
         auto first = first_vertices(rows, options, ranks);
         if (!first) return fail(first.error());
         Blocks<D> blocks;

@@ -15,6 +15,7 @@ import camber.app_shell;
 import camber.config;
 import camber.run;
 import :cycles;
+import :by_blocks;
 import :ending;
 import :execute;
 import :formats;
@@ -88,6 +89,7 @@ std::string note_of_wish(const run::Report& r) {
 }
 
 int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
+    if (goes_by_blocks(pipeline, host)) return finish_by_blocks(pipeline, std::move(host));
     Written written;
     const auto run = execute(pipeline, written, {}, std::move(host));
     if (!run) return report_error(run.error());

@@ -24,6 +24,7 @@ import camber.repair;
 import camber.recipes;
 import camber.solution_metric;
 import camber.transfer;
+import camber.distributed;
 
 /// What a config says, as plain values, which describe their options themselves; some are options of a module.
 export namespace camber::config {
@@ -214,7 +215,12 @@ struct Features {
 struct Elevate {
     friend bool operator==(const Elevate&, const Elevate&) = default;
 };
-using Curve = ProposeOptions;
+struct Curve : ProposeOptions, CurveByBlocks {
+    [[nodiscard]] static constexpr auto options() {
+        return std::tuple_cat(ProposeOptions::options(), CurveByBlocks::options());
+    }
+    friend bool operator==(const Curve&, const Curve&) = default;
+};
 struct Validate {
     JacobianBound min_scaled_jacobian = {};
 

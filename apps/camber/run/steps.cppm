@@ -50,6 +50,18 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> move_vertices(Runner<D>& run);
 
+/// Features and geometry as a config describes them, of a mesh that nothing has changed.
+template <int D>
+struct DescribedBoundary {
+    Boundary<D> boundary;
+    BoundaryReport report;
+};
+/// Errors (usage): a geometry that is not the mesh's.
+template <int D>
+[[nodiscard]] Outcome<DescribedBoundary<D>> boundary_by_config(const config::Pipeline& pipeline,
+                                                               const GeometrySource& source, const LinearMesh<D>& mesh,
+                                                               const EdgeSet<D>& edges, const Execution& execution);
+
 /// The boundary as the config describes it, before a stage that curves or changes topology; `curves`: see
 /// make_geometry. Errors (usage): a geometry that is not the mesh's.
 template <int D>

@@ -59,29 +59,22 @@ Outcome<Features<D>> with_those_of_model(Features<D> features, LinearMesh<D> mes
     }
 }
 
-/// Features and geometry of the boundary.
+/// Features and geometry of the boundary, by these breaks; of a mesh that was remeshed with the geometry that it has.
 template <int D>
-struct Described {
-    Boundary<D> boundary;
-    BoundaryReport report;
-};
-template <int D>
-Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                std::span<const LagrangeNode<D>> curves, const Runner<D>& run,
-                                const Execution& execution) {
-    const config::Features& options = run.config.features;
-    const Inherited<D>* const inherited = run.state.inherited ? &*run.state.inherited : nullptr;
-    auto features =
-        find_features(mesh, edges, inherited ? listed_breaks<D> : by_angle<D>(options), part_of(execution, 0, 0.3));
+Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                        std::span<const LagrangeNode<D>> curves, const config::Pipeline& pipeline,
+                                        const GeometrySource& source, const Inherited<D>* inherited,
+                                        const Execution& execution) {
+    const config::Features& options = pipeline.features;
+    const FeatureOptions<D> breaks = inherited ? listed_breaks<D> : by_angle<D>(options);
+    auto features = find_features(mesh, edges, breaks, part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
     auto made = inherited ? MadeGeometry<D>{inherited->geometry}
-                          : make_geometry(run.config.geometry, run.geometry, mesh, edges, *features,
-                                          by_angle<D>(options), curves, part_of(execution, 0.3, 1));
+                          : make_geometry(pipeline.geometry, source, mesh, edges, *features, by_angle<D>(options),
+                                          curves, part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
-    features = with_those_of_model(std::move(*features), mesh, edges, *made,
-                                   inherited ? listed_breaks<D> : by_angle<D>(options), without_progress(execution));
+    features = with_those_of_model(std::move(*features), mesh, edges, *made, breaks, without_progress(execution));
     if (!features) return fail(features.error());
-    if (made->cad) made->cad->moves = run.state.cad_moves;
     BoundaryReport report{features->surface_edges,
                           features->ridge_edges,
                           features->corners,
@@ -92,21 +85,35 @@ Outcome<Described<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edg
                           made->cad};
     report.curved_patches = made->curved_patches;
     report.off_surfaces = made->off_surfaces;
-    return Described<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
+    return DescribedBoundary<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
 }
 
 }  // namespace
 
 template <int D>
+Outcome<DescribedBoundary<D>> boundary_by_config(const config::Pipeline& pipeline, const GeometrySource& source,
+                                                 const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                 const Execution& execution) {
+    return described<D>(mesh, edges, {}, pipeline, source, nullptr, execution);
+}
+
+template <int D>
 Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                        std::span<const LagrangeNode<D>> curves) {
-    auto made = run.step("surface", [&](const Execution& e) { return described(mesh, edges, curves, run, e); });
+    const Inherited<D>* const inherited = run.state.inherited ? &*run.state.inherited : nullptr;
+    auto made = run.step("surface", [&](const Execution& e) {
+        return described(mesh, edges, curves, run.config, run.geometry, inherited, e);
+    });
     if (!made) return fail(made.error());
+    if (made->report.cad) made->report.cad->moves = run.state.cad_moves;
     run.report(made->report);
     return std::move(made->boundary);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<DescribedBoundary<D>> boundary_by_config<D>(const config::Pipeline&, const GeometrySource&, \
+                                                                 const LinearMesh<D>&, const EdgeSet<D>&,        \
+                                                                 const Execution&);                              \
     template Outcome<Boundary<D>> describe_boundary<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&, \
                                                        std::span<const LagrangeNode<D>>);
 

@@ -1,0 +1,401 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <ctime>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.commands;
+import camber.core;
+import camber.bezier;
+import camber.app_shell;
+import camber.config;
+import camber.distributed;
+import camber.io;
+import camber.ordering;
+import camber.run;
+import camber.soundness;
+import :by_blocks;
+import :ending;
+import :execute;
+import :formats;
+import :given;
+
+namespace camber::app {
+
+namespace {
+
+/// Clocks and progress around the steps of a run.
+class Steps {
+  public:
+    Steps(const config::Pipeline& pipeline, Host& host)
+        : pipeline_(pipeline), host_(host), progress_(std::move(host.told)) {}
+
+    [[nodiscard]] Around around() {
+        return [this](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
+            progress_.begin(std::string(stage));
+            const Meter meter;
+            auto done = guarded([&] {
+                return body(Execution{
+                    .threads = pipeline_.threads, .stop = host_.stop, .progress = progress_.ticks()});
+            });
+            if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty())
+                done.error().where = stage;
+            const Usage usage = meter.read();
+            times.push_back({std::string(stage), usage.seconds, usage.peak_bytes});
+            return done;
+        };
+    }
+    void wipe() { progress_.wipe(); }
+
+    std::vector<run::StageTime> times;
+
+  private:
+    const config::Pipeline& pipeline_;
+    Host& host_;
+    Progress progress_;
+};
+
+/// A mesh to be curved: rows that are read as they are asked for, or those of a mesh in memory.
+template <int D>
+struct Opened {
+    std::unique_ptr<MeshRows<D>> rows;
+    std::optional<LinearMesh<D>> mesh = {};          ///< in memory, in the order to work in
+    std::optional<BetterOrder> order = {};           ///< how that came of the file's
+    std::optional<Lift> lift = {};
+};
+
+bool is_meshb(const std::string& path) { return path.ends_with(".meshb"); }
+
+/// The output of a run that is written by parts.
+bool writes_parts(const config::Pipeline& pipeline) {
+    return is_meshb(pipeline.output.mesh) && pipeline.output.format.empty();
+}
+
+/// A file whose rows several read: none of it is held.
+template <int D>
+Outcome<Opened<D>> mapped(const std::string& path) {
+    auto bytes = map_file(path);
+    if (!bytes) return fail(bytes.error());
+    auto rows = rows_of_gmf<D>(std::move(*bytes), path);
+    if (!rows) return fail(of_file(rows.error(), path));
+    return Opened<D>{std::move(*rows)};
+}
+
+/// A mesh of degree 1 in memory, made sound, in an order in which what is near is near.
+template <int D>
+Outcome<Opened<D>> prepared(LinearMesh<D> given, std::vector<std::string>& notices, const Execution& execution) {
+    auto sound = prepare(std::move(given), execution);
+    if (!sound) return fail(sound.error());
+    notices.insert(notices.end(), sound->notices.begin(), sound->notices.end());
+    Opened<D> opened{nullptr, std::move(sound->mesh)};
+    auto order = better_order(*opened.mesh, {}, execution);
+    if (!order) return fail(order.error());
+    if (*order) {
+        auto better = renumbered(std::move(*opened.mesh), (*order)->renumbering, execution);
+        if (!better) return fail(better.error());
+        opened.mesh = std::move(*better);
+        opened.order = std::move(*order);
+    }
+    opened.rows = rows_of(*opened.mesh);
+    return opened;
+}
+
+/// One run by blocks.
+class BlocksRun {
+  public:
+    BlocksRun(const config::Pipeline& pipeline, Written& written, Host host)
+        : pipeline_(pipeline), written_(written), host_(std::move(host)), steps_(pipeline, host_) {}
+
+    Outcome<run::ByBlocksReport> run() {
+        auto made = together(*host_.ranks, [&] { return run_here(); });
+        steps_.wipe();
+        return made;
+    }
+    [[nodiscard]] const std::vector<std::string>& notices() const { return notices_; }
+
+  private:
+    Outcome<run::ByBlocksReport> run_here() {
+        auto options = run::options_by_blocks(pipeline_);
+        if (!options) return fail(options.error());
+        options_ = std::move(*options);
+        if (auto outputs = check_outputs_here(); !outputs) return fail(outputs.error());
+        const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
+        if (file != nullptr && is_meshb(file->path) && writes_parts(pipeline_) && is_mapped())
+            return run_mapped(file->path);
+        return run_in_memory();
+    }
+
+    /// One rank takes a mesh as it is; what it cannot hold, and several ranks, take it by offsets.
+    [[nodiscard]] bool is_mapped() const { return host_.ranks->size() > 1; }
+
+    Outcome<Done> check_outputs_here() const {
+        const config::Output& output = pipeline_.output;
+        for (const std::string& other : {output.vtu, output.metric, output.solution, output.plots, output.page})
+            if (!other.empty())
+                return fail(ErrorKind::unsupported, "is not written by blocks", other, {},
+                            "write the mesh and its report, and make the others of these");
+        if (host_.ranks->size() > 1 && !writes_parts(pipeline_))
+            return fail(ErrorKind::unsupported, "several ranks write a mesh as .meshb", output.mesh, {},
+                        "camber convert brings it into any other format");
+        return host_.ranks->rank() == 0 ? check_outputs(output) : Done{};
+    }
+
+    Outcome<run::ByBlocksReport> run_mapped(const std::string& path) {
+        auto in_space = mapped<3>(path);
+        if (in_space) return run_on(std::move(*in_space));
+        if (in_space.error().kind != ErrorKind::unsupported) return fail(in_space.error());
+        auto plane = mapped<2>(path);
+        if (!plane) return fail(in_space.error());
+        return run_on(std::move(*plane));
+    }
+
+    Outcome<run::ByBlocksReport> run_in_memory() {
+        std::optional<DecodedMesh> decoded;
+        const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
+        auto read = steps_.around()(file != nullptr ? "read" : "generate", [&](const Execution& e) -> Outcome<Done> {
+            auto got = file != nullptr ? read_mesh(file->path, pipeline_.input.flat, e)
+                                       : run::generate_shape(std::get<config::Shape>(pipeline_.input.source), e);
+            if (!got) return fail(got.error());
+            decoded = std::move(*got);
+            return Done{};
+        });
+        if (!read) return fail(read.error());
+        return std::visit(
+            [&]<class Mesh>(Mesh mesh) -> Outcome<run::ByBlocksReport> {
+                if constexpr (requires { mesh.linear; }) {
+                    return fail(ErrorKind::unsupported, "the mesh is curved: blocks take a straight one", {}, {},
+                                "camber convert --straighten makes it one");
+                } else {
+                    constexpr int D = Mesh::dimension;
+                    std::optional<Opened<D>> opened;
+                    auto done = steps_.around()("prepare", [&](const Execution& e) -> Outcome<Done> {
+                        auto made = prepared<D>(std::move(mesh), notices_, e);
+                        if (!made) return fail(made.error());
+                        opened = std::move(*made);
+                        return Done{};
+                    });
+                    if (!done) return fail(done.error());
+                    opened->lift = decoded->lift;
+                    return run_on(std::move(*opened));
+                }
+            },
+            std::move(decoded->mesh));
+    }
+
+    /// A metric file's rows are at the vertices of the file, which are those of the mesh.
+    template <int D>
+    Outcome<std::vector<run::MetricFile>> metric_files(const Opened<D>& opened, const Execution& execution) const {
+        std::vector<std::string> paths;
+        const auto add = [&](const config::Metric& metric) {
+            if (const auto* file = std::get_if<config::FilePath>(&metric)) paths.push_back(file->path);
+        };
+        add(pipeline_.metric);
+        for (const config::MetricOperation& operation : pipeline_.metric_operations)
+            if (const auto* intersect = std::get_if<config::Intersect>(&operation)) add(intersect->metric);
+        std::vector<run::MetricFile> files;
+        for (const std::string& path : paths) {
+            auto decoded = read_solution(path, execution);
+            if (!decoded) return fail(decoded.error());
+            if (decoded->solution.rows != opened.rows->counts().points)
+                return fail(ErrorKind::input,
+                            "has " + std::to_string(decoded->solution.rows) + " rows, the mesh " +
+                                std::to_string(opened.rows->counts().points) + " vertices",
+                            path);
+            run::MetricFile file{path, std::move(decoded->solution)};
+            if (opened.order) {
+                auto values = renumbered_rows(file.solution.values, opened.order->renumbering.vertices.before,
+                                              execution, file.solution.values.size() / file.solution.rows);
+                if (!values) return fail(values.error());
+                file.solution.values = std::move(*values);
+            }
+            files.push_back(std::move(file));
+        }
+        return files;
+    }
+
+    template <int D>
+    Outcome<run::ByBlocksReport> run_on(Opened<D> opened) {
+        std::vector<run::MetricFile> files;
+        run::GeometrySource geometry;
+        auto read = steps_.around()("read", [&](const Execution& e) -> Outcome<Done> {
+            auto metric = metric_files(opened, e);
+            if (!metric) return fail(metric.error());
+            files = std::move(*metric);
+            auto model = read_geometry(pipeline_.geometry, e);
+            if (!model) return fail(model.error());
+            geometry = std::move(*model);
+            return Done{};
+        });
+        if (!read) return fail(read.error());
+        const auto goal = run::goal_by_blocks<D>(pipeline_, geometry, files, notices_);
+        auto curved = curve_blocks<D>(*opened.rows, goal, options_, *host_.ranks, steps_.around());
+        if (!curved) return fail(curved.error());
+        auto report = report_of(*curved);
+        if (!pipeline_.output.mesh.empty()) {
+            auto done = written_.add(pipeline_.output.mesh, steps_.around()("write", [&](const Execution& e) {
+                return write(opened, *curved, e);
+            }));
+            if (!done) return fail(done.error());
+        }
+        return with_costs(std::move(report));
+    }
+
+    template <int D>
+    run::ByBlocksReport report_of(const CurvedBlocks<D>& curved) const {
+        run::ByBlocksReport report;
+        report.dimension = D;
+        report.ranks = host_.ranks->size();
+        report.blocks = curved.blocks.layout.size();
+        report.elements_of_block = options_.blocks.elements;
+        report.vertices = curved.counts.points;
+        report.elements = curved.counts.elements;
+        report.facets = curved.counts.facets;
+        report.edges = curved.first_edges.back();
+        report.volume_edges = curved.statistics.volume_edges;
+        report.curved_edges = curved.statistics.curved_edges;
+        report.extension_iterations = curved.iterations;
+        report.before = curved.before;
+        report.after = curved.after;
+        report.repair = curved.repair;
+        report.bound = options_.curving.repair.min_scaled_jacobian;
+        report.is_asked = options_.curving.repair.min_scaled_jacobian.is_asked;
+        return report;
+    }
+
+    /// What it cost each rank.
+    Outcome<run::ByBlocksReport> with_costs(run::ByBlocksReport report) {
+        struct Cost {
+            std::size_t peak = 0, sent = 0;
+            double seconds = 0;
+        };
+        const Traffic traffic = host_.ranks->traffic();
+        const Cost own{Meter().read().peak_bytes, traffic.bytes,
+                       static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC)};
+        const auto all = gather_all(*host_.ranks, Outcome<std::vector<Cost>>({own}));
+        if (!all) return fail(all.error());
+        for (const Cost& cost : *all) {
+            report.peak_bytes.push_back(cost.peak);
+            report.processor_seconds.push_back(cost.seconds);
+            report.sent_bytes.push_back(cost.sent);
+        }
+        report.rounds = traffic.rounds;
+        report.times = steps_.times;
+        return report;
+    }
+
+    template <int D>
+    Outcome<Done> write(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
+        if (writes_parts(pipeline_) && !opened.order && !opened.lift) return write_parts(opened, curved, execution);
+        const auto format = format_of_mesh(pipeline_.output.mesh, pipeline_.output.format);
+        if (!format) return fail(format.error());
+        auto mesh = joined(curved, *opened.mesh, execution);
+        if (!mesh) return fail(mesh.error());
+        if (opened.order) {
+            auto given = renumbered(std::move(*mesh), inverse(opened.order->renumbering), execution);
+            if (!given) return fail(given.error());
+            *mesh = std::move(given->mesh);
+        }
+        AnyMesh whole(std::move(*mesh));
+        if (opened.lift && (*format)->always_in_space) {
+            auto in_space = raised(whole, *opened.lift, execution);
+            if (!in_space) return fail(in_space.error());
+            whole = std::move(*in_space);
+        }
+        return write_mesh(**format, whole, {}, {}, pipeline_.output.mesh, execution);
+    }
+
+    /// A piece after the other, each at its place.
+    template <int D>
+    Outcome<Done> write_parts(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
+        Ranks& ranks = *host_.ranks;
+        const std::string& path = pipeline_.output.mesh;
+        const auto parts = QuadraticParts<D>::make(*opened.rows, curved, ranks);
+        if (!parts) return fail(parts.error());
+        const auto lists = opened.rows->lists();
+        if (!lists) return fail(lists.error());
+        const auto frame = gmf_frame<D, 2>(parts->totals(), *lists);
+        if (!frame) return fail(frame.error());
+        auto file = open_shared(path, frame->bytes);
+        if (!file) return fail(file.error());
+        const auto put = [&](const Outcome<std::vector<FilePiece>>& pieces) -> Outcome<Done> {
+            if (!pieces) return fail(pieces.error());
+            for (const FilePiece& piece : *pieces)
+                if (auto done = file->write(piece.offset, piece.bytes, execution); !done) return done;
+            return Done{};
+        };
+        if (ranks.rank() == 0)
+            if (auto done = put(encode_gmf_frame<D, 2>(*frame, *lists, execution)); !done) return done;
+        for (std::size_t i = 0; i < parts->pieces(); ++i) {
+            const auto part = parts->piece(i);
+            if (!part) return fail(part.error());
+            if (auto done = put(encode_gmf_part<D, 2>(*frame, *part, execution)); !done) return done;
+            report_progress(execution, i + 1, parts->pieces());
+        }
+        if (auto flushed = agreed(ranks, file->flush()); !flushed) return flushed;
+        return agreed(ranks, ranks.rank() == 0 ? file->publish() : Outcome<Done>(Done{}));
+    }
+
+    Outcome<SharedFile> open_shared(const std::string& path, std::uint64_t bytes) {
+        Ranks& ranks = *host_.ranks;
+        std::optional<SharedFile> made;
+        Outcome<std::string> draft{std::string{}};
+        if (ranks.rank() == 0) {
+            auto file = SharedFile::make(path, bytes);
+            if (file) {
+                draft = file->draft();
+                made = std::move(*file);
+            } else
+                draft = fail(file.error());
+        }
+        const auto told = told_by_first(ranks, draft);
+        if (!told) return fail(told.error());
+        if (made) return std::move(*made);
+        return SharedFile::join(path, *told);
+    }
+
+    const config::Pipeline& pipeline_;
+    Written& written_;
+    Host host_;
+    Steps steps_;
+    CurveBlocksOptions options_;
+    std::vector<std::string> notices_;
+};
+
+}  // namespace
+
+bool goes_by_blocks(const config::Pipeline& pipeline, const Host& host) {
+    if (run::asks_for_blocks(pipeline)) return true;
+    if (host.ranks->size() == 1) return false;
+    return std::ranges::any_of(pipeline.stages,
+                               [](const config::Stage& s) { return std::holds_alternative<config::Curve>(s); });
+}
+
+int finish_by_blocks(const config::Pipeline& pipeline, Host host) {
+    Written written;
+    const bool is_first = host.ranks->rank() == 0;
+    BlocksRun blocks(pipeline, written, std::move(host));
+    auto report = blocks.run();
+    if (!report) {
+        Error error = report.error();
+        const auto* const file = std::get_if<config::FilePath>(&pipeline.input.source);
+        return report_error(of_file(std::move(error), file != nullptr ? file->path : "the generated mesh"));
+    }
+    for (const std::string& notice : blocks.notices()) tell_note(notice);
+    if (const std::string& path = pipeline.output.report; !path.empty() && is_first)
+        if (auto done = written.add(path, write_text(path, run::to_json(*report))); !done)
+            return report_error(done.error());
+    const int said =
+        end_with(run::table(*report) + "\n" + wrote_rows({pipeline.output.mesh, pipeline.output.report}), written);
+    if (report->holds_what_was_asked()) return said;
+    tell(std::to_string(report->after.not_positive) + " elements are not certified valid, " +
+         std::to_string(report->after.invalid + report->after.undecided) + " below the bound");
+    return said != 0 ? said : 1;
+}
+
+}  // namespace camber::app
