@@ -18,7 +18,8 @@ export namespace camber {
     return Done{};
 }
 
-/// The first rank's value (a plain one, or a text) on all of them; what the others give is not looked at. Errors: of any.
+/// The first rank's value (a plain one, or a text) on all of them; what the others give is not looked at. Errors: of
+/// any.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<T> told_by_first(Ranks& ranks, const Outcome<T>& own) {

@@ -124,8 +124,8 @@ std::unique_ptr<MeshRows<D>> rows_of(LinearMesh<D> mesh) {
     return std::make_unique<MemoryRows<D>>(std::move(mesh));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                               \
-    template Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf<D>(Column<std::byte>, std::string_view);     \
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf<D>(Column<std::byte>, std::string_view); \
     template std::unique_ptr<MeshRows<D>> rows_of<D>(LinearMesh<D>);
 
 CAMBER_INSTANTIATE(2)

@@ -1,8 +1,10 @@
 module;
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 export module camber.io:decode_options;
+import camber.core;
 
 export namespace camber {
 
@@ -19,6 +21,8 @@ struct DecodeOptions {
     /// The zone to read (SU2: its number, CGNS: its name or number); empty: all, joined into one mesh.
     std::string zone = {};
     Unheld unheld = Unheld::refuse;
+    /// Reads a file that the mesh's file names, by a path from its folder (PVTU); none: nobody does.
+    std::function<Outcome<Buffer<std::byte>>(const std::string& path)> beside = {};
 };
 
 /// So many cells of a kind, which is in the plural.

@@ -78,6 +78,13 @@ MeshFormat vtu_row() {
     return format;
 }
 
+MeshFormat pvtu_row() {
+    MeshFormat format{{"pvtu", "PVTU (pieces in VTU files)", {".pvtu"}, {}, is_pvtu}};
+    format.decode = quiet<decode_pvtu>;
+    format.always_in_space = true;
+    return format;
+}
+
 template <VtkEncoding encoding>
 MeshFormat vtk_row(std::string_view name, std::string_view what, std::vector<std::string_view> endings) {
     MeshFormat format{{name, what, std::move(endings), ".vtk",
@@ -161,6 +168,7 @@ std::span<const MeshFormat> mesh_formats() {
         msh_row<v2, MshEncoding::binary>("msh2", "Gmsh MSH 2.2 in binary", {}),
         msh_row<v2, MshEncoding::ascii>("msh2-ascii", "Gmsh MSH 2.2 as text", {}),
         vtu_row(),
+        pvtu_row(),
         vtk_row<VtkEncoding::binary>("vtk", "legacy VTK in binary", {".vtk"}),
         vtk_row<VtkEncoding::ascii>("vtk-ascii", "legacy VTK as text", {}),
         mfem_row(),

@@ -13,6 +13,7 @@ export import :msh;
 export import :mesh_fields;
 export import :flat;
 export import :vtu;
+export import :pvtu;
 export import :vtk;
 export import :stl;
 export import :xdmf;

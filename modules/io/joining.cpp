@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -85,37 +86,60 @@ void renumber(Mesh<D>& mesh, const Buffer<std::uint32_t>& number) {
     if constexpr (D == 3) of_kind(mesh.edges);
 }
 
+/// Leaves those points, in that order; `number`: the new one of each.
+template <int D>
+void keep(Mesh<D>& mesh, Buffer<std::uint32_t> rows, const Buffer<std::uint32_t>& number) {
+    const auto kept = std::make_shared<Buffer<std::uint32_t>>(std::move(rows));
+    renumber(mesh, number);
+    Buffer<Vec<D>> points(kept->size());
+    Buffer<Reference> references(kept->size());
+    for (std::size_t i = 0; i < kept->size(); ++i) {
+        points[i] = mesh.points[(*kept)[i]];
+        references[i] = mesh.point_references[(*kept)[i]];
+    }
+    mesh.points = std::move(points);
+    mesh.point_references = std::move(references);
+    mesh.fields = kept_fields<D>(mesh.fields, *kept);
+    mesh.number = [kept, before = std::move(mesh.number)](std::size_t point) -> std::uint64_t {
+        return before ? before((*kept)[point]) : (*kept)[point] + std::uint64_t{1};
+    };
+}
+
 }  // namespace
 
 template <int D>
 std::size_t join_coincident(Mesh<D>& mesh, std::span<const std::size_t> ends) {
     const Buffer<std::uint32_t> partner = partners(mesh, ends);
-    auto kept = std::make_shared<Buffer<std::uint32_t>>();
-    Buffer<std::uint32_t> number(partner.size());
+    Buffer<std::uint32_t> kept, number(partner.size());
     for (std::size_t p = 0; p < partner.size(); ++p)
         if (partner[p] == p) {
-            number[p] = static_cast<std::uint32_t>(kept->size());
-            kept->push_back(static_cast<std::uint32_t>(p));
+            number[p] = static_cast<std::uint32_t>(kept.size());
+            kept.push_back(static_cast<std::uint32_t>(p));
         } else {
             number[p] = number[partner[p]];
         }
-    const std::size_t joined = partner.size() - kept->size();
-    if (joined == 0) return 0;
-    renumber(mesh, number);
-    for (std::size_t i = 0; i < kept->size(); ++i) {
-        mesh.points[i] = mesh.points[(*kept)[i]];
-        mesh.point_references[i] = mesh.point_references[(*kept)[i]];
+    const std::size_t joined = partner.size() - kept.size();
+    if (joined > 0) keep(mesh, std::move(kept), number);
+    return joined;
+}
+
+template <int D>
+std::size_t join_numbered(Mesh<D>& mesh, std::span<const double> numbers) {
+    Buffer<std::uint32_t> order(numbers.size()), kept, number(numbers.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::uint32_t p, std::uint32_t q) { return numbers[p] < numbers[q]; });
+    for (const std::uint32_t p : order) {
+        if (kept.empty() || numbers[kept.back()] != numbers[p]) kept.push_back(p);
+        number[p] = static_cast<std::uint32_t>(kept.size() - 1);
     }
-    mesh.points.resize(kept->size());
-    mesh.point_references.resize(kept->size());
-    mesh.fields = kept_fields<D>(mesh.fields, *kept);
-    mesh.number = [kept, before = std::move(mesh.number)](std::size_t point) -> std::uint64_t {
-        return before ? before((*kept)[point]) : (*kept)[point] + std::uint64_t{1};
-    };
+    const std::size_t joined = order.size() - kept.size();
+    keep(mesh, std::move(kept), number);
     return joined;
 }
 
 template std::size_t join_coincident<2>(Mesh<2>&, std::span<const std::size_t>);
 template std::size_t join_coincident<3>(Mesh<3>&, std::span<const std::size_t>);
+template std::size_t join_numbered<3>(Mesh<3>&, std::span<const double>);
 
 }  // namespace camber::listing

@@ -20,6 +20,23 @@ namespace camber {
 
 namespace vtu {
 
+std::string_view type_of_file(std::span<const std::byte> bytes) {
+    constexpr std::size_t soon = 4096;  // after a declaration and comments
+    constexpr std::string_view blanks = " \t\r\n", name = "type=";
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
+    const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+    if (first == std::string_view::npos || text[first] != '<') return {};
+    const std::size_t tag = text.find("<VTKFile");
+    if (tag == std::string_view::npos) return {};
+    const std::string_view head = text.substr(tag, text.find('>', tag) - tag);
+    for (std::size_t at = head.find(name); at != std::string_view::npos; at = head.find(name, at + 1)) {
+        const std::size_t begin = at + name.size() + 1;
+        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size()) continue;  // header_type
+        return head.substr(begin, head.find(head[begin - 1], begin) - begin);
+    }
+    return {};
+}
+
 Components components_of(FieldKind kind, int dimension) {
     const bool plane = dimension == 2;
     const std::vector<std::string> axes{"X", "Y", "Z"};
@@ -79,8 +96,8 @@ class Writer {
     }
 
     [[nodiscard]] std::string begin() const {
-        const std::string order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
-        return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"" + order +
+        return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"" +
+               std::string(own_byte_order) +
                "\" header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n"
                "<Piece NumberOfPoints=\"" +
                std::to_string(grid_.nodes()) + "\" NumberOfCells=\"" + std::to_string(cells_of(linear_)) + "\">\n";
@@ -130,11 +147,16 @@ class Writer {
             if (!made) return made;
             xml += *made;
         }
-        return "<" + tag + " Scalars=\"reference\">\n" + xml + "</" + tag + ">\n";
+        const bool numbered = centring == Centring::node && fields_.find(global_nodes, centring) != nullptr;
+        const std::string ids = numbered ? " GlobalIds=\"" + std::string(global_nodes) + "\"" : std::string();
+        return "<" + tag + " Scalars=\"reference\"" + ids + ">\n" + xml + "</" + tag + ">\n";
     }
 
     template <class T>
     Outcome<std::string> array_of(const MeshField& field, const Column<T>& values) {
+        if (field.kind == FieldKind::scalar && (field.name == global_nodes || field.name == global_cells))
+            return arrays_.add<std::int64_t>({field.name}, rows(field.centring),
+                                             [&](std::size_t i) { return static_cast<std::int64_t>(values[i]); });
         const Components components = components_of(field.kind, D);
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
         const std::size_t wide = components.sources.size();
@@ -220,15 +242,7 @@ Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& field
     return gmf::guarded([&] { return vtu::Writer(mesh, fields, options, execution).write(); });
 }
 
-bool is_vtu(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 4096;  // after a declaration and comments
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
-    const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
-    if (first == std::string_view::npos || text[first] != '<') return false;
-    const std::size_t tag = text.find("<VTKFile");
-    if (tag == std::string_view::npos) return false;
-    return text.substr(tag, text.find('>', tag) - tag).find("UnstructuredGrid") != std::string_view::npos;
-}
+bool is_vtu(std::span<const std::byte> bytes) { return vtu::type_of_file(bytes) == "UnstructuredGrid"; }
 
 template <int D>
 std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh) {

@@ -31,6 +31,15 @@ struct Cells {
     [[nodiscard]] static constexpr int dimension(std::size_t kind) { return 3 - static_cast<int>(kind / 2); }
 };
 
+/// The mesh as the file lists it, in all its pieces behind one another.
+struct Listed {
+    listing::Mesh<3> mesh;
+    std::vector<Notice> notices = {};
+    std::vector<CellCount> unheld = {};  ///< kinds of cells that were left out
+};
+/// Errors: as decode_vtu.
+[[nodiscard]] Outcome<Listed> listing_of(const File& file, const DecodeOptions& options, const Execution& execution);
+
 /// The cells of a file, nodes as they are; vertices among them are left out, with a notice. Errors: input (arrays that
 /// contradict each other), unsupported (cells that are no simplices, or of another degree than 1 and 2).
 [[nodiscard]] Outcome<Cells> read_cells(const File& file, Unheld unheld, std::vector<Notice>& notices,

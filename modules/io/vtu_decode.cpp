@@ -180,7 +180,7 @@ class MeshReader {
         mesh_.name = file.name;
     }
 
-    Outcome<DecodedMesh> read() && {
+    Outcome<Listed> read() && {
         auto points = read_points(file_, execution_);
         if (!points) return fail(std::move(points.error()));
         mesh_.points = std::move(*points);
@@ -196,10 +196,7 @@ class MeshReader {
         if (sound && file_.pieces.size() > 1) sound = join_pieces();
         if (!sound) return fail(std::move(sound.error()));
         tell();
-        auto decoded =
-            listing::assembled(std::move(mesh_), listing::MidNodeKind::on_curve, std::move(notices_), execution_);
-        if (decoded) decoded->unheld = std::move(cells_.unheld);
-        return decoded;
+        return Listed{std::move(mesh_), std::move(notices_), std::move(cells_.unheld)};
     }
 
   private:
@@ -388,8 +385,17 @@ class MeshReader {
 
 }  // namespace
 
-Outcome<DecodedMesh> mesh_of(const File& file, const DecodeOptions& options, const Execution& execution) {
+Outcome<Listed> listing_of(const File& file, const DecodeOptions& options, const Execution& execution) {
     return MeshReader(file, options, execution).read();
+}
+
+Outcome<DecodedMesh> mesh_of(const File& file, const DecodeOptions& options, const Execution& execution) {
+    auto listed = listing_of(file, options, execution);
+    if (!listed) return fail(std::move(listed.error()));
+    auto decoded = listing::assembled(std::move(listed->mesh), listing::MidNodeKind::on_curve,
+                                      std::move(listed->notices), execution);
+    if (decoded) decoded->unheld = std::move(listed->unheld);
+    return decoded;
 }
 
 }  // namespace camber::vtu

@@ -1,4 +1,5 @@
 module;
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -88,6 +89,12 @@ struct File {
 
 /// The mesh of an opened file. Errors: as decode_vtu.
 [[nodiscard]] Outcome<DecodedMesh> mesh_of(const File& file, const DecodeOptions& options, const Execution& execution);
+
+/// The word of a file that begins as VTK's XML files do, of what kind it is; empty: it does not.
+[[nodiscard]] std::string_view type_of_file(std::span<const std::byte> bytes);
+/// As files have it, of this machine.
+inline constexpr std::string_view own_byte_order =
+    std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 
 /// Whether the arrays of points and cells are no more bytes together than the file has: they may point to the same
 /// place, and each alone is then as large as what stands there. Compressed ones are no more numbers together than is

@@ -1,0 +1,15 @@
+module;
+#include <cstddef>
+#include <cstdint>
+module camber.partition;
+import camber.core;
+
+namespace camber {
+
+Outcome<Buffer<std::int32_t>> parts_of_graph(const DualGraph& graph, std::size_t parts) {
+    if (parts == 1) return Buffer<std::int32_t>(graph.size(), 0);
+    return fail(ErrorKind::unsupported, "meshes are partitioned by Scotch, without which Camber was built", {}, {},
+                "install it (Debian: libptscotch-dev) and build again");
+}
+
+}  // namespace camber

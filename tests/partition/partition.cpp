@@ -1,0 +1,99 @@
+// Parts are of about the same size, always the same, and together the mesh.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <vector>
+
+#include "cut_meshes.hpp"
+#include "property.hpp"
+
+import camber.core;
+import camber.partition;
+
+using namespace camber;
+using cut::alone, cut::must;
+
+namespace {
+
+template <int D>
+void pieces_are_the_mesh(std::uint64_t seed) {
+    const auto mesh = cut::mesh<D>(seed, 3);
+    const auto count = *rc::gen::inRange<std::size_t>(1, 5);
+    const CellParts parts = cut::any_parts(mesh.linear, count, seed);
+    std::size_t elements = 0, facets = 0;
+    for (std::size_t p = 0; p < count; ++p) {
+        const auto piece = must(piece_of(mesh, parts, static_cast<std::int32_t>(p), alone));
+        const LinearMesh<D>& own = piece.mesh.linear;
+        elements += own.elements.size();
+        facets += own.facets.size();
+        for (std::size_t e = 0; e < own.elements.size(); ++e) {
+            RC_ASSERT(own.elements.references[e] == mesh.linear.elements.references[piece.elements[e]]);
+            for (int i = 0; i <= D; ++i)
+                RC_ASSERT(piece.vertices[own.elements.vertices[e][i].index()] ==
+                          mesh.linear.elements.vertices[piece.elements[e]][i].value);
+            for (int i = 0; i < edges_per_simplex<D>; ++i)
+                RC_ASSERT(piece.mid_nodes[piece.mesh.edges.of_elements[e][i].index()] ==
+                          mesh.edges.of_elements[piece.elements[e]][i].value);
+        }
+        for (std::size_t f = 0; f < own.facets.size(); ++f)
+            RC_ASSERT(own.facets.references[f] == mesh.linear.facets.references[piece.facets[f]]);
+        for (std::size_t v = 0; v < own.points.size(); ++v)
+            RC_ASSERT(own.points[v] == mesh.linear.points[piece.vertices[v]]);
+        for (std::size_t e = 0; e < piece.mesh.mid_nodes.size(); ++e)
+            RC_ASSERT(piece.mesh.mid_nodes[e] == mesh.mid_nodes[piece.mid_nodes[e]]);
+    }
+    RC_ASSERT(elements == mesh.linear.elements.size());
+    RC_ASSERT(facets == mesh.linear.facets.size());
+}
+
+}  // namespace
+
+TEST_CASE("pieces have the rows of the whole, each cell once") {
+    testing::property("2D", pieces_are_the_mesh<2>);
+    testing::property("3D", pieces_are_the_mesh<3>);
+}
+
+TEST_CASE("facets go along with an element that they bound") {
+    const auto mesh = cut::mesh<3>(1, 3).linear;
+    const CellParts parts = cut::any_parts(mesh, 4, 2);
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+        std::set<std::int32_t> around;
+        for (std::size_t e = 0; e < mesh.elements.size(); ++e)
+            if (std::ranges::all_of(mesh.facets.vertices[f],
+                                    [&](VertexId v) { return std::ranges::count(mesh.elements.vertices[e], v) > 0; }))
+                around.insert(parts.elements[e]);
+        CHECK(around.count(parts.facets[f]) == 1);
+    }
+}
+
+TEST_CASE("Scotch makes parts of the same size with few faces between, and the same ones again") {
+    const auto mesh = cut::mesh<3>(3, 8).linear;  // 3072 tetrahedra
+    const auto one = partition<3>(mesh, 1, alone);
+    CHECK(std::ranges::count(one->elements, 0) == static_cast<std::ptrdiff_t>(mesh.elements.size()));
+    const auto parts = partition<3>(mesh, 6, alone);
+    if (!parts) {
+        CHECK(parts.error().kind == ErrorKind::unsupported);
+        return;
+    }
+    for (std::int32_t p = 0; p < 6; ++p) {
+        const auto size = std::ranges::count(parts->elements, p);
+        CHECK(size > 460);  // of 512
+        CHECK(size < 564);
+    }
+    const DualGraph graph = must(dual_graph(mesh, alone));
+    std::size_t between = 0;
+    for (std::size_t e = 0; e < graph.size(); ++e)
+        for (std::uint32_t i = graph.starts[e]; i < graph.starts[e + 1]; ++i)
+            between += parts->elements[e] != parts->elements[graph.neighbours[i]] ? 1 : 0;
+    CHECK(between < graph.neighbours.size() / 5);
+    const auto again = partition<3>(mesh, 6, {.threads = 2});
+    CHECK(again->elements == parts->elements);
+}
+
+TEST_CASE("parts that there cannot be are refused") {
+    const auto mesh = cut::mesh<2>(3, 2).linear;
+    CHECK(partition<2>(mesh, 0, alone).error().kind == ErrorKind::usage);
+    CHECK(partition<2>(mesh, 9, alone).error().kind == ErrorKind::usage);
+}
