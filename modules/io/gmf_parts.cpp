@@ -78,7 +78,8 @@ Outcome<Done> put_frame(Sink& sink, const LinearMesh<D>& lists, GmfFrame& frame)
     };
     return sink.value(Keyword::dimension, D)
         .and_then([&](Done) {
-            return sink.template room<VertexRow<D>>(Keyword::vertices, totals.vertices + totals.mid_nodes, frame.points);
+            return sink.template room<VertexRow<D>>(Keyword::vertices, totals.vertices + totals.mid_nodes,
+                                                    frame.points);
         })
         .and_then([&](Done) { return simplices(std::integral_constant<int, D>(), totals.elements, frame.elements); })
         .and_then([&](Done) { return simplices(std::integral_constant<int, D - 1>(), totals.facets, frame.facets); })
@@ -186,16 +187,15 @@ template <int D, int Degree>
 Outcome<std::vector<FilePiece>> encode_gmf_part(const GmfFrame& frame, const MeshPart<D, Degree>& part,
                                                 const Execution& execution) {
     return guarded([&] {
-        return gmf::with_written_layout(frame.version, [&](auto layout) {
-            return gmf::pieces_of_part<decltype(layout)>(frame, part, execution);
-        });
+        return gmf::with_written_layout(
+            frame.version, [&](auto layout) { return gmf::pieces_of_part<decltype(layout)>(frame, part, execution); });
     });
 }
 
-#define CAMBER_INSTANTIATE(D, DEGREE)                                                                          \
-    template Outcome<GmfFrame> gmf_frame<D, DEGREE>(const PartTotals&, const LinearMesh<D>&, int);             \
-    template Outcome<std::vector<FilePiece>> encode_gmf_frame<D, DEGREE>(const GmfFrame&, const LinearMesh<D>&, \
-                                                                         const Execution&);                    \
+#define CAMBER_INSTANTIATE(D, DEGREE)                                                                                \
+    template Outcome<GmfFrame> gmf_frame<D, DEGREE>(const PartTotals&, const LinearMesh<D>&, int);                   \
+    template Outcome<std::vector<FilePiece>> encode_gmf_frame<D, DEGREE>(const GmfFrame&, const LinearMesh<D>&,      \
+                                                                         const Execution&);                          \
     template Outcome<std::vector<FilePiece>> encode_gmf_part<D, DEGREE>(const GmfFrame&, const MeshPart<D, DEGREE>&, \
                                                                         const Execution&);
 

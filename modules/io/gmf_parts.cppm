@@ -21,8 +21,8 @@ struct PointRun {
     Buffer<Vec<D>> points = {};
     Buffer<Reference> references = {};
 };
-/// K-simplices that follow each other in a file. Their nodes are the numbers of points there, from 0: of degree 2 those of
-/// edges, in the order of `local_edges`, after all vertices.
+/// K-simplices that follow each other in a file. Their nodes are the numbers of points there, from 0: of degree 2 those
+/// of edges, in the order of `local_edges`, after all vertices.
 template <int K, int Degree>
 struct SimplexRun {
     std::uint64_t first = 0;
@@ -48,7 +48,7 @@ struct PartTotals {
 /// Where a file's rows are to be: a plain value, the same for all who write to it.
 struct GmfFrame {
     int version = 0;
-    std::uint64_t bytes = 0;                                    ///< of the whole file
+    std::uint64_t bytes = 0;                                        ///< of the whole file
     std::uint64_t points = 0, elements = 0, facets = 0, edges = 0;  ///< where the rows of each begin
     PartTotals totals = {};
 };

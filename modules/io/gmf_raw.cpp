@@ -222,18 +222,17 @@ Outcome<LinearMesh<D>> read_lists(const File& file) {
     };
     const std::size_t points = limit(Keyword::vertices);
     const std::size_t facets = limit(straight_keyword<D - 1>), edges = D == 3 ? limit(straight_keyword<1>) : 0;
-    auto done =
-        read(Keyword::corners, points, lists.corners)
-            .and_then([&](Done) { return read(Keyword::required_vertices, points, lists.required_vertices); })
-            .and_then([&](Done) { return read(Keyword::ridges, D == 3 ? edges : facets, lists.ridges); })
-            .and_then([&](Done) {
-                return read(required_keyword<D>, limit(straight_keyword<D>), lists.elements.required);
-            })
-            .and_then([&](Done) { return read(required_keyword<D - 1>, facets, lists.facets.required); })
-            .and_then([&](Done) -> Outcome<Done> {
-                if constexpr (D == 3) return read(required_keyword<1>, edges, lists.edges.required);
-                return Done{};
-            });
+    auto done = read(Keyword::corners, points, lists.corners)
+                    .and_then([&](Done) { return read(Keyword::required_vertices, points, lists.required_vertices); })
+                    .and_then([&](Done) { return read(Keyword::ridges, D == 3 ? edges : facets, lists.ridges); })
+                    .and_then([&](Done) {
+                        return read(required_keyword<D>, limit(straight_keyword<D>), lists.elements.required);
+                    })
+                    .and_then([&](Done) { return read(required_keyword<D - 1>, facets, lists.facets.required); })
+                    .and_then([&](Done) -> Outcome<Done> {
+                        if constexpr (D == 3) return read(required_keyword<1>, edges, lists.edges.required);
+                        return Done{};
+                    });
     if (!done) return fail(std::move(done.error()));
     auto geometry = read_geometry<D>(file, points, notices, {});
     if (!geometry) return fail(std::move(geometry.error()));

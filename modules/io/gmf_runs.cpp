@@ -84,9 +84,10 @@ GmfCounts GmfRuns<D>::counts() const {
 
 template <int D>
 Outcome<Done> GmfRuns<D>::points(std::size_t begin, std::span<Vec<D>> points, std::span<Reference> references) const {
-    return gmf::read_run<gmf::VertexRow<D>>(
-        *file_, gmf::Keyword::vertices, begin, points.size(),
-        [&](std::size_t i, const gmf::VertexRow<D>& row) { return gmf::store_point<D>(row, points[i], references[i]); });
+    return gmf::read_run<gmf::VertexRow<D>>(*file_, gmf::Keyword::vertices, begin, points.size(),
+                                            [&](std::size_t i, const gmf::VertexRow<D>& row) {
+                                                return gmf::store_point<D>(row, points[i], references[i]);
+                                            });
 }
 
 template <int D>
@@ -94,13 +95,15 @@ template <int K>
 Outcome<Done> GmfRuns<D>::simplices(std::size_t begin, std::span<SimplexVertices<K>> vertices,
                                     std::span<Reference> references) const {
     const std::size_t points = counts().points;
-    return gmf::read_run<gmf::SimplexRow<K + 1>>(
-        *file_, gmf::straight_keyword<K>, begin, vertices.size(),
-        [&](std::size_t i, const gmf::SimplexRow<K + 1>& row) -> gmf::Fault {
-            // Of the whole file such edges are left out, which changes the numbers of those behind.
-            if (K == 1 && row.integer[0] == row.integer[1]) return {gmf::FaultKind::repeated, row.integer[0]};
-            return gmf::store_simplex<K + 1>(row, points, vertices[i], references[i]);
-        });
+    return gmf::read_run<gmf::SimplexRow<K + 1>>(*file_, gmf::straight_keyword<K>, begin, vertices.size(),
+                                                 [&](std::size_t i, const gmf::SimplexRow<K + 1>& row) -> gmf::Fault {
+                                                     // Of the whole file such edges are left out, which changes the
+                                                     // numbers of those behind.
+                                                     if (K == 1 && row.integer[0] == row.integer[1])
+                                                         return {gmf::FaultKind::repeated, row.integer[0]};
+                                                     return gmf::store_simplex<K + 1>(row, points, vertices[i],
+                                                                                      references[i]);
+                                                 });
 }
 
 template <int D>
@@ -118,12 +121,12 @@ Outcome<GmfRuns<D>> gmf_runs(std::span<const std::byte> bytes, std::string_view 
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                   \
-    template class GmfRuns<D>;                                                                                  \
-    template Outcome<Done> GmfRuns<D>::simplices<D>(std::size_t, std::span<SimplexVertices<D>>,                 \
-                                                    std::span<Reference>) const;                                \
-    template Outcome<Done> GmfRuns<D>::simplices<D - 1>(std::size_t, std::span<SimplexVertices<D - 1>>,         \
-                                                        std::span<Reference>) const;                            \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template class GmfRuns<D>;                                                                                        \
+    template Outcome<Done> GmfRuns<D>::simplices<D>(std::size_t, std::span<SimplexVertices<D>>, std::span<Reference>) \
+        const;                                                                                                        \
+    template Outcome<Done> GmfRuns<D>::simplices<D - 1>(std::size_t, std::span<SimplexVertices<D - 1>>,               \
+                                                        std::span<Reference>) const;                                  \
     template Outcome<GmfRuns<D>> gmf_runs<D>(std::span<const std::byte>, std::string_view);
 
 CAMBER_INSTANTIATE(2)

@@ -16,8 +16,9 @@ struct GmfCounts {
 };
 
 /// A binary GMF mesh of degree 1 that is read by runs of its rows, any run at a time and several at once: of its bytes
-/// only those are touched. Runs are checked as the whole file is (finite coordinates, vertices that exist, none twice in a
-/// simplex), and begin + the size of what is to be filled is at most the count. Errors: input, of the first row at fault.
+/// only those are touched. Runs are checked as the whole file is (finite coordinates, vertices that exist, none twice
+/// in a simplex), and begin + the size of what is to be filled is at most the count. Errors: input, of the first row at
+/// fault.
 template <int D>
 class GmfRuns {
   public:
@@ -37,8 +38,8 @@ class GmfRuns {
     std::shared_ptr<const gmf::File> file_;
 };
 
-/// Finds where the rows are; the bytes must outlive what is given. Errors: input (no GMF, cut off, counts that do not fit),
-/// unsupported (text, degree 2, another dimension, elements that are no simplices), memory.
+/// Finds where the rows are; the bytes must outlive what is given. Errors: input (no GMF, cut off, counts that do not
+/// fit), unsupported (text, degree 2, another dimension, elements that are no simplices), memory.
 template <int D>
 [[nodiscard]] Outcome<GmfRuns<D>> gmf_runs(std::span<const std::byte> bytes, std::string_view name);
 

@@ -65,21 +65,22 @@ template <int D, int Degree>
 std::vector<MeshPart<D, Degree>> parts_of(const QuadraticMesh<D>& mesh, std::size_t holders) {
     const LinearMesh<D>& linear = mesh.linear;
     const std::size_t vertices = linear.points.size();
-    const auto v = cuts(vertices, holders), m = cuts(mesh.edges.size(), holders), e = cuts(linear.elements.size(), holders),
-               f = cuts(linear.facets.size(), holders), l = cuts(linear.edges.size(), holders);
+    const auto v = cuts(vertices, holders), m = cuts(mesh.edges.size(), holders),
+               e = cuts(linear.elements.size(), holders), f = cuts(linear.facets.size(), holders),
+               l = cuts(linear.edges.size(), holders);
     std::vector<MeshPart<D, Degree>> parts(holders);
     for (std::size_t h = 0; h < holders; ++h) {
         MeshPart<D, Degree>& part = parts[h];
         part.vertices = {v[h], run_of<Vec<D>>(linear.points, v[h], v[h + 1], itself),
                          run_of<Reference>(linear.point_references, v[h], v[h + 1], itself)};
         if (Degree == 2)
-            part.mid_nodes = {m[h],
-                              run_of<Vec<D>>(mesh.mid_nodes, m[h], m[h + 1],
-                                             [](const LagrangeNode<D>& node, std::size_t) { return node.point; }),
-                              run_of<Reference>(mesh.edges.vertices, m[h], m[h + 1], [&](const auto& ends, std::size_t) {
-                                  return mid_node_reference(linear.point_references[ends[0]],
-                                                            linear.point_references[ends[1]]);
-                              })};
+            part.mid_nodes = {
+                m[h],
+                run_of<Vec<D>>(mesh.mid_nodes, m[h], m[h + 1],
+                               [](const LagrangeNode<D>& node, std::size_t) { return node.point; }),
+                run_of<Reference>(mesh.edges.vertices, m[h], m[h + 1], [&](const auto& ends, std::size_t) {
+                    return mid_node_reference(linear.point_references[ends[0]], linear.point_references[ends[1]]);
+                })};
         part.elements = simplex_run<Degree>(linear.elements, vertices, mesh.edges.of_elements, e[h], e[h + 1]);
         part.facets = simplex_run<Degree>(linear.facets, vertices, mesh.edges.of_facets, f[h], f[h + 1]);
         part.edges = simplex_run<Degree>(linear.edges, vertices, mesh.edges.of_edges, l[h], l[h + 1]);
@@ -133,10 +134,11 @@ TEST_CASE("a frame takes the version that its rows need, and places beyond 32 bi
     CHECK(wide.version == 3);
     CHECK(wide.elements > 280'000'000 * std::uint64_t{28});
     CHECK(wide.bytes > wide.elements + many * 44);
-    const auto wider = *gmf_frame<3, 2>({.vertices = 1'000'000'000, .mid_nodes = 7'000'000'000, .elements = 6 * many}, {});
+    const auto wider =
+        *gmf_frame<3, 2>({.vertices = 1'000'000'000, .mid_nodes = 7'000'000'000, .elements = 6 * many}, {});
     CHECK(wider.version == 4);
-    const auto last = *encode_gmf_part<3, 2>(
-        wider, {.mid_nodes = {6'999'999'999, Buffer<Vec<3>>(1), Buffer<Reference>(1)}}, {});
+    const auto last =
+        *encode_gmf_part<3, 2>(wider, {.mid_nodes = {6'999'999'999, Buffer<Vec<3>>(1), Buffer<Reference>(1)}}, {});
     CHECK(last.front().offset + last.front().bytes.size() == wider.points + 8'000'000'000 * std::uint64_t{32});
     CHECK(gmf_frame<3, 2>({.vertices = 8'000'000'000}, {}, 3).error().kind == ErrorKind::usage);
 }

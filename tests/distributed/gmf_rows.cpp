@@ -55,7 +55,8 @@ LinearMesh<D> joined(const MeshRows<D>& rows, std::size_t run) {
     auto points = in_runs(counts.points, run, [&](std::size_t a, std::size_t b) { return rows.points(a, b); });
     mesh.points = std::move(points.points);
     mesh.point_references = std::move(points.references);
-    put(mesh.elements, in_runs(counts.elements, run, [&](std::size_t a, std::size_t b) { return rows.elements(a, b); }));
+    put(mesh.elements,
+        in_runs(counts.elements, run, [&](std::size_t a, std::size_t b) { return rows.elements(a, b); }));
     put(mesh.facets, in_runs(counts.facets, run, [&](std::size_t a, std::size_t b) { return rows.facets(a, b); }));
     put(mesh.edges, in_runs(counts.edges, run, [&](std::size_t a, std::size_t b) { return rows.edges(a, b); }));
     return mesh;

@@ -29,7 +29,10 @@ const char* remedy_of(int error) {
 }  // namespace
 
 Error system_error(ErrorKind kind, const std::string& path, const char* verb, int error) {
-    return {kind, std::string("cannot be ") + verb + ": " + std::generic_category().message(error), path, {},
+    return {kind,
+            std::string("cannot be ") + verb + ": " + std::generic_category().message(error),
+            path,
+            {},
             remedy_of(error)};
 }
 

@@ -30,7 +30,8 @@ struct Name {
 };
 std::array<Name, 8> to_remove;
 
-/// Sound in a handler as nobody registers callbacks on the token: then it is one atomic exchange. The system allows unlink.
+/// Sound in a handler as nobody registers callbacks on the token: then it is one atomic exchange. The system allows
+/// unlink.
 extern "C" void request_stop(int) {
     for (const Name& name : to_remove)
         if (name.place.load() == Place::told) ::unlink(name.path.data());

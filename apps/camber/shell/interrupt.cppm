@@ -12,8 +12,8 @@ export namespace camber::app {
 /// closed pipe or past a file-size limit becomes an error of that write. Call once, before the work.
 [[nodiscard]] std::stop_token stop_on_signals();
 
-/// While it lives, the request to stop by a signal unlinks this file at once: who waits for other processes may be killed
-/// before it hears the request. Of a few at a time; one too many, or with too long a name, is left.
+/// While it lives, the request to stop by a signal unlinks this file at once: who waits for other processes may be
+/// killed before it hears the request. Of a few at a time; one too many, or with too long a name, is left.
 class RemovedOnSignals {
   public:
     RemovedOnSignals() = default;

@@ -6,8 +6,8 @@ import camber.core;
 
 export namespace camber::app {
 
-/// A plain file's bytes, of which the system brings those into memory that are looked at. Who cuts the file short meanwhile
-/// ends the program. Errors: input, with the system's reason (a pipe cannot be read so).
+/// A plain file's bytes, of which the system brings those into memory that are looked at. Who cuts the file short
+/// meanwhile ends the program. Errors: input, with the system's reason (a pipe cannot be read so).
 [[nodiscard]] Outcome<Column<std::byte>> map_file(const std::string& path);
 
 }  // namespace camber::app

@@ -91,8 +91,8 @@ Outcome<Done> SharedFile::write(std::uint64_t offset, std::span<const std::byte>
     constexpr std::size_t largest = std::size_t{1} << 24U;  // the request to stop is looked for between two of these
     while (!bytes.empty()) {
         if (execution.stop.stop_requested()) return fail(ErrorKind::stopped, "stopped on request", open_->path);
-        const ssize_t n = ::pwrite(open_->file.get(), bytes.data(), std::min(bytes.size(), largest),
-                                   static_cast<off_t>(offset));
+        const ssize_t n =
+            ::pwrite(open_->file.get(), bytes.data(), std::min(bytes.size(), largest), static_cast<off_t>(offset));
         if (n < 0 && errno == EINTR) continue;
         if (n < 0) return unwritable(open_->path);
         bytes = bytes.subspan(static_cast<std::size_t>(n));

@@ -9,9 +9,9 @@ import camber.core;
 
 export namespace camber::app {
 
-/// A file that several processes write to, each at its places, and that has its name when all have done so. Until then it
-/// is a draft beside it, `.camber-….part`: the request to stop (interrupt.cppm) takes it away in whichever process, and the
-/// next file of that name what a process left that was killed.
+/// A file that several processes write to, each at its places, and that has its name when all have done so. Until then
+/// it is a draft beside it, `.camber-….part`: the request to stop (interrupt.cppm) takes it away in whichever process,
+/// and the next file of that name what a process left that was killed.
 class SharedFile {
   public:
     /// By one of them: an empty draft of so many bytes. Errors: write.
