@@ -2,6 +2,7 @@
 #include "argument_kinds.hpp"
 #include "arguments.hpp"
 
+#include <cstddef>
 #include <string>
 #include <CLI/CLI.hpp>
 
@@ -20,6 +21,7 @@ void add_convert(CLI::App& app, Verb& verb) {
         "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n"
         "  camber convert wing.meshb -o wing.vtu --metric wing.solb    with a solution's fields\n"
         "  camber convert part.msh -o part.mfem                        from Gmsh to MFEM\n"
+        "  camber convert wing-p2.meshb -o wing.pvtu --partition 64    for a solver on 64 processes\n"
         "  camber convert wing.solb -o wing.sol                        solutions alone\n"
         "  camber convert flow.vtu -o flow.sol                         the fields at a mesh's nodes\n\n"
         "What the format cannot hold is told on standard error. More: docs/formats.md");
@@ -38,6 +40,11 @@ void add_convert(CLI::App& app, Verb& verb) {
         convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
     convert->add_flag("--straighten", a.straighten, "Degree 2 to 1 first: the nodes of edges are left out")
         ->excludes(elevate);
+    convert
+        ->add_option("--partition", a.partition,
+                     "In so many parts for a solver, by Scotch: files OUT.1.EXT … with the numbers of nodes and cells "
+                     "in the whole, beside it OUT with the field partition; or -o OUT.pvtu, which names its pieces")
+        ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20U));
     add_read(convert, a.read);
     add_threads(convert, a.threads);
 }

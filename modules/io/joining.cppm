@@ -13,8 +13,8 @@ namespace camber::listing {
 template <int D>
 std::size_t join_coincident(Mesh<D>& mesh, std::span<const std::size_t> ends);
 
-/// Makes points with the same number one, and sorts them by their numbers, one of each point. Of several the first stays.
-/// Returns how many are gone.
+/// Makes points with the same number one, and sorts them by their numbers, one of each point. Of several the first
+/// stays. Returns how many are gone.
 template <int D>
 std::size_t join_numbered(Mesh<D>& mesh, std::span<const double> numbers);
 

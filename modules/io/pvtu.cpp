@@ -193,8 +193,8 @@ std::string described(const std::vector<DataArray>& arrays) {
     std::string xml;
     for (const DataArray& array : arrays)
         if (array.name != "entity")  // which pieces have that know one
-            xml += "<PDataArray type=\"" + array.type + "\" Name=\"" + escaped(array.name) + "\" NumberOfComponents=\"" +
-                   std::to_string(array.components) + "\"/>\n";
+            xml += "<PDataArray type=\"" + array.type + "\" Name=\"" + escaped(array.name) +
+                   "\" NumberOfComponents=\"" + std::to_string(array.components) + "\"/>\n";
     return xml;
 }
 
@@ -228,8 +228,8 @@ Outcome<std::string> encode_pvtu(std::span<const std::byte> first, std::span<con
     return guarded([&]() -> Outcome<std::string> {
         const auto file = vtu::open_file(first, "the piece");
         if (!file) return fail(file.error());
-        const bool numbered = std::ranges::find(file->point_data, global_nodes, &vtu::DataArray::name) !=
-                              file->point_data.end();
+        const bool numbered =
+            std::ranges::find(file->point_data, global_nodes, &vtu::DataArray::name) != file->point_data.end();
         std::string xml = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"" +
                           std::string(vtu::own_byte_order) + "\" header_type=\"UInt64\">\n" +
                           "<PUnstructuredGrid GhostLevel=\"0\">\n<PPointData Scalars=\"reference\"" +

@@ -14,6 +14,7 @@ export import :given;
 export import :in_memory;
 export import :picture_arguments;
 export import :suggestion;
+export import :written_together;
 import camber.core;
 import camber.cad;
 import camber.config;
@@ -115,6 +116,7 @@ struct ConvertArguments {
     std::string metric;             ///< a solution file whose fields go into the .vtu; empty: none
     bool elevate = false;           ///< degree 1 to 2
     bool straighten = false;        ///< degree 2 to 1
+    std::size_t partition = 0;      ///< parts that it is written in; 0: it is not
     DecodeOptions read = {};        ///< how the input is read
     int threads = 0;
 };

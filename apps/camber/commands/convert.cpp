@@ -17,6 +17,7 @@ import camber.run;
 import :ending;
 import :execute;
 import :formats;
+import :in_parts;
 import :named_files;
 
 namespace camber::app {
@@ -205,6 +206,9 @@ Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format)
 }
 
 Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
+    if (names_its_pieces(a.output))
+        return fail(ErrorKind::usage, "names files that hold its pieces", a.output, {},
+                    "say into how many: --partition N");
     const auto by_name = format_of_mesh(a.output, a.format);
     if (!by_name) return fail(by_name.error());
     if (auto writable = check_writable(a.output); !writable) return writable;
@@ -222,14 +226,35 @@ Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution
                       a.output, execution);
 }
 
+/// The same in parts for a solver.
+Outcome<Done> convert_in_parts(const ConvertArguments& a, Written& written, const Execution& execution) {
+    const auto format = format_of_parts(a.output, a.format);
+    if (!format) return fail(format.error());
+    if (auto writable = check_writable(a.output); !writable) return writable;
+    if (auto asked = check_choices(a, **format); !asked) return asked;
+    const auto decoded = mesh_to_convert(a, **format, execution);
+    if (!decoded) return fail(decoded.error());
+    say(decoded->notices);
+    say((*format)->losses(decoded->mesh));
+    say_lost_fields(decoded->fields, **format);
+    return write_in_parts(**format, *decoded, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}, a.output, written,
+                          execution);
+}
+
 }  // namespace
 
 int convert_command(const ConvertArguments& arguments) {
     const bool solution = is_solution_file(arguments.input) || is_solution_file(arguments.output);
     if (auto distinct = check_names(arguments, solution); !distinct) return report_error(distinct.error());
     const Execution execution{.threads = arguments.threads, .stop = stop_on_signals()};
-    auto done = solution ? convert_solution(arguments, execution) : convert_mesh(arguments, execution);
     Written written;
+    if (solution && arguments.partition > 0)
+        return report_error({ErrorKind::usage, "is of meshes", "--partition", {}, "leave it out"});
+    if (arguments.partition > 0) {
+        if (auto done = convert_in_parts(arguments, written, execution); !done) return report_error(done.error());
+        return end_with(wrote_rows(written.paths()), written);
+    }
+    auto done = solution ? convert_solution(arguments, execution) : convert_mesh(arguments, execution);
     if (done = written.add(arguments.output, std::move(done)); !done) return report_error(done.error());
     return end_with(wrote_rows({arguments.output}), written);
 }

@@ -40,6 +40,7 @@ class Written {
     [[nodiscard]] Error told(Error error) const;
     /// Whether one of them is standard output: what is said goes elsewhere.
     [[nodiscard]] bool takes_standard_output() const;
+    [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
 
   private:
     std::vector<std::string> paths_;

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -176,6 +177,19 @@ Error of_file(Error error, const std::string& path) {
     return error;
 }
 
+namespace {
+
+/// Files that the mesh's file names are read from its folder.
+DecodeOptions with_files_beside(const std::string& path, DecodeOptions options, const Execution& execution) {
+    const auto folder = std::filesystem::path(path == standard_stream ? std::string() : path).parent_path();
+    options.beside = [folder, quiet = without_progress(execution)](const std::string& name) {
+        return read_file((folder / name).string(), quiet);
+    };
+    return options;
+}
+
+}  // namespace
+
 Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
                                const Execution& execution) {
     constexpr double of_reading = 0.4;  // of the time; 0.5 of a straight mesh, 0.3 of a curved one
@@ -185,7 +199,8 @@ Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const
         if (const std::string near = suggested_file(path); !near.empty()) error.remedy = near;
         return fail(std::move(error));
     }
-    auto decoded = decode_mesh(*bytes, called_input(path), options, part_of(execution, of_reading, 1));
+    auto decoded = decode_mesh(*bytes, called_input(path), with_files_beside(path, options, execution),
+                               part_of(execution, of_reading, 1));
     if (!decoded || flat == config::Flat::surface || !decoded->unheld.empty()) return decoded;
     decoded = with_flat_in_2d(std::move(*decoded), without_progress(execution));
     if (decoded && decoded->lift)

@@ -1,0 +1,173 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.commands;
+import camber.core;
+import camber.app_shell;
+import camber.io;
+import camber.partition;
+import :ending;
+import :formats;
+import :in_parts;
+
+namespace camber::app {
+
+namespace {
+
+constexpr std::string_view with_pieces = ".pvtu";
+
+/// "wing.3.vtu" of "wing.vtu".
+std::string part_name(const std::string& path, std::size_t part, std::string_view ending) {
+    return std::filesystem::path(path).replace_extension().string() + "." + std::to_string(part) + std::string(ending);
+}
+
+/// Numbers from 1, as whole numbers of 32 bits while they fit.
+MeshField numbers(std::string_view name, Centring centring, const std::vector<std::uint64_t>& values) {
+    MeshField field{std::string(name), centring, FieldKind::scalar, {}};
+    bool fits = true;
+    for (const std::uint64_t v : values) fits = fits && v < std::numeric_limits<std::int32_t>::max();
+    const auto from_1 = [&]<class T>(T) {
+        Buffer<T> made;
+        made.reserve(values.size());
+        for (const std::uint64_t v : values) made.push_back(static_cast<T>(v + 1));
+        return Column<T>(std::move(made));
+    };
+    if (fits)
+        field.values = from_1(std::int32_t{});
+    else
+        field.values = from_1(double{});
+    return field;
+}
+
+/// The whole's rows of a piece's nodes and cells, as fields have them.
+struct PieceRows {
+    std::vector<std::uint64_t> nodes, cells;
+};
+template <class Mesh>
+PieceRows rows_of(const LinearMesh<Mesh::dimension>& whole, const MeshPiece<Mesh>& piece) {
+    PieceRows rows;
+    const auto add = [](std::vector<std::uint64_t>& to, const Column<std::uint32_t>& from, std::size_t before) {
+        for (const std::uint32_t row : from) to.push_back(before + row);
+    };
+    const std::size_t elements = whole.elements.size(), facets = whole.facets.size();
+    add(rows.nodes, piece.vertices, 0);
+    add(rows.nodes, piece.mid_nodes, whole.points.size());
+    add(rows.cells, piece.elements, 0);
+    add(rows.cells, piece.facets, elements);
+    add(rows.cells, piece.edges, elements + facets);
+    return rows;
+}
+
+template <class T>
+Column<T> chosen(const Column<T>& values, const std::vector<std::uint64_t>& rows, std::size_t width) {
+    Buffer<T> some;
+    some.reserve(rows.size() * width);
+    for (const std::uint64_t row : rows)
+        for (std::size_t c = 0; c < width; ++c) some.push_back(values[row * width + c]);
+    return some;
+}
+
+MeshFields fields_of(const MeshFields& whole, const PieceRows& rows, int dimension) {
+    std::vector<MeshField> all;
+    for (const MeshField& field : whole) {
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, dimension));
+        const auto& own = field.centring == Centring::node ? rows.nodes : rows.cells;
+        all.push_back(
+            {field.name, field.centring, field.kind,
+             std::visit([&](const auto& values) { return FieldValues(chosen(values, own, width)); }, field.values)});
+    }
+    all.push_back(numbers(global_nodes, Centring::node, rows.nodes));
+    all.push_back(numbers(global_cells, Centring::cell, rows.cells));
+    return MeshFields(std::move(all));
+}
+
+/// The part of each cell, from 1.
+MeshField partition_field(const CellParts& parts) {
+    std::vector<std::uint64_t> of_cells;
+    for (const auto* const kind : {&parts.elements, &parts.facets, &parts.edges})
+        for (const std::int32_t part : *kind) of_cells.push_back(static_cast<std::uint64_t>(part));
+    return numbers("partition", Centring::cell, of_cells);
+}
+
+/// What all the files are written with.
+struct Writer {
+    const MeshFormat& format;
+    EncodeOptions options;
+    const std::string& path;
+    Written& written;
+    const Execution& execution;
+
+    Outcome<Done> write(const AnyMesh& mesh, const MeshFields& fields, const std::string& to) const {
+        MeshFields held;
+        for (const MeshField& field : fields)
+            if (format.holds_fields && (!format.holds || format.holds(field))) held = std::move(held).with(field);
+        return written.add(to, write_mesh(format, mesh, held, options, to, execution));
+    }
+
+    /// The names of the pieces in the .pvtu's folder.
+    Outcome<Done> write_list(const std::vector<std::string>& pieces) const {
+        const auto first = read_file(pieces.front());
+        if (!first) return fail(first.error());
+        std::vector<std::string> names;
+        for (const std::string& piece : pieces) names.push_back(std::filesystem::path(piece).filename().string());
+        const auto text = encode_pvtu(*first, names);
+        if (!text) return fail(text.error());
+        return written.add(path, write_text(path, *text));
+    }
+
+    template <class Mesh>
+    Outcome<Done> write_parts(const Mesh& mesh, const MeshFields& of_mesh, std::size_t count) const {
+        const auto& linear = linear_of(mesh);
+        const auto parts = partition(linear, count, execution);
+        if (!parts) return fail(parts.error());
+        const MeshFields fields = of_mesh.with(partition_field(*parts));
+        const bool listed = names_its_pieces(path);
+        if (!listed)
+            if (auto whole = write(mesh, fields, path); !whole) return whole;
+        const std::string ending = listed ? ".vtu" : std::filesystem::path(path).extension().string();
+        std::vector<std::string> pieces;
+        for (std::size_t p = 0; p < count; ++p) {
+            const auto piece = piece_of(mesh, *parts, static_cast<std::int32_t>(p), execution);
+            if (!piece) return fail(piece.error());
+            pieces.push_back(part_name(path, p + 1, ending));
+            auto done = write(piece->mesh, fields_of(fields, rows_of(linear, *piece), Mesh::dimension), pieces.back());
+            if (!done) return done;
+        }
+        return listed ? write_list(pieces) : Outcome<Done>(Done{});
+    }
+
+  private:
+    template <class Mesh>
+    static const LinearMesh<Mesh::dimension>& linear_of(const Mesh& mesh) {
+        if constexpr (requires { mesh.linear; })
+            return mesh.linear;
+        else
+            return mesh;
+    }
+};
+
+}  // namespace
+
+bool names_its_pieces(const std::string& path) { return path.ends_with(with_pieces); }
+
+Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name) {
+    if (path == standard_stream)
+        return fail(ErrorKind::usage, "is one file, and parts are several", called_output(path), {}, "name a file");
+    return names_its_pieces(path) ? format_of_mesh(path, name.empty() ? "vtu" : name) : format_of_mesh(path, name);
+}
+
+Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, std::size_t parts,
+                             EncodeOptions options, const std::string& path, Written& written,
+                             const Execution& execution) {
+    const Writer writer{format, options, path, written, execution};
+    return std::visit([&](const auto& m) { return writer.write_parts(m, mesh.fields, parts); }, mesh.mesh);
+}
+
+}  // namespace camber::app

@@ -1,0 +1,26 @@
+module;
+#include <cstddef>
+#include <string>
+#include <vector>
+module camber.commands:in_parts;
+import camber.core;
+import camber.io;
+import :ending;
+
+namespace camber::app {
+
+/// Whether the path is that of a file that names its pieces (.pvtu): written in parts only.
+[[nodiscard]] bool names_its_pieces(const std::string& path);
+/// The format of the files that are written there in parts: that of that name, else by the ending; of a .pvtu VTU.
+/// Errors: usage.
+[[nodiscard]] Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name);
+
+/// The mesh in so many parts for a solver, each a file `OUT.1.EXT` … with its nodes' and cells' numbers in the whole as
+/// fields (global_nodes, global_cells; from 1), where the format has fields. A .pvtu names them; of other formats the
+/// whole is written beside them, with the field `partition` of its cells. Errors: usage, unsupported, write, memory,
+/// stopped.
+[[nodiscard]] Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, std::size_t parts,
+                                           EncodeOptions options, const std::string& path, Written& written,
+                                           const Execution& execution);
+
+}  // namespace camber::app
