@@ -1,0 +1,31 @@
+module;
+#include <cstddef>
+#include <vector>
+export module camber.distributed:cut_parts;
+import camber.core;
+import :adaptation_rows;
+
+export namespace camber {
+
+/// A mesh cut into parts, and back.
+template <int D>
+struct CutMesh {
+    std::vector<AdaptationRows<D>> parts;
+    AdaptationRows<D> aside;  ///< what is of no element, which is nobody's work
+};
+
+/// Into parts of about `elements` each: runs of the elements along the Morton curve of their lowest vertices, in a grid
+/// that begins `shift` of the mesh's extent before it. Vertices of a part follow that curve, too. Two grids whose
+/// shifts differ by thirds (2D) or fifths (3D) have no wall in common (T. M. Chan, 1998), which two runs of one curve
+/// would: however far they are shifted along it, both end at the first plane that halves the mesh. Facets are frozen
+/// where they are between two parts. Errors: stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, std::size_t elements, double shift,
+                                                 const Execution& execution);
+
+/// The whole again: vertices, elements, facets and lines of one part after the other, each in the first that has it;
+/// new ids are counted on from part to part. Errors: memory.
+template <int D>
+[[nodiscard]] Outcome<AdaptationRows<D>> joined(const CutMesh<D>& cut);
+
+}  // namespace camber

@@ -1,0 +1,52 @@
+module;
+#include <cstddef>
+#include <tuple>
+#include <vector>
+export module camber.distributed:remesh_blocks;
+import camber.core;
+import camber.metric;
+import camber.operation;
+import camber.adapt;
+
+export namespace camber {
+
+/// A mesh that is brought to a metric block by block: each by itself while its rim stays, then cut anew elsewhere.
+struct RemeshBlocksOptions {
+    int blocks = 0;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = RemeshBlocksOptions;
+        return std::tuple(
+            option("blocks", &S::blocks,
+                   "elements in a block, each brought to the metric by itself while what it shares with others stays, "
+                   "four times with blocks elsewhere; 0: the mesh as a whole")
+                .at_least(0)
+                .unit("elements"));
+    }
+    friend bool operator==(const RemeshBlocksOptions&, const RemeshBlocksOptions&) = default;
+};
+
+/// What the blocks of one cut go through.
+struct BlockTurn {
+    double shift = 0;  ///< of the grid, see cut_into_parts
+    int rounds = 1;    ///< at most, of collapse, split, swap and smooth; then mend
+    /// Whether even its last round leaves edges that a later one will see to (ToMetricOptions::loose_longest,
+    /// loose_split).
+    enum class Lengths { loose, strict } lengths = Lengths::strict;
+};
+
+/// In each of the later turns what was a rim before is inside.
+template <int D>
+[[nodiscard]] std::vector<BlockTurn> block_turns(const ToMetricOptions& options);
+
+/// A mesh of degree 1 brought to a metric in these turns, by blocks of about so many elements. The result depends on
+/// the mesh and the size of the blocks, and on nothing else. Errors: those of bring_to_metric; degree 2 and surfaces
+/// alone (unsupported).
+template <int D>
+[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                                    const ToMetricOptions& options,
+                                                                    std::size_t elements,
+                                                                    const std::vector<BlockTurn>& turns,
+                                                                    const Around& around);
+
+}  // namespace camber
