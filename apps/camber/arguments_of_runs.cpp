@@ -95,6 +95,8 @@ void add_remesh(CLI::App& app, Verb& verb) {
         ->add_option("--rounds", a.rounds,
                      "At most so many " + std::string(rounds.sentence) + "; they end where nothing changes much")
         ->check(within<int>(rounds.limits));
+    const auto blocks = camber::option_of(&camber::config::Remesh::blocks);
+    remesh->add_option("--blocks", a.blocks, help_of(blocks))->check(within<int>(blocks.limits));
     add_words(remesh, "--objective", a.objective,
               help_of(camber::option_of(&camber::config::Remesh::objective)) +
                   ". Default: " + std::string(camber::word_of(camber::config::Remesh{}.objective)));

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 export module camber.distributed:cut_parts;
 import camber.core;
@@ -23,9 +24,15 @@ template <int D>
 [[nodiscard]] Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, std::size_t elements, double shift,
                                                  const Execution& execution);
 
+template <int D>
+struct JoinedMesh {
+    AdaptationRows<D> rows;
+    Buffer<std::uint8_t> on_rim;  ///< of each vertex: whether several parts may have had it, or it is of no element
+};
+
 /// The whole again: vertices, elements, facets and lines of one part after the other, each in the first that has it;
 /// new ids are counted on from part to part. Errors: memory.
 template <int D>
-[[nodiscard]] Outcome<AdaptationRows<D>> joined(const CutMesh<D>& cut);
+[[nodiscard]] Outcome<JoinedMesh<D>> joined(const CutMesh<D>& cut);
 
 }  // namespace camber

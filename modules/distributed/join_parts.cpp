@@ -57,7 +57,7 @@ class Joining {
             if (!may_be_between || lines_.is_first(simplex.vertices)) out_.lines.push_back(simplex);
         }
     }
-    [[nodiscard]] AdaptationRows<D> rows() && { return std::move(out_); }
+    [[nodiscard]] JoinedMesh<D> mesh() && { return {std::move(out_), std::move(on_rim_)}; }
 
   private:
     void put_vertex(const AdaptedVertex<D>& vertex) {
@@ -66,6 +66,7 @@ class Joining {
             id = VertexId(out_.vertices.size());
             out_.vertices.push_back(vertex);
             out_.vertices.back().number = id;
+            on_rim_.push_back(vertex.number.valid() ? 1 : 0);
             if (vertex.number.valid()) by_number_[vertex.number.index()] = id;
         }
         ids_.push_back(id);
@@ -85,6 +86,7 @@ class Joining {
     }
 
     AdaptationRows<D> out_;
+    Buffer<std::uint8_t> on_rim_;
     Buffer<VertexId> by_number_;  ///< the new id of each number
     Buffer<VertexId> ids_;        ///< of the part's vertices
     Buffer<std::uint8_t> is_shared_;
@@ -107,16 +109,16 @@ std::size_t numbers_end(const CutMesh<D>& cut) {
 }  // namespace
 
 template <int D>
-Outcome<AdaptationRows<D>> joined(const CutMesh<D>& cut) {
-    return guarded([&]() -> Outcome<AdaptationRows<D>> {
+Outcome<JoinedMesh<D>> joined(const CutMesh<D>& cut) {
+    return guarded([&]() -> Outcome<JoinedMesh<D>> {
         Joining<D> joining(numbers_end(cut));
         for (const AdaptationRows<D>& part : cut.parts) joining.take(part);
         joining.take(cut.aside);
-        return std::move(joining).rows();
+        return std::move(joining).mesh();
     });
 }
 
-#define CAMBER_INSTANTIATE(D) template Outcome<AdaptationRows<D>> joined<D>(const CutMesh<D>&);
+#define CAMBER_INSTANTIATE(D) template Outcome<JoinedMesh<D>> joined<D>(const CutMesh<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

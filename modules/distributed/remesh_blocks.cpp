@@ -49,24 +49,6 @@ Outcome<ToMetricStatistics> bring_block(AdaptationRows<D>& rows, const Adaptatio
     return brought->statistics;
 }
 
-template <int D>
-Outcome<AdaptationRows<D>> turn_of(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
-                                   const ToMetricOptions& options, std::size_t elements, double shift,
-                                   ToMetricStatistics& statistics, const Around& around) {
-    auto cut = run_step(around, "blocks",
-                        [&](const Execution& e) { return cut_into_parts(whole, elements, shift, e); });
-    if (!cut) return fail(cut.error());
-    int rounds = 0;
-    for (AdaptationRows<D>& rows : cut->parts) {
-        const auto done = bring_block(rows, goal, options, around);
-        if (!done) return fail(done.error());
-        add(statistics, *done);
-        rounds = std::max(rounds, done->rounds);
-    }
-    statistics.rounds += rounds;
-    return run_step(around, "blocks", [&](const Execution&) { return joined(*cut); });
-}
-
 /// Directions and associations of the mesh that was cut, of the vertices that they are still of.
 template <int D>
 void give_back(const DynamicMesh<D>& before, const AdaptationRows<D>& rows, DynamicMesh<D>& after) {
@@ -116,6 +98,24 @@ std::vector<BlockTurn> block_turns(const ToMetricOptions& options) {
 }
 
 template <int D>
+Outcome<JoinedMesh<D>> turn_by_blocks(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
+                                      const ToMetricOptions& options, std::size_t elements, const BlockTurn& turn,
+                                      ToMetricStatistics& statistics, const Around& around) {
+    auto cut = run_step(around, "blocks",
+                        [&](const Execution& e) { return cut_into_parts(whole, elements, turn.shift, e); });
+    if (!cut) return fail(cut.error());
+    int rounds = 0;
+    for (AdaptationRows<D>& rows : cut->parts) {
+        const auto done = bring_block(rows, goal, options_of(turn, options), around);
+        if (!done) return fail(done.error());
+        add(statistics, *done);
+        rounds = std::max(rounds, done->rounds);
+    }
+    statistics.rounds += rounds;
+    return run_step(around, "blocks", [&](const Execution&) { return joined(*cut); });
+}
+
+template <int D>
 Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                       const ToMetricOptions& options, std::size_t elements,
                                                       const std::vector<BlockTurn>& turns, const Around& around) {
@@ -125,6 +125,7 @@ Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const
     const auto measured = run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(state, e); });
     if (!measured) return fail(measured.error());
     auto rows = run_step(around, "blocks", [&](const Execution&) { return rows_of(state); });
+    if (!rows) return fail(rows.error());
     // What the passes do not need waits, and not with all that changes.
     DynamicMesh<D> before;
     before.points = state.mesh.points;
@@ -132,10 +133,10 @@ Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const
     before.groups = state.mesh.groups;
     state = {};
     for (const BlockTurn& turn : turns) {
-        if (!rows) return fail(rows.error());
-        rows = turn_of(*rows, goal, options_of(turn, options), elements, turn.shift, statistics, around);
+        auto made = turn_by_blocks(*rows, goal, options, elements, turn, statistics, around);
+        if (!made) return fail(made.error());
+        rows = std::move(made->rows);
     }
-    if (!rows) return fail(rows.error());
     auto whole = run_step(around, "blocks", [&](const Execution& e) { return assembled(*rows, e); });
     if (!whole) return fail(whole.error());
     give_back(before, *rows, whole->state.mesh);
@@ -148,6 +149,9 @@ Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<JoinedMesh<D>> turn_by_blocks<D>(const AdaptationRows<D>&, const AdaptationGoal<D>&,              \
+                                                      const ToMetricOptions&, std::size_t, const BlockTurn&,           \
+                                                      ToMetricStatistics&, const Around&);                             \
     template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                            \
     template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,         \
                                                                       const ToMetricOptions&, std::size_t,             \

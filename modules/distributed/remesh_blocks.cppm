@@ -7,6 +7,8 @@ import camber.core;
 import camber.metric;
 import camber.operation;
 import camber.adapt;
+import :adaptation_rows;
+import :cut_parts;
 
 export namespace camber {
 
@@ -38,6 +40,14 @@ struct BlockTurn {
 /// In each of the later turns what was a rim before is inside.
 template <int D>
 [[nodiscard]] std::vector<BlockTurn> block_turns(const ToMetricOptions& options);
+
+/// One of them: the mesh cut, its blocks brought to the metric, and joined. Adds to the statistics of passes and rounds.
+/// Errors: those of bring_to_metric.
+template <int D>
+[[nodiscard]] Outcome<JoinedMesh<D>> turn_by_blocks(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
+                                                    const ToMetricOptions& options, std::size_t elements,
+                                                    const BlockTurn& turn, ToMetricStatistics& statistics,
+                                                    const Around& around);
 
 /// A mesh of degree 1 brought to a metric in these turns, by blocks of about so many elements. The result depends on
 /// the mesh and the size of the blocks, and on nothing else. Errors: those of bring_to_metric; degree 2 and surfaces

@@ -38,7 +38,7 @@ void cut_and_joined(std::uint64_t seed) {
         all += part.elements.size();
     }
     RC_ASSERT(all == before.mesh.element_count());
-    const auto after = must(assembled(must(joined(cut)), alone));
+    const auto after = must(assembled(must(joined(cut)).rows, alone));
     const auto consistent = check_consistency(after.state.mesh, alone);
     if (!consistent) RC_FAIL(describe(consistent.error()));
     RC_ASSERT(by_places(after.state.mesh) == by_places(before.mesh));
@@ -54,7 +54,7 @@ void parts_without_passes(std::uint64_t seed) {
     const Adaptation<D> before = begun(mesh, goal);
     auto cut = must(cut_into_parts(must(rows_of(before)), 1 + dice.below(30), dice.uniform(0, 1), alone));
     for (auto& rows : cut.parts) rows = must(rows_of_part(must(assembled(rows, alone)), rows));
-    const auto after = must(assembled(must(joined(cut)), alone));
+    const auto after = must(assembled(must(joined(cut)).rows, alone));
     RC_ASSERT(by_places(after.state.mesh) == by_places(before.mesh));
     // States and marks, too: what was a rim is none any more.
     const auto count = [](const DynamicMesh<D>& m) {

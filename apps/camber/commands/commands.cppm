@@ -90,6 +90,7 @@ struct RemeshArguments : PipelineArguments {
     MetricChoice metric;
     GeometryArguments geometry;
     std::optional<int> rounds;                         ///< none: that of the settings, or the stage's default
+    std::optional<int> blocks;                         ///< likewise
     std::optional<config::RemeshObjective> objective;  ///< likewise
     std::string output_metric;                         ///< the metric at the new vertices; empty: not written
 };

@@ -24,6 +24,9 @@ Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments) {
     if (arguments.rounds)
         for (config::Stage& stage : pipeline->stages)
             if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->rounds = *arguments.rounds;
+    if (arguments.blocks)
+        for (config::Stage& stage : pipeline->stages)
+            if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->blocks = *arguments.blocks;
     if (arguments.objective)
         for (config::Stage& stage : pipeline->stages)
             if (auto* remesh = std::get_if<config::Remesh>(&stage)) remesh->objective = *arguments.objective;

@@ -264,7 +264,7 @@ enum class RemeshObjective : std::uint8_t {
     return words_of(Word{RemeshObjective::as_curved, "as_curved"}, Word{RemeshObjective::accuracy, "accuracy"},
                     Word{RemeshObjective::energy, "energy"}, Word{RemeshObjective::length, "length"});
 }
-struct Remesh : ToMetricOptions {
+struct Remesh : ToMetricOptions, RemeshBlocksOptions {
     RemeshObjective objective = RemeshObjective::as_curved;
 
     [[nodiscard]] static constexpr auto options() {
@@ -273,7 +273,7 @@ struct Remesh : ToMetricOptions {
             std::tuple(option("objective", &S::objective,
                               "degree 2: what inner edges are curved for, as in the stage curve: accuracy, energy or "
                               "length; as_curved: that of a stage curve before, else accuracy")),
-            ToMetricOptions::options());
+            RemeshBlocksOptions::options(), ToMetricOptions::options());
     }
     friend bool operator==(const Remesh&, const Remesh&) = default;
 };

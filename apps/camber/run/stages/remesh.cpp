@@ -18,6 +18,7 @@ import camber.cavity;
 import camber.metric;
 import camber.operation;
 import camber.adapt;
+import camber.distributed;
 import camber.recipes;
 import camber.surface;
 import camber.validity;
@@ -324,7 +325,12 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     if (auto done = begin_changing(run); !done) return done;
     auto& changing = std::get<Changing<D>>(run.state.mesh);
     Clocks clocks;
-    auto made = bring_to_metric(std::move(changing.mesh), changing.goal, options, run.around(clocks));
+    const auto around = run.around(clocks);
+    auto made = options.blocks == 0
+                    ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
+                    : bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options,
+                                                static_cast<std::size_t>(options.blocks), block_turns<D>(options),
+                                                around);
     if (!made) return fail(made.error());
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;

@@ -1,0 +1,170 @@
+// A straight mesh brought to sizes of `size` as a whole and by blocks, and how good it is where blocks met last beside
+// all of it: within two rings of a vertex that the last cuts shared. A program with arguments, not a timed test:
+//
+//     remesh_blocks MESH SIZE BLOCK [--threads 0] [--turns 0:6:loose,0.4:2:loose,0.2:2:strict,0.6:2:strict]
+//
+// BLOCK: elements in a block; 0: the mesh as a whole. A turn: the shift of its grid, its rounds, what lengths it leaves.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <set>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+import camber.core;
+import camber.metric;
+import camber.io;
+import camber.cavity;
+import camber.surface;
+import camber.operation;
+import camber.adapt;
+import camber.recipes;
+import camber.distributed;
+
+#include "mesh_files.hpp"
+
+using namespace camber;
+using namespace camber::bench;
+
+namespace {
+
+struct Arguments {
+    std::string mesh;
+    double size = 0;
+    std::size_t block = 0;
+    int threads = 0;
+    std::vector<BlockTurn> turns = block_turns<3>({});
+};
+
+std::vector<BlockTurn> turns_of(std::string_view text) {
+    std::vector<BlockTurn> turns;
+    while (!text.empty()) {
+        const std::string one(text.substr(0, text.find(',')));
+        const std::size_t colon = one.find(':');
+        turns.push_back({std::strtod(one.c_str(), nullptr), std::atoi(one.c_str() + colon + 1),
+                         one.ends_with("loose") ? BlockTurn::Lengths::loose : BlockTurn::Lengths::strict});
+        text.remove_prefix(std::min(text.size(), one.size() + 1));
+    }
+    return turns;
+}
+
+Arguments arguments(std::span<char*> given) {
+    Arguments a;
+    std::vector<std::string> words;
+    for (std::size_t i = 1; i < given.size(); ++i) {
+        const std::string_view word = given[i];
+        if (word == "--threads" && i + 1 < given.size())
+            a.threads = std::atoi(given[++i]);
+        else if (word == "--turns" && i + 1 < given.size())
+            a.turns = turns_of(given[++i]);
+        else
+            words.emplace_back(word);
+    }
+    words.resize(3);
+    a.mesh = words[0];
+    a.size = std::strtod(words[1].c_str(), nullptr);
+    a.block = static_cast<std::size_t>(std::strtod(words[2].c_str(), nullptr));
+    return a;
+}
+
+/// Vertices within so many rings of elements of those that are marked.
+Buffer<std::uint8_t> grown(const DynamicMesh<3>& mesh, Buffer<std::uint8_t> marked, int rings) {
+    for (int ring = 0; ring < rings; ++ring) {
+        const Buffer<std::uint8_t> before = marked;
+        for (const auto& element : mesh.elements.vertices)
+            if (std::ranges::any_of(element, [&](VertexId v) { return v.valid() && before[v.index()] != 0; }))
+                for (const VertexId v : element) marked[v.index()] = 1;
+    }
+    return marked;
+}
+
+struct Measured {
+    std::size_t edges = 0, unit = 0, elements = 0;
+    double quality = 0, worst = 1;
+};
+/// Of edges and elements with all vertices marked.
+Measured measured(const Adaptation<3>& r, const Buffer<std::uint8_t>& marked) {
+    Measured m;
+    const auto is_marked = [&](VertexId v) { return marked[v.index()] != 0; };
+    for (std::size_t e = 0; e < r.mesh.edges.size(); ++e) {
+        if (r.mesh.is_free(EdgeId(e)) || !std::ranges::all_of(r.mesh.edges[e], is_marked)) continue;
+        const double length = length_of(r, EdgeId(e));
+        ++m.edges;
+        m.unit += length >= shortest_unit_edge && length <= longest_unit_edge ? 1 : 0;
+    }
+    for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) {
+        if (r.mesh.is_free(ElementId(e)) || !std::ranges::all_of(r.mesh.elements.vertices[e], is_marked)) continue;
+        const double quality = quality_of_shape(shape_of(r, ElementId(e)), 3);
+        ++m.elements;
+        m.quality += quality;
+        m.worst = std::min(m.worst, quality);
+    }
+    return m;
+}
+void tell(const char* where, const Measured& m) {
+    std::printf("  %-14s %9zu elements, %9zu edges, unit %.2f %%, quality mean %.4f, least %.4f\n", where, m.elements,
+                m.edges, 100.0 * static_cast<double>(m.unit) / static_cast<double>(std::max<std::size_t>(m.edges, 1)),
+                m.quality / static_cast<double>(std::max<std::size_t>(m.elements, 1)), m.worst);
+}
+
+struct Clock {
+    std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+    std::clock_t processor = std::clock();
+    void tell(const char* what) const {
+        std::printf("%s: %.1f s, of processors %.1f s\n", what,
+                    std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+                    static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC);
+    }
+};
+
+Remeshing<3> begun(const Arguments& a, const Execution& execution) {
+    const LinearMesh<3> mesh = std::get<LinearMesh<3>>(read_mesh(a.mesh, execution));
+    const auto edges = must(unique_edges(mesh, execution));
+    const auto boundary = must(find_boundary<3>(mesh, edges, {}, {}, execution));
+    Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>({{a.size, a.size, a.size}}));
+    auto field = must(make_field<3>(mesh, metric_at_vertices<3>(std::move(logs)), execution));
+    return must(begin_remeshing<3>(mesh, edges, boundary, {std::move(field)}, execution));
+}
+
+void by_blocks(const Arguments& a, Remeshing<3> r, const Execution& execution) {
+    auto rows = must(rows_of(r.mesh));
+    r.mesh = {};
+    ToMetricStatistics statistics;
+    for (const BlockTurn& turn : a.turns) {
+        const Clock clock;
+        auto made = must(turn_by_blocks(rows, r.goal, {}, a.block, turn, statistics, plainly(execution)));
+        rows = std::move(made.rows);
+        std::printf("shift %.3f, %d rounds, ", turn.shift, turn.rounds);
+        clock.tell(turn.lengths == BlockTurn::Lengths::loose ? "loose" : "strict");
+        const auto whole = must(assembled(rows, execution));
+        const auto near = grown(whole.state.mesh, std::move(made.on_rim), 2);
+        tell("near rims", measured(whole.state, near));
+        tell("all", measured(whole.state, Buffer<std::uint8_t>(rows.vertices.size(), 1)));
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const Arguments a = arguments({argv, static_cast<std::size_t>(argc)});
+    const Execution execution{.threads = a.threads};
+    Remeshing<3> r = begun(a, execution);
+    const Clock clock;
+    if (a.block > 0) {
+        by_blocks(a, std::move(r), execution);
+    } else {
+        const auto made = must(bring_to_metric(std::move(r.mesh), r.goal, ToMetricOptions{}, execution));
+        tell("all", measured(made.state, Buffer<std::uint8_t>(made.state.mesh.points.size(), 1)));
+    }
+    clock.tell("all");
+    return 0;
+}
