@@ -1,12 +1,13 @@
-// A straight mesh brought to sizes of `size` as a whole and by blocks, and how good it is where blocks met last beside
+// A straight mesh brought to even sizes, or to the metric of a file divided by `finer`, as a whole and by blocks, and how good it is where blocks met last beside
 // all of it: within two rings of a vertex that the last cuts shared. A program with arguments, not a timed test:
 //
-//     remesh_blocks MESH SIZE BLOCK [--threads 0] [--turns 0:6:loose,0.4:2:loose,0.2:2:strict,0.6:2:strict]
+//     remesh_blocks MESH SIZE|SOLUTION BLOCK [--finer 1] [--threads 0] [--turns 0:6:loose,0.4:2:loose,0.2:2:strict,0.6:2:strict]
 //
 // BLOCK: elements in a block; 0: the mesh as a whole. A turn: the shift of its grid, its rounds, what lengths it leaves.
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
@@ -38,8 +39,8 @@ using namespace camber::bench;
 namespace {
 
 struct Arguments {
-    std::string mesh;
-    double size = 0;
+    std::string mesh, solution;
+    double size = 0, finer = 1;
     std::size_t block = 0;
     int threads = 0;
     std::vector<BlockTurn> turns = block_turns<3>({});
@@ -64,6 +65,8 @@ Arguments arguments(std::span<char*> given) {
         const std::string_view word = given[i];
         if (word == "--threads" && i + 1 < given.size())
             a.threads = std::atoi(given[++i]);
+        else if (word == "--finer" && i + 1 < given.size())
+            a.finer = std::strtod(given[++i], nullptr);
         else if (word == "--turns" && i + 1 < given.size())
             a.turns = turns_of(given[++i]);
         else
@@ -72,6 +75,7 @@ Arguments arguments(std::span<char*> given) {
     words.resize(3);
     a.mesh = words[0];
     a.size = std::strtod(words[1].c_str(), nullptr);
+    if (words[1].find(".sol") != std::string::npos) a.solution = words[1];
     a.block = static_cast<std::size_t>(std::strtod(words[2].c_str(), nullptr));
     return a;
 }
@@ -126,12 +130,22 @@ struct Clock {
     }
 };
 
+Column<LogMetric<3>> metrics_of(const Arguments& a, std::size_t vertices, const Execution& execution) {
+    if (a.solution.empty())
+        return Buffer<LogMetric<3>>(vertices, log_metric_of_sizes<3>({{a.size, a.size, a.size}}));
+    const auto solution = must(decode_solution(bytes_of(a.solution), a.solution, execution)).solution;
+    const auto precision = solution.single_precision ? TensorPrecision::four_bytes : TensorPrecision::eight_bytes;
+    auto logs = must(log_metrics_of_tensors<3>(solution.values.view(), precision, execution)).log_metrics;
+    for (LogMetric<3>& m : logs)
+        for (int i = 0; i < 3; ++i) m.l(i, i) += 2 * std::log(a.finer);
+    return Column<LogMetric<3>>(std::move(logs));
+}
+
 Remeshing<3> begun(const Arguments& a, const Execution& execution) {
     const LinearMesh<3> mesh = std::get<LinearMesh<3>>(read_mesh(a.mesh, execution));
     const auto edges = must(unique_edges(mesh, execution));
     const auto boundary = must(find_boundary<3>(mesh, edges, {}, {}, execution));
-    Buffer<LogMetric<3>> logs(mesh.points.size(), log_metric_of_sizes<3>({{a.size, a.size, a.size}}));
-    auto field = must(make_field<3>(mesh, metric_at_vertices<3>(std::move(logs)), execution));
+    auto field = must(make_field<3>(mesh, metric_at_vertices<3>(metrics_of(a, mesh.points.size(), execution)), execution));
     return must(begin_remeshing<3>(mesh, edges, boundary, {std::move(field)}, execution));
 }
 
@@ -139,9 +153,10 @@ void by_blocks(const Arguments& a, Remeshing<3> r, const Execution& execution) {
     auto rows = must(rows_of(r.mesh));
     r.mesh = {};
     ToMetricStatistics statistics;
+    const auto ranks = one_rank();
     for (const BlockTurn& turn : a.turns) {
         const Clock clock;
-        auto made = must(turn_by_blocks(rows, r.goal, {}, a.block, turn, statistics, plainly(execution)));
+        auto made = must(turn_by_blocks(rows, r.goal, {}, {a.block, *ranks}, turn, statistics, plainly(execution)));
         rows = std::move(made.rows);
         std::printf("shift %.3f, %d rounds, ", turn.shift, turn.rounds);
         clock.tell(turn.lengths == BlockTurn::Lengths::loose ? "loose" : "strict");

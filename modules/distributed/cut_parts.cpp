@@ -14,6 +14,7 @@ import camber.core;
 import camber.cavity;
 import camber.ordering;
 import :adaptation_rows;
+import :block_weights;
 import :cut_parts;
 
 namespace camber {
@@ -76,10 +77,27 @@ Buffer<std::uint32_t> elements_along_curve(const AdaptationRows<D>& whole, const
     return sorted;
 }
 
-/// In how many parts so many elements are cut.
-std::size_t parts_of(std::size_t elements, std::size_t in_a_part) {
-    const double parts = static_cast<double>(elements) / static_cast<double>(std::max<std::size_t>(in_a_part, 1));
-    return std::max<std::size_t>(1, static_cast<std::size_t>(std::llround(parts)));
+/// The part of each element, and how many there are: runs of about the same weight, none of them empty.
+struct Runs {
+    Buffer<PartNumber> part_of;
+    std::size_t count = 0;
+};
+Runs runs_of(const Buffer<std::uint32_t>& sorted, const ElementWeights& weights, std::size_t in_a_part) {
+    const double wanted = weights.elements() / static_cast<double>(std::max<std::size_t>(in_a_part, 1));
+    const auto parts = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(wanted)));
+    Runs runs{Buffer<PartNumber>(sorted.size()), 0};
+    // Weights are divided by the size of a part, and not multiplied by the number of parts, which 64 bits may not hold.
+    const std::uint64_t size = (weights.sum + parts - 1) / parts;
+    std::uint64_t before = 0;
+    std::uint64_t run = 0;
+    for (const std::uint32_t e : sorted) {
+        const std::uint64_t here = before / size;
+        if (runs.count == 0 || here != run) ++runs.count;
+        run = here;
+        runs.part_of[e] = static_cast<PartNumber>(runs.count - 1);
+        before += weights.weights[e];
+    }
+    return runs;
 }
 
 /// Which elements are at a vertex: those of the whole, by their part.
@@ -165,18 +183,15 @@ void put_vertices(const AdaptationRows<D>& whole, const Buffer<std::uint32_t>& t
 }  // namespace
 
 template <int D>
-Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, std::size_t elements, double shift,
-                                   const Execution& execution) {
+Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, const ElementWeights& weights, std::size_t elements,
+                                   double shift, const Execution& execution) {
     return guarded([&]() -> Outcome<CutMesh<D>> {
         const auto turns = turns_along_curve(whole, shift, execution);
         if (!turns) return fail(turns.error());
         const auto sorted = elements_along_curve(whole, *turns);
         const auto around = elements_around(whole, execution);
         if (!around) return fail(around.error());
-        const std::size_t n = whole.elements.size();
-        const std::size_t parts = parts_of(n, elements);
-        Buffer<PartNumber> part_of(n);
-        for (std::size_t i = 0; i < n; ++i) part_of[sorted[i]] = static_cast<PartNumber>(i * parts / n);
+        const auto [part_of, parts] = runs_of(sorted, weights, elements);
         CutMesh<D> cut{std::vector<AdaptationRows<D>>(parts), {}};
         put_elements(whole, sorted, part_of, cut);
         put_facets(whole, *around, part_of, cut);
@@ -192,7 +207,8 @@ Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, std::size_t e
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                              \
-    template Outcome<CutMesh<D>> cut_into_parts<D>(const AdaptationRows<D>&, std::size_t, double, const Execution&);
+    template Outcome<CutMesh<D>> cut_into_parts<D>(const AdaptationRows<D>&, const ElementWeights&, std::size_t, double, \
+                                                     const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

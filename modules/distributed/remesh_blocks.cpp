@@ -1,5 +1,7 @@
 module;
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -10,7 +12,10 @@ import camber.cavity;
 import camber.operation;
 import camber.adapt;
 import :adaptation_rows;
+import :block_weights;
 import :cut_parts;
+import :ranks;
+import :share_parts;
 import :remesh_blocks;
 
 namespace camber {
@@ -31,13 +36,15 @@ ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
         options.collapse.longest = std::max(options.collapse.longest, options.loose_longest);
         options.split.longest = std::max(options.split.longest, options.loose_split);
     }
+    options.split.longest *= turn.coarser;
+    options.loose_split *= turn.coarser;
     return options;
 }
 
-/// A block brought to the metric; its rows take the place of those that it had.
+/// A block brought to the metric.
 template <int D>
-Outcome<ToMetricStatistics> bring_block(AdaptationRows<D>& rows, const AdaptationGoal<D>& goal,
-                                        const ToMetricOptions& options, const Around& around) {
+Outcome<ChangedPart<D>> bring_block(const AdaptationRows<D>& rows, const AdaptationGoal<D>& goal,
+                                    const ToMetricOptions& options, const Around& around) {
     auto part = run_step(around, "blocks", [&](const Execution& e) { return assembled(rows, e); });
     if (!part) return fail(part.error());
     auto brought = bring_to_metric(std::move(part->state), goal, options, around);
@@ -45,8 +52,25 @@ Outcome<ToMetricStatistics> bring_block(AdaptationRows<D>& rows, const Adaptatio
     part->state = std::move(brought->state);
     auto made = run_step(around, "blocks", [&](const Execution&) { return rows_of_part(*part, rows); });
     if (!made) return fail(made.error());
-    rows = std::move(*made);
-    return brought->statistics;
+    return ChangedPart<D>{std::move(*made), brought->statistics};
+}
+
+/// Those that are this rank's; the rows of all parts are given up.
+template <int D>
+Outcome<std::vector<ChangedPart<D>>> bring_own_blocks(std::vector<AdaptationRows<D>> parts, const Ranks& ranks,
+                                                      const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                                                      const Around& around) {
+    const OwnParts own = own_parts(ranks, parts.size());
+    std::vector<ChangedPart<D>> made;
+    made.reserve(own.last - own.first);
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+        const AdaptationRows<D> rows = std::exchange(parts[p], {});
+        if (p < own.first || p >= own.last) continue;
+        auto changed = bring_block(rows, goal, options, around);
+        if (!changed) return fail(changed.error());
+        made.push_back(std::move(*changed));
+    }
+    return made;
 }
 
 /// Directions and associations of the mesh that was cut, of the vertices that they are still of.
@@ -76,6 +100,39 @@ void give_back(const DynamicMesh<D>& before, const AdaptationRows<D>& rows, Dyna
     after.groups = before.groups;
 }
 
+/// Of the grids of turns that follow each other: none has a wall in common with the next ones.
+template <int D>
+double shift_of(int turn) {
+    if constexpr (D == 2)
+        return std::array{0.0, 2.0 / 3, 1.0 / 3}[static_cast<std::size_t>(turn) % 3];
+    else
+        return std::array{0.0, 0.4, 0.2, 0.6, 0.8}[static_cast<std::size_t>(turn) % 5];
+}
+
+/// Turns before the others, as long as the mesh is to become many times larger: none makes so much of it that blocks,
+/// which are cut by what they are to become, are of few elements or outgrow what a block may be.
+template <int D>
+Outcome<AdaptationRows<D>> grown(AdaptationRows<D> rows, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                                 const InBlocks& by, ToMetricStatistics& statistics, const Around& around) {
+    constexpr double most = 8;
+    constexpr int turns = 24;
+    for (int k = 0; options.rounds > 0 && k < turns; ++k) {
+        const auto expected = agreed(
+            by.ranks, run_step(around, "blocks", [&](const Execution& e) { return expected_elements(rows, 1, e); }));
+        if (!expected) return fail(expected.error());
+        const double growth = expected->elements() / static_cast<double>(rows.elements.size());
+        if (!(growth > most)) break;
+        const BlockTurn turn{.shift = shift_of<D>(k),
+                             .rounds = 1,
+                             .lengths = BlockTurn::Lengths::loose,
+                             .coarser = std::pow(growth / most, 1.0 / D)};
+        auto made = turn_by_blocks(rows, goal, options, by, turn, statistics, around);
+        if (!made) return fail(made.error());
+        rows = std::move(made->rows);
+    }
+    return rows;
+}
+
 template <int D>
 Outcome<Done> check_kind(const Adaptation<D>& state) {
     if (state.mesh.is_curved())
@@ -87,74 +144,104 @@ Outcome<Done> check_kind(const Adaptation<D>& state) {
     return Done{};
 }
 
+/// What passes of parts go by, and what they do not need.
+template <int D>
+struct Begun {
+    AdaptationRows<D> rows;
+    DynamicMesh<D> given;  ///< places, directions, associations and groups alone
+    ToMetricStatistics statistics;
+};
+template <int D>
+Outcome<Begun<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Around& around) {
+    if (auto checked = check_kind(state); !checked) return fail(checked.error());
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    const auto measured =
+        run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(state, e); });
+    if (!measured) return fail(measured.error());
+    auto rows = run_step(around, "blocks", [&](const Execution&) { return rows_of(state); });
+    if (!rows) return fail(rows.error());
+    Begun<D> begun{std::move(*rows), {}, {}};
+    begun.statistics.before = *measured;
+    begun.given.points = state.mesh.points;
+    begun.given.geometry = state.mesh.geometry;
+    begun.given.groups = state.mesh.groups;
+    return begun;
+}
+template <int D>
+Outcome<BroughtToMetric<D>> end(const AdaptationRows<D>& rows, const DynamicMesh<D>& given,
+                                const ToMetricStatistics& statistics, const Around& around) {
+    auto whole = run_step(around, "blocks", [&](const Execution& e) { return assembled(rows, e); });
+    if (!whole) return fail(whole.error());
+    give_back(given, rows, whole->state.mesh);
+    const auto after =
+        run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(whole->state, e); });
+    if (!after) return fail(after.error());
+    BroughtToMetric<D> brought{std::move(whole->state), statistics};
+    brought.statistics.after = *after;
+    return brought;
+}
+
 }  // namespace
+
+template <int D>
+Outcome<JoinedMesh<D>> turn_by_blocks(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
+                                      const ToMetricOptions& options, const InBlocks& by, const BlockTurn& turn,
+                                      ToMetricStatistics& statistics, const Around& around) {
+    auto cut = run_step(around, "blocks", [&](const Execution& e) {
+        return expected_elements(whole, turn.coarser, e).and_then([&](const ElementWeights& weights) {
+            return cut_into_parts(whole, weights, by.elements, turn.shift, e);
+        });
+    });
+    auto changed = cut ? bring_own_blocks(std::move(cut->parts), by.ranks, goal, options_of(turn, options), around)
+                       : Outcome<std::vector<ChangedPart<D>>>(fail(cut.error()));
+    auto all = run_step(around, "blocks", [&](const Execution&) { return shared_parts(by.ranks, std::move(changed)); });
+    if (!all) return fail(all.error());
+    cut->parts.clear();
+    int rounds = 0;
+    for (ChangedPart<D>& part : *all) {
+        add(statistics, part.statistics);
+        rounds = std::max(rounds, part.statistics.rounds);
+        cut->parts.push_back(std::move(part.rows));
+    }
+    statistics.rounds += rounds;
+    return agreed(by.ranks, run_step(around, "blocks", [&](const Execution&) { return joined(*cut); }));
+}
 
 template <int D>
 std::vector<BlockTurn> block_turns(const ToMetricOptions& options) {
     using enum BlockTurn::Lengths;
-    constexpr double step = D == 2 ? 1.0 / 3 : 1.0 / 5;
-    const int few = std::min(options.rounds, 2);
-    return {{0, options.rounds, loose}, {2 * step, few, loose}, {step, few, strict}, {3 * step, few, strict}};
-}
-
-template <int D>
-Outcome<JoinedMesh<D>> turn_by_blocks(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
-                                      const ToMetricOptions& options, std::size_t elements, const BlockTurn& turn,
-                                      ToMetricStatistics& statistics, const Around& around) {
-    auto cut = run_step(around, "blocks",
-                        [&](const Execution& e) { return cut_into_parts(whole, elements, turn.shift, e); });
-    if (!cut) return fail(cut.error());
-    int rounds = 0;
-    for (AdaptationRows<D>& rows : cut->parts) {
-        const auto done = bring_block(rows, goal, options_of(turn, options), around);
-        if (!done) return fail(done.error());
-        add(statistics, *done);
-        rounds = std::max(rounds, done->rounds);
-    }
-    statistics.rounds += rounds;
-    return run_step(around, "blocks", [&](const Execution&) { return joined(*cut); });
+    const int few = std::min(options.rounds, 2), one = std::min(options.rounds, 1);
+    return {{.shift = shift_of<D>(0), .rounds = (options.rounds + 1) / 2, .lengths = loose},
+            {.shift = shift_of<D>(1), .rounds = few, .lengths = loose},
+            {.shift = shift_of<D>(2), .rounds = few, .lengths = strict},
+            {.shift = shift_of<D>(3), .rounds = one, .lengths = strict},
+            {.shift = shift_of<D>(4), .rounds = 0, .lengths = strict}};
 }
 
 template <int D>
 Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                      const ToMetricOptions& options, std::size_t elements,
+                                                      const ToMetricOptions& options, const InBlocks& by,
                                                       const std::vector<BlockTurn>& turns, const Around& around) {
-    if (auto checked = check_kind(state); !checked) return fail(checked.error());
-    if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    ToMetricStatistics statistics;
-    const auto measured = run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(state, e); });
-    if (!measured) return fail(measured.error());
-    auto rows = run_step(around, "blocks", [&](const Execution&) { return rows_of(state); });
+    auto begun = agreed(by.ranks, begin(std::move(state), options, around));
+    if (!begun) return fail(begun.error());
+    ToMetricStatistics& statistics = begun->statistics;
+    auto rows = grown(std::move(begun->rows), goal, options, by, statistics, around);
     if (!rows) return fail(rows.error());
-    // What the passes do not need waits, and not with all that changes.
-    DynamicMesh<D> before;
-    before.points = state.mesh.points;
-    before.geometry = state.mesh.geometry;
-    before.groups = state.mesh.groups;
-    state = {};
     for (const BlockTurn& turn : turns) {
-        auto made = turn_by_blocks(*rows, goal, options, elements, turn, statistics, around);
+        auto made = turn_by_blocks(*rows, goal, options, by, turn, statistics, around);
         if (!made) return fail(made.error());
         rows = std::move(made->rows);
     }
-    auto whole = run_step(around, "blocks", [&](const Execution& e) { return assembled(*rows, e); });
-    if (!whole) return fail(whole.error());
-    give_back(before, *rows, whole->state.mesh);
-    const auto after = run_step(around, "lengths",
-                                [&](const Execution& e) { return unit_mesh_statistics(whole->state, e); });
-    if (!after) return fail(after.error());
-    statistics.before = *measured;
-    statistics.after = *after;
-    return BroughtToMetric<D>{std::move(whole->state), std::move(statistics)};
+    return agreed(by.ranks, end(*rows, begun->given, statistics, around));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template Outcome<JoinedMesh<D>> turn_by_blocks<D>(const AdaptationRows<D>&, const AdaptationGoal<D>&,              \
-                                                      const ToMetricOptions&, std::size_t, const BlockTurn&,           \
+                                                      const ToMetricOptions&, const InBlocks&, const BlockTurn&,       \
                                                       ToMetricStatistics&, const Around&);                             \
     template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                            \
     template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,         \
-                                                                      const ToMetricOptions&, std::size_t,             \
+                                                                      const ToMetricOptions&, const InBlocks&,         \
                                                                       const std::vector<BlockTurn>&, const Around&);
 
 CAMBER_INSTANTIATE(2)

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <tuple>
 #include <vector>
 export module camber.distributed:remesh_blocks;
@@ -9,10 +10,12 @@ import camber.operation;
 import camber.adapt;
 import :adaptation_rows;
 import :cut_parts;
+import :ranks;
 
 export namespace camber {
 
 /// A mesh that is brought to a metric block by block: each by itself while its rim stays, then cut anew elsewhere.
+/// Ranks share the work; the mesh, its field and its geometry are on all of them.
 struct RemeshBlocksOptions {
     int blocks = 0;
 
@@ -34,28 +37,34 @@ struct BlockTurn {
     int rounds = 1;    ///< at most, of collapse, split, swap and smooth; then mend
     /// Whether even its last round leaves edges that a later one will see to (ToMetricOptions::loose_longest,
     /// loose_split).
-    enum class Lengths { loose, strict } lengths = Lengths::strict;
+    enum class Lengths : std::uint8_t { loose, strict } lengths = Lengths::strict;
+    double coarser = 1;  ///< all sizes that splits mind are so many times those of the metric
 };
 
 /// In each of the later turns what was a rim before is inside.
 template <int D>
 [[nodiscard]] std::vector<BlockTurn> block_turns(const ToMetricOptions& options);
 
-/// One of them: the mesh cut, its blocks brought to the metric, and joined. Adds to the statistics of passes and rounds.
-/// Errors: those of bring_to_metric.
+/// How: in blocks that are to become of about so many elements each, by these ranks.
+struct InBlocks {
+    std::size_t elements = 0;
+    Ranks& ranks;
+};
+
+/// One turn: the mesh cut, its blocks brought to the metric, and joined. Adds to the statistics of passes and rounds.
+/// Errors: those of bring_to_metric, of any rank.
 template <int D>
 [[nodiscard]] Outcome<JoinedMesh<D>> turn_by_blocks(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
-                                                    const ToMetricOptions& options, std::size_t elements,
+                                                    const ToMetricOptions& options, const InBlocks& by,
                                                     const BlockTurn& turn, ToMetricStatistics& statistics,
                                                     const Around& around);
 
-/// A mesh of degree 1 brought to a metric in these turns, by blocks of about so many elements. The result depends on
+/// A mesh of degree 1, the same on all ranks, brought to a metric in these turns. The result, on all ranks, depends on
 /// the mesh and the size of the blocks, and on nothing else. Errors: those of bring_to_metric; degree 2 and surfaces
 /// alone (unsupported).
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                                    const ToMetricOptions& options,
-                                                                    std::size_t elements,
+                                                                    const ToMetricOptions& options, const InBlocks& by,
                                                                     const std::vector<BlockTurn>& turns,
                                                                     const Around& around);
 

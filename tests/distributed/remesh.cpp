@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <stop_token>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "dynamic_measures.hpp"
 #include "goals.hpp"
 #include "property.hpp"
+#include "ranks_of_threads.hpp"
 
 import camber.core;
 import camber.metric;
@@ -51,7 +53,8 @@ template <int D>
 BroughtToMetric<D> by_blocks(Adaptation<D> r, const AdaptationGoal<D>& goal, std::size_t elements,
                              const Execution& execution) {
     const ToMetricOptions options;
-    return must(bring_to_metric_by_blocks(std::move(r), goal, options, elements, block_turns<D>(options),
+    const auto ranks = one_rank();
+    return must(bring_to_metric_by_blocks(std::move(r), goal, options, {elements, *ranks}, block_turns<D>(options),
                                           plainly(execution)));
 }
 
@@ -95,4 +98,114 @@ TEST_CASE("blocks give the same mesh for any number of threads") {
     CHECK(by_one.state.mesh.facets == by_two.state.mesh.facets);
     CHECK(by_one.state.mesh.edges == by_two.state.mesh.edges);
     CHECK(by_one.state.vertices.metrics == by_two.state.vertices.metrics);
+}
+
+TEST_CASE("ranks give the same mesh as one, each of them") {
+    const LinearMesh<3> mesh = random_domain<3>(5);
+    Dice dice(5);
+    const AdaptationGoal<3> goal = goal_over(mesh, 0.5, dice);
+    const auto by_one = by_blocks(begun(mesh, goal), goal, 60, alone);
+    for (const std::size_t ranks : {2U, 3U}) {
+        const auto made = by_ranks(ranks, [&](Ranks& rank) {
+            return bring_to_metric_by_blocks(begun(mesh, goal), goal, {}, {60, rank}, block_turns<3>({}),
+                                             plainly(alone));
+        });
+        for (const auto& one : made) {
+            const auto& [state, told] = must(*one);
+            CHECK(told.split == by_one.statistics.split);
+            CHECK(state.mesh.points == by_one.state.mesh.points);
+            CHECK(state.mesh.elements == by_one.state.mesh.elements);
+            CHECK(state.vertices.metrics == by_one.state.vertices.metrics);
+        }
+    }
+}
+
+TEST_CASE("where one rank fails all do") {
+    const LinearMesh<2> mesh = random_domain<2>(6);
+    Dice dice(6);
+    const AdaptationGoal<2> goal = goal_over(mesh, 0.3, dice);
+    const auto made = by_ranks(3, [&](Ranks& rank) {
+        std::stop_source stop;
+        if (rank.rank() == 1) stop.request_stop();
+        return bring_to_metric_by_blocks(begun(mesh, goal), goal, {}, {10, rank}, block_turns<2>({}),
+                                         plainly({.threads = 1, .stop = stop.get_token()}));
+    });
+    for (const auto& one : made) {
+        REQUIRE_FALSE(*one);
+        CHECK(one->error().kind == ErrorKind::stopped);
+    }
+}
+
+TEST_CASE("one block comes near to what the mesh as a whole comes to") {
+    LatticeOptions<3> options;
+    options.cells = {4, 4, 4};
+    const auto mesh = with_references<3>(lattice_mesh(options), options.cells, false);
+    Dice dice(1);
+    const AdaptationGoal<3> goal = goal_over(mesh, 0.5, dice);
+    const auto whole = must(bring_to_metric<3>(begun(mesh, goal), goal, {}, alone));
+    const auto by_one_block = by_blocks(begun(mesh, goal), goal, 1U << 20U, alone);
+    const auto& a = whole.statistics.after;
+    const auto& b = by_one_block.statistics.after;
+    CHECK(static_cast<double>(b.elements) == doctest::Approx(static_cast<double>(a.elements)).epsilon(0.05));
+    CHECK(b.unit_share() > a.unit_share() - 0.01);
+    CHECK(b.mean_quality > a.mean_quality - 0.01);
+    CHECK(b.worst_quality > 0.7 * a.worst_quality);
+}
+
+namespace {
+
+/// The share of unit edges among those with both ends marked.
+template <int D>
+double unit_share(const Adaptation<D>& r, const Buffer<std::uint8_t>& marked) {
+    std::size_t edges = 0, unit = 0;
+    for (std::size_t e = 0; e < r.mesh.edges.size(); ++e) {
+        const auto& ends = r.mesh.edges[e];
+        if (!std::ranges::all_of(ends, [&](VertexId v) { return marked[v.index()] != 0; })) continue;
+        const double length = length_of(r, EdgeId(e));
+        ++edges;
+        unit += length >= shortest_unit_edge && length <= longest_unit_edge ? 1 : 0;
+    }
+    return static_cast<double>(unit) / static_cast<double>(std::max<std::size_t>(edges, 1));
+}
+
+template <int D>
+void rims_are_no_worse(const std::array<int, D>& cells, double size, std::size_t elements) {
+    LatticeOptions<D> options;
+    options.cells = cells;
+    const auto mesh = with_references<D>(lattice_mesh(options), cells, false);
+    Dice dice(2);
+    const AdaptationGoal<D> goal = goal_over(mesh, size, dice);
+    const auto ranks = one_rank();
+    auto rows = must(rows_of(begun(mesh, goal)));
+    ToMetricStatistics told;
+    Buffer<std::uint8_t> on_rim;
+    for (const BlockTurn& turn : block_turns<D>({})) {
+        auto made = must(turn_by_blocks(rows, goal, {}, {elements, *ranks}, turn, told, plainly(alone)));
+        rows = std::move(made.rows);
+        on_rim = std::move(made.on_rim);
+    }
+    const auto whole = must(assembled(rows, alone));
+    REQUIRE(std::ranges::count(on_rim, 1) > 100);
+    const double all = unit_share(whole.state, Buffer<std::uint8_t>(on_rim.size(), 1));
+    CHECK(all > 0.9);
+    CHECK(unit_share(whole.state, on_rim) > all - 0.03);
+}
+
+}  // namespace
+
+TEST_CASE("where blocks met last edges are as good as anywhere") {
+    SUBCASE("2D") { rims_are_no_worse<2>({12, 12}, 0.3, 400); }
+    SUBCASE("3D") { rims_are_no_worse<3>({4, 4, 4}, 0.4, 1500); }
+}
+
+TEST_CASE("curved meshes and surfaces alone are refused") {
+    const LinearMesh<2> mesh = random_domain<2>(6);
+    Dice dice(6);
+    const AdaptationGoal<2> goal = goal_over(mesh, 0.3, dice);
+    Adaptation<2> r = begun(mesh, goal);
+    r.mesh.nodes = Buffer<LagrangeNode<2>>(r.mesh.edges.size());
+    const auto ranks = one_rank();
+    const auto made = bring_to_metric_by_blocks(std::move(r), goal, {}, {10, *ranks}, block_turns<2>({}), plainly(alone));
+    REQUIRE_FALSE(made);
+    CHECK(made.error().kind == ErrorKind::unsupported);
 }

@@ -31,7 +31,8 @@ void cut_and_joined(std::uint64_t seed) {
     const Adaptation<D> before = begun(mesh, goal);
     const auto rows = must(rows_of(before));
     const std::size_t elements = 1 + dice.below(30);
-    const auto cut = must(cut_into_parts(rows, elements, dice.uniform(0, 1), alone));
+    const auto weights = must(expected_elements(rows, 1, alone));
+    const auto cut = must(cut_into_parts(rows, weights, elements, dice.uniform(0, 1), alone));
     std::size_t all = 0;
     for (const auto& part : cut.parts) {
         RC_ASSERT(!part.elements.empty());
@@ -52,7 +53,9 @@ void parts_without_passes(std::uint64_t seed) {
     const LinearMesh<D> mesh = random_domain<D>(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, 0.5, dice);
     const Adaptation<D> before = begun(mesh, goal);
-    auto cut = must(cut_into_parts(must(rows_of(before)), 1 + dice.below(30), dice.uniform(0, 1), alone));
+    const auto rows_before = must(rows_of(before));
+    const auto weights = must(expected_elements(rows_before, 1, alone));
+    auto cut = must(cut_into_parts(rows_before, weights, 1 + dice.below(30), dice.uniform(0, 1), alone));
     for (auto& rows : cut.parts) rows = must(rows_of_part(must(assembled(rows, alone)), rows));
     const auto after = must(assembled(must(joined(cut)).rows, alone));
     RC_ASSERT(by_places(after.state.mesh) == by_places(before.mesh));
