@@ -1,9 +1,12 @@
-// A straight mesh brought to even sizes, or to the metric of a file divided by `finer`, as a whole and by blocks, and how good it is where blocks met last beside
-// all of it: within two rings of a vertex that the last cuts shared. A program with arguments, not a timed test:
+// A straight mesh brought to even sizes, or to the metric of a file divided by `finer`, as a whole and by blocks, and
+// how good it is where blocks met last beside all of it: within two rings of a vertex that the last cuts shared. A
+// program with arguments, not a timed test:
 //
-//     remesh_blocks MESH SIZE|SOLUTION BLOCK [--finer 1] [--threads 0] [--turns 0:6:loose,0.4:2:loose,0.2:2:strict,0.6:2:strict]
+//     remesh_blocks MESH SIZE|SOLUTION BLOCK [--finer 1] [--threads 0] [--turns
+//     0:6:loose,0.4:2:loose,0.2:2:strict,0.6:2:strict]
 //
-// BLOCK: elements in a block; 0: the mesh as a whole. A turn: the shift of its grid, its rounds, what lengths it leaves.
+// BLOCK: elements in a block; 0: the mesh as a whole. A turn: the shift of its grid, its rounds, what lengths it
+// leaves.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -51,7 +54,7 @@ std::vector<BlockTurn> turns_of(std::string_view text) {
     while (!text.empty()) {
         const std::string one(text.substr(0, text.find(',')));
         const std::size_t colon = one.find(':');
-        turns.push_back({std::strtod(one.c_str(), nullptr), std::atoi(one.c_str() + colon + 1),
+        turns.push_back({std::strtod(one.c_str(), nullptr), static_cast<int>(std::strtol(one.c_str() + colon + 1, nullptr, 10)),
                          one.ends_with("loose") ? BlockTurn::Lengths::loose : BlockTurn::Lengths::strict});
         text.remove_prefix(std::min(text.size(), one.size() + 1));
     }
@@ -64,7 +67,7 @@ Arguments arguments(std::span<char*> given) {
     for (std::size_t i = 1; i < given.size(); ++i) {
         const std::string_view word = given[i];
         if (word == "--threads" && i + 1 < given.size())
-            a.threads = std::atoi(given[++i]);
+            a.threads = static_cast<int>(std::strtol(given[++i], nullptr, 10));
         else if (word == "--finer" && i + 1 < given.size())
             a.finer = std::strtod(given[++i], nullptr);
         else if (word == "--turns" && i + 1 < given.size())
@@ -131,8 +134,7 @@ struct Clock {
 };
 
 Column<LogMetric<3>> metrics_of(const Arguments& a, std::size_t vertices, const Execution& execution) {
-    if (a.solution.empty())
-        return Buffer<LogMetric<3>>(vertices, log_metric_of_sizes<3>({{a.size, a.size, a.size}}));
+    if (a.solution.empty()) return Buffer<LogMetric<3>>(vertices, log_metric_of_sizes<3>({{a.size, a.size, a.size}}));
     const auto solution = must(decode_solution(bytes_of(a.solution), a.solution, execution)).solution;
     const auto precision = solution.single_precision ? TensorPrecision::four_bytes : TensorPrecision::eight_bytes;
     auto logs = must(log_metrics_of_tensors<3>(solution.values.view(), precision, execution)).log_metrics;
@@ -145,7 +147,8 @@ Remeshing<3> begun(const Arguments& a, const Execution& execution) {
     const LinearMesh<3> mesh = std::get<LinearMesh<3>>(read_mesh(a.mesh, execution));
     const auto edges = must(unique_edges(mesh, execution));
     const auto boundary = must(find_boundary<3>(mesh, edges, {}, {}, execution));
-    auto field = must(make_field<3>(mesh, metric_at_vertices<3>(metrics_of(a, mesh.points.size(), execution)), execution));
+    auto field =
+        must(make_field<3>(mesh, metric_at_vertices<3>(metrics_of(a, mesh.points.size(), execution)), execution));
     return must(begin_remeshing<3>(mesh, edges, boundary, {std::move(field)}, execution));
 }
 

@@ -10,10 +10,10 @@ export namespace camber {
 /// Some elements of a mesh that changes, with what is on them: the whole mesh, or what a cut along faces leaves.
 template <int D>
 struct MeshPart {
-    LinearMesh<D> mesh;           ///< feature edges: its lines, each once; neither directions nor groups
-    Column<VertexState> states;   ///< one a vertex, as in the whole
-    Column<Marks> facet_marks;    ///< frozen: of facets between this part and another
-    Column<Marks> line_marks;     ///< one a feature edge
+    LinearMesh<D> mesh;          ///< feature edges: its lines, each once; neither directions nor groups
+    Column<VertexState> states;  ///< one a vertex, as in the whole
+    Column<Marks> facet_marks;   ///< frozen: of facets between this part and another
+    Column<Marks> line_marks;    ///< one a feature edge
 };
 
 /// A part, ready to be changed.

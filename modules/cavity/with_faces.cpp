@@ -130,10 +130,10 @@ bool is_pinched(const DynamicMesh<D>& mesh, std::size_t around, VertexId v, cons
     return false;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<DynamicMesh<D>> with_faces<D>(const LinearMesh<D>&, const EdgeSet<D>&, const Incidence<ElementId>&, \
-                                                   const Execution&);                                                    \
-    template bool is_pinched<D>(const DynamicMesh<D>&, std::size_t, VertexId, const Incidence<ElementId>&,               \
+#define CAMBER_INSTANTIATE(D)                                                                              \
+    template Outcome<DynamicMesh<D>> with_faces<D>(const LinearMesh<D>&, const EdgeSet<D>&,                \
+                                                   const Incidence<ElementId>&, const Execution&);         \
+    template bool is_pinched<D>(const DynamicMesh<D>&, std::size_t, VertexId, const Incidence<ElementId>&, \
                                 std::vector<ElementId>&);
 
 CAMBER_INSTANTIATE(2)

@@ -39,8 +39,8 @@ class Rows {
         const DynamicMesh<D>& mesh = r_.mesh;
         for (std::size_t l = 0; l < mesh.lines.size(); ++l) {
             if (mesh.is_free(LineId(l)) || (l >= first && l < last)) continue;
-            out.lines.push_back({named(mesh.edges[mesh.lines[l]]), mesh.line_references[l], mesh.line_entities[l],
-                                 mesh.line_marks[l]});
+            out.lines.push_back(
+                {named(mesh.edges[mesh.lines[l]]), mesh.line_references[l], mesh.line_entities[l], mesh.line_marks[l]});
         }
     }
     [[nodiscard]] AdaptedVertex<D> vertex(VertexId v) const {
@@ -198,9 +198,9 @@ Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const Adapta
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template Outcome<AdaptationRows<D>> rows_of<D>(const Adaptation<D>&);                                     \
-    template Outcome<AdaptedPart<D>> assembled<D>(const AdaptationRows<D>&, const Execution&);                \
+#define CAMBER_INSTANTIATE(D)                                                                  \
+    template Outcome<AdaptationRows<D>> rows_of<D>(const Adaptation<D>&);                      \
+    template Outcome<AdaptedPart<D>> assembled<D>(const AdaptationRows<D>&, const Execution&); \
     template Outcome<AdaptationRows<D>> rows_of_part<D>(const AdaptedPart<D>&, const AdaptationRows<D>&);
 
 CAMBER_INSTANTIATE(2)

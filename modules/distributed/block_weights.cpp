@@ -36,8 +36,7 @@ std::uint64_t weight_of(const AdaptationRows<D>& rows, const AdaptedSimplex<D>& 
         points[i] = v.point;
         density *= v.metric.measure.density_root;
     }
-    const double elements =
-        std::abs(scaled_volume(points)) * density / (scaled_unit_volume<D> * std::pow(coarser, D));
+    const double elements = std::abs(scaled_volume(points)) * density / (scaled_unit_volume<D> * std::pow(coarser, D));
     constexpr double most = 1ULL << 32U;
     constexpr auto one = static_cast<double>(ElementWeights::one);
     // What is no number counts as one element.
@@ -56,7 +55,7 @@ Outcome<ElementWeights> expected_elements(const AdaptationRows<D>& rows, double 
     return made;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
+#define CAMBER_INSTANTIATE(D) \
     template Outcome<ElementWeights> expected_elements<D>(const AdaptationRows<D>&, double, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -117,9 +117,8 @@ void parts_with(const AdaptationRows<D>& whole, const Incidence<ElementId>& arou
                 const std::array<VertexId, N>& simplex, std::vector<PartNumber>& found) {
     found.clear();
     for (const ElementId e : around[simplex[0]])
-        if (std::ranges::all_of(simplex, [&](VertexId v) {
-                return local_vertex(whole.elements[e.index()].vertices, v) >= 0;
-            }))
+        if (std::ranges::all_of(simplex,
+                                [&](VertexId v) { return local_vertex(whole.elements[e.index()].vertices, v) >= 0; }))
             found.push_back(part_of[e.index()]);
     std::ranges::sort(found);
     found.erase(std::ranges::unique(found).begin(), found.end());
@@ -159,7 +158,8 @@ template <int D>
 void put_vertices(const AdaptationRows<D>& whole, const Buffer<std::uint32_t>& turns, std::vector<VertexId> named,
                   Buffer<VertexId>& ids, AdaptationRows<D>& part) {
     const auto name = [&](const auto& simplices) {
-        for (const auto& simplex : simplices) named.insert(named.end(), simplex.vertices.begin(), simplex.vertices.end());
+        for (const auto& simplex : simplices)
+            named.insert(named.end(), simplex.vertices.begin(), simplex.vertices.end());
     };
     name(part.elements);
     name(part.facets);
@@ -206,9 +206,9 @@ Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, const Element
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
-    template Outcome<CutMesh<D>> cut_into_parts<D>(const AdaptationRows<D>&, const ElementWeights&, std::size_t, double, \
-                                                     const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template Outcome<CutMesh<D>> cut_into_parts<D>(const AdaptationRows<D>&, const ElementWeights&, std::size_t, \
+                                                   double, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -16,11 +16,11 @@ struct CutMesh {
     AdaptationRows<D> aside;  ///< what is of no element, which is nobody's work
 };
 
-/// Into parts that are to become about `elements` each, by their weights: runs of the elements along the Morton curve of
-/// their first vertices there, in a grid that begins `shift` of the mesh's extent before it. Vertices of a part follow that curve, too. Two grids whose
-/// shifts differ by thirds (2D) or fifths (3D) have no wall in common (T. M. Chan, 1998), which two runs of one curve
-/// would: however far they are shifted along it, both end at the first plane that halves the mesh. Facets are frozen
-/// where they are between two parts. Errors: stopped, memory.
+/// Into parts that are to become about `elements` each, by their weights: runs of the elements along the Morton curve
+/// of their first vertices there, in a grid that begins `shift` of the mesh's extent before it. Vertices of a part
+/// follow that curve, too. Two grids whose shifts differ by thirds (2D) or fifths (3D) have no wall in common (T. M.
+/// Chan, 1998), which two runs of one curve would: however far they are shifted along it, both end at the first plane
+/// that halves the mesh. Facets are frozen where they are between two parts. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, const ElementWeights& weights,
                                                  std::size_t elements, double shift, const Execution& execution);

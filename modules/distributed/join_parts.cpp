@@ -51,8 +51,8 @@ class Joining {
             out_.facets.push_back(simplex);
         }
         for (auto simplex : part.lines) {
-            const bool may_be_between = std::ranges::all_of(
-                simplex.vertices, [&](VertexId v) { return is_shared_[v.index()] != 0; });
+            const bool may_be_between =
+                std::ranges::all_of(simplex.vertices, [&](VertexId v) { return is_shared_[v.index()] != 0; });
             simplex.vertices = named(simplex.vertices);
             if (!may_be_between || lines_.is_first(simplex.vertices)) out_.lines.push_back(simplex);
         }

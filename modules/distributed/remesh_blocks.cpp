@@ -235,13 +235,13 @@ Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const
     return agreed(by.ranks, end(*rows, begun->given, statistics, around));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<JoinedMesh<D>> turn_by_blocks<D>(const AdaptationRows<D>&, const AdaptationGoal<D>&,              \
-                                                      const ToMetricOptions&, const InBlocks&, const BlockTurn&,       \
-                                                      ToMetricStatistics&, const Around&);                             \
-    template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                            \
-    template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,         \
-                                                                      const ToMetricOptions&, const InBlocks&,         \
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template Outcome<JoinedMesh<D>> turn_by_blocks<D>(const AdaptationRows<D>&, const AdaptationGoal<D>&,        \
+                                                      const ToMetricOptions&, const InBlocks&, const BlockTurn&, \
+                                                      ToMetricStatistics&, const Around&);                       \
+    template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                      \
+    template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,   \
+                                                                      const ToMetricOptions&, const InBlocks&,   \
                                                                       const std::vector<BlockTurn>&, const Around&);
 
 CAMBER_INSTANTIATE(2)

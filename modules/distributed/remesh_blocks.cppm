@@ -23,10 +23,9 @@ struct RemeshBlocksOptions {
         using S = RemeshBlocksOptions;
         return std::tuple(
             option("blocks", &S::blocks,
-                   "elements in a block, each brought to the metric by itself while what it shares with others stays, "
-                   "four times with blocks elsewhere; 0: the mesh as a whole")
-                .at_least(0)
-                .unit("elements"));
+                   "of a straight mesh: elements in a block, each of which is brought to the metric by itself while "
+                   "what it shares with others stays, then again in other blocks; 0: the mesh as a whole")
+                .at_least(0));
     }
     friend bool operator==(const RemeshBlocksOptions&, const RemeshBlocksOptions&) = default;
 };

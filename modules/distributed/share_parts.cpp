@@ -116,9 +116,8 @@ Outcome<std::vector<ChangedPart<D>>> shared_parts(Ranks& ranks, Outcome<std::vec
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                      \
-    template Outcome<std::vector<ChangedPart<D>>> shared_parts<D>(Ranks&, \
-                                                                  Outcome<std::vector<ChangedPart<D>>>);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<std::vector<ChangedPart<D>>> shared_parts<D>(Ranks&, Outcome<std::vector<ChangedPart<D>>>);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -22,7 +22,8 @@ struct OwnParts {
 };
 [[nodiscard]] OwnParts own_parts(const Ranks& ranks, std::size_t parts);
 
-/// What every rank has made by itself, if all have: none goes on and waits for one that has failed. Errors: of any rank.
+/// What every rank has made by itself, if all have: none goes on and waits for one that has failed. Errors: of any
+/// rank.
 template <class T>
 [[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> made) {
     if (ranks.size() == 1) return made;
@@ -34,7 +35,6 @@ template <class T>
 
 /// The parts of all ranks on all of them, in their order, from those of each. Errors: of any rank.
 template <int D>
-[[nodiscard]] Outcome<std::vector<ChangedPart<D>>> shared_parts(Ranks& ranks,
-                                                                Outcome<std::vector<ChangedPart<D>>> own);
+[[nodiscard]] Outcome<std::vector<ChangedPart<D>>> shared_parts(Ranks& ranks, Outcome<std::vector<ChangedPart<D>>> own);
 
 }  // namespace camber

@@ -205,7 +205,72 @@ TEST_CASE("curved meshes and surfaces alone are refused") {
     Adaptation<2> r = begun(mesh, goal);
     r.mesh.nodes = Buffer<LagrangeNode<2>>(r.mesh.edges.size());
     const auto ranks = one_rank();
-    const auto made = bring_to_metric_by_blocks(std::move(r), goal, {}, {10, *ranks}, block_turns<2>({}), plainly(alone));
+    const auto made =
+        bring_to_metric_by_blocks(std::move(r), goal, {}, {10, *ranks}, block_turns<2>({}), plainly(alone));
     REQUIRE_FALSE(made);
     CHECK(made.error().kind == ErrorKind::unsupported);
+}
+
+TEST_CASE("what the mesh's maker says of vertices stays with them") {
+    LinearMesh<3> mesh = random_domain<3>(7);
+    Buffer<Association<1>> on_curves;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        on_curves.push_back({VertexId(v), static_cast<Reference>(v + 1), {}, {}});
+    mesh.geometry.on_curves = std::move(on_curves);
+    mesh.groups = Buffer<Group>{{.dimension = 3, .reference = 1, .name = "left"}};
+    Dice dice(7);
+    const AdaptationGoal<3> goal = goal_over(mesh, 0.7, dice);
+    const auto made = by_blocks(begun(mesh, goal), goal, 40, alone);
+    const LinearMesh<3> after = must(compacted(made.state.mesh, alone)).mesh;
+    CHECK(after.groups == mesh.groups);
+    REQUIRE(after.geometry.on_curves.size() > 8);
+    for (const Association<1>& on : after.geometry.on_curves)
+        CHECK(after.points[on.item] == mesh.points[static_cast<std::size_t>(on.entity - 1)]);
+}
+
+TEST_CASE("required vertices, facets and elements stay through blocks") {
+    LinearMesh<3> mesh = random_domain<3>(8);
+    mesh.required_vertices = Buffer<VertexId>{VertexId(std::size_t{0}), VertexId(mesh.points.size() / 2)};
+    mesh.facets.required = Buffer<std::uint32_t>{0U, 3U};
+    mesh.elements.required = Buffer<std::uint32_t>{1U};
+    Dice dice(8);
+    const AdaptationGoal<3> goal = goal_over(mesh, 0.4, dice);
+    const auto made = by_blocks(begun(mesh, goal), goal, 50, alone);
+    const LinearMesh<3> after = must(compacted(made.state.mesh, alone)).mesh;
+    const auto has_point = [&](VertexId v) {
+        return std::ranges::find(after.points, mesh.points[v]) != after.points.end();
+    };
+    CHECK(after.required_vertices.size() == 2);
+    CHECK(after.facets.required.size() == 2);
+    CHECK(after.elements.required.size() == 1);
+    for (const VertexId v : mesh.required_vertices) CHECK(has_point(v));
+    for (const VertexId v : mesh.elements.vertices[1]) CHECK(has_point(v));
+    for (const std::uint32_t f : mesh.facets.required)
+        for (const VertexId v : mesh.facets.vertices[f]) CHECK(has_point(v));
+}
+
+TEST_CASE("no rounds leave the mesh as it is, but for bad elements") {
+    const LinearMesh<2> mesh = random_domain<2>(9);
+    Dice dice(9);
+    const AdaptationGoal<2> goal = goal_over(mesh, 0.01, dice);
+    const auto ranks = one_rank();
+    ToMetricOptions options;
+    options.rounds = 0;
+    options.mend.sweeps = 0;
+    const Adaptation<2> before = begun(mesh, goal);
+    const auto made =
+        must(bring_to_metric_by_blocks(before, goal, options, {5, *ranks}, block_turns<2>(options), plainly(alone)));
+    CHECK(by_places(made.state.mesh) == by_places(before.mesh));
+}
+
+TEST_CASE("a mesh that is to become much larger grows by steps") {
+    LatticeOptions<2> options;
+    options.cells = {3, 3};
+    const auto mesh = with_references<2>(lattice_mesh(options), options.cells, false);
+    Dice dice(3);
+    const AdaptationGoal<2> goal = goal_over(mesh, 0.05, dice);
+    const auto [state, told] = by_blocks(begun(mesh, goal), goal, 500, alone);
+    CHECK(state.mesh.element_count() > 100 * mesh.elements.size());
+    CHECK(told.after.unit_share() > 0.95);
+    CHECK(told.after.worst_quality > 0.4);
 }

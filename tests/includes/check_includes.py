@@ -80,6 +80,7 @@ stop_token: stop_callback stop_source stop_token
 string: char_traits getline stod stoi stol stoll stoul stoull string to_string u8string
 string_view: string_view
 system_error: errc error_code generic_category make_error_code system_category system_error
+barrier: barrier
 thread: jthread this_thread thread
 tuple: apply forward_as_tuple get ignore make_tuple tie tuple tuple_cat tuple_element_t tuple_size tuple_size_v
 type_traits: bool_constant common_type_t conditional_t decay_t enable_if_t false_type integral_constant invoke_result_t

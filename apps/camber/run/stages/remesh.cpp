@@ -327,11 +327,10 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     Clocks clocks;
     const auto around = run.around(clocks);
     const auto ranks = one_rank();
-    auto made = options.blocks == 0
-                    ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
-                    : bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options,
-                                                {static_cast<std::size_t>(options.blocks), *ranks},
-                                                block_turns<D>(options), around);
+    auto made = options.blocks == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
+                                    : bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options,
+                                                                {static_cast<std::size_t>(options.blocks), *ranks},
+                                                                block_turns<D>(options), around);
     if (!made) return fail(made.error());
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;
