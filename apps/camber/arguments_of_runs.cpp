@@ -34,6 +34,8 @@ void add_curve(CLI::App& app, Verb& verb) {
               help_of(camber::option_of(&camber::config::Curve::objective)) +
                   ". Default: solution where there is --solution and no --metric, else " +
                   std::string(camber::word_of(camber::config::Curve{}.objective)));
+    const auto blocks = camber::option_of(&camber::config::Curve::blocks);
+    curve->add_option("--blocks", a.blocks, help_of(blocks))->check(within<int>(blocks.limits));
     add_bound(curve, a);
     add_solution_along(curve, a.solution);
     add_pipeline(curve, a);

@@ -5,6 +5,7 @@ module;
 #include <sys/mman.h>
 #endif
 module camber.core;
+import :array_files;
 
 namespace camber {
 
@@ -17,6 +18,7 @@ constexpr std::size_t large_array = 4 * large_page;
 }  // namespace
 
 void* allocate_array(std::size_t bytes) {
+    if (void* const in_file = allocate_in_file(bytes)) return in_file;
     if (bytes < large_array) return ::operator new(bytes);
     void* array = ::operator new(bytes, std::align_val_t{large_page});
 #ifdef __linux__
@@ -26,6 +28,7 @@ void* allocate_array(std::size_t bytes) {
 }
 
 void release_array(void* array, std::size_t bytes) {
+    if (release_in_file(array)) return;
     if (bytes < large_array)
         ::operator delete(array);
     else

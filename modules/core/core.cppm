@@ -9,6 +9,7 @@ export import :words;
 export import :guarded;
 export import :ids;
 export import :column;
+export import :array_files;
 export import :execution;
 export import :around;
 export import :pack;

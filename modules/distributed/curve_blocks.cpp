@@ -65,6 +65,7 @@ class BlockCurving {
         for (std::size_t b = 0; b < states_.size(); ++b) {
             auto done = f(states_[b], out_.blocks.own[b]);
             if (!done) return fail(done.error());
+            if (options_.after_block) options_.after_block();
             report_progress(execution, b + 1, states_.size());
         }
         return Done{};

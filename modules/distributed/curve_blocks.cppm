@@ -47,6 +47,8 @@ struct CurveByBlocks {
 struct CurveBlocksOptions {
     BlockOptions blocks = {};
     CurveMeshOptions curving = {};
+    /// Called when a block has been gone through: what it has may leave memory. Null: nobody minds.
+    std::function<void()> after_block = {};
 };
 
 /// Verdicts of a mesh in blocks, of all ranks.

@@ -26,7 +26,7 @@ struct Asked {
 };
 
 template <class Key>
-Outcome<Halo> halo_of(std::vector<std::vector<Asked<Key>>> asked, const BlockLayout& layout, Ranks& ranks,
+Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const BlockLayout& layout, Ranks& ranks,
                       const auto& row_of) {
     struct Question {
         std::uint64_t block = 0;
@@ -35,9 +35,9 @@ Outcome<Halo> halo_of(std::vector<std::vector<Asked<Key>>> asked, const BlockLay
     Halo halo;
     std::vector<Bytes> to;
     for (const auto& of_rank : asked) {
-        std::vector<Question> questions;
+        Buffer<Question> questions;
         questions.reserve(of_rank.size());
-        std::vector<Halo::Row> into;
+        Buffer<Halo::Row> into;
         into.reserve(of_rank.size());
         for (const Asked<Key>& a : of_rank) {
             questions.push_back({a.block, a.key});
@@ -51,9 +51,9 @@ Outcome<Halo> halo_of(std::vector<std::vector<Asked<Key>>> asked, const BlockLay
     if (!from) return fail(from.error());
     const std::size_t begin = layout.begin_of(ranks.rank());
     for (const Bytes& bytes : *from) {
-        std::vector<Question> questions;
+        Buffer<Question> questions;
         append_values(bytes, questions);
-        std::vector<Halo::Row> rows;
+        Buffer<Halo::Row> rows;
         rows.reserve(questions.size());
         for (const Question& q : questions) {
             const auto block = static_cast<std::uint32_t>(q.block - begin);
@@ -70,7 +70,7 @@ template <int D>
 Outcome<Halo> vertex_halo(const Blocks<D>& blocks, Ranks& ranks) {
     return guarded([&]() -> Outcome<Halo> {
         const BlockLayout& layout = blocks.layout;
-        std::vector<std::vector<Asked<GlobalNumber>>> asked(ranks.size());
+        std::vector<Buffer<Asked<GlobalNumber>>> asked(ranks.size());
         for (std::uint32_t b = 0; b < blocks.own.size(); ++b) {
             const Block<D>& block = blocks.own[b];
             for (std::uint32_t v = 0; v < block.vertices.size(); ++v) {
@@ -92,7 +92,7 @@ Outcome<Halo> edge_halo(const Blocks<D>& blocks, std::span<const EdgeSet<D>> edg
     using Ends = std::array<GlobalNumber, 2>;
     return guarded([&]() -> Outcome<Halo> {
         const BlockLayout& layout = blocks.layout;
-        std::vector<std::vector<Asked<Ends>>> asked(ranks.size());
+        std::vector<Buffer<Asked<Ends>>> asked(ranks.size());
         for (std::uint32_t b = 0; b < blocks.own.size(); ++b) {
             const Block<D>& block = blocks.own[b];
             for (std::uint32_t e = 0; e < edges[b].size(); ++e) {

@@ -19,8 +19,8 @@ struct Halo {
         std::uint32_t block = 0;  ///< of this rank's, from 0
         std::uint32_t row = 0;
     };
-    std::vector<std::vector<Row>> give;  ///< to each rank, in the order in which it has them in `get`
-    std::vector<std::vector<Row>> get;   ///< from each rank
+    std::vector<Buffer<Row>> give;  ///< to each rank, in the order in which it has them in `get`
+    std::vector<Buffer<Row>> get;   ///< from each rank
 };
 
 /// Of vertices. Errors: of any rank.
@@ -78,7 +78,7 @@ class BetweenBlocks final : public BetweenParts<D> {
     };
     Ranks& ranks_;
     const Halo& halo_;
-    std::vector<std::vector<Given>> given_;  ///< of each block, by rising rows
+    std::vector<Buffer<Given>> given_;  ///< of each block, by rising rows
 };
 
 }  // namespace camber

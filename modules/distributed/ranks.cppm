@@ -73,9 +73,9 @@ template <class T>
     if (!values.empty()) std::memcpy(bytes.data(), values.data(), bytes.size());
     return bytes;
 }
-template <class T>
+template <class T, class Allocator>
     requires std::is_trivially_copyable_v<T>
-void append_values(const Bytes& bytes, std::vector<T>& values) {
+void append_values(const Bytes& bytes, std::vector<T, Allocator>& values) {
     const std::size_t before = values.size();
     values.resize(before + bytes.size() / sizeof(T));
     if (!bytes.empty()) std::memcpy(values.data() + before, bytes.data(), bytes.size());

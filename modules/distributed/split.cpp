@@ -94,7 +94,7 @@ void each_block_of(const BlockLayout& layout, const std::array<GlobalNumber, N>&
 
 /// Rising, each once.
 template <int K>
-void sort_rows(std::vector<SimplexRow<K>>& rows) {
+void sort_rows(Buffer<SimplexRow<K>>& rows) {
     std::ranges::sort(rows, {}, &SimplexRow<K>::row);
     const auto again = std::ranges::unique(rows, {}, &SimplexRow<K>::row);
     rows.erase(again.begin(), again.end());
@@ -102,9 +102,9 @@ void sort_rows(std::vector<SimplexRow<K>>& rows) {
 
 /// All rows of one kind to the blocks of their vertices: read(begin, end) gives them.
 template <int K, class Read>
-Outcome<std::vector<std::vector<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
+Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
                                                             const BlockLayout& layout, Ranks& ranks, const Read& read) {
-    std::vector<std::vector<SimplexRow<K>>> all(layout.end_of(ranks.rank()) - layout.begin_of(ranks.rank()));
+    std::vector<Buffer<SimplexRow<K>>> all(layout.end_of(ranks.rank()) - layout.begin_of(ranks.rank()));
     const Run own = run_of(n, ranks.rank(), ranks.size());
     const std::size_t chunks = chunks_of(n, ranks.size());
     for (std::size_t c = 0; c < chunks; ++c) {
@@ -138,7 +138,7 @@ struct Wish {
 
 /// Of each own block the vertices of its first ring that are others', told to their owners.
 template <int D>
-Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<std::vector<SimplexRow<D>>>& ring,
+Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexRow<D>>>& ring,
                                                const BlockLayout& layout, Ranks& ranks) {
     std::vector<ToBlock<Wish>> out;
     for (std::size_t b = 0; b < ring.size(); ++b) {
@@ -154,33 +154,48 @@ Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<std::vector<Sim
     return route<Wish>(ranks, layout, std::move(out));
 }
 
-/// The first ring with what is around its vertices: a ring more.
+/// The most blocks that a rank has: so many turns go over all of them, one of each rank at a time.
+std::size_t turns_of(const BlockLayout& layout) {
+    std::size_t most = 0;
+    for (std::size_t r = 0; r + 1 < layout.first_blocks.size(); ++r)
+        most = std::max(most, layout.end_of(r) - layout.begin_of(r));
+    return most;
+}
+
+/// Those of a block's simplices that others wish, each once for each of them.
 template <int K>
-Outcome<Done> add_ring(std::vector<std::vector<SimplexRow<K>>>& rows, const std::vector<std::vector<Wish>>& wishes,
-                       const BlockLayout& layout, Ranks& ranks) {
+std::vector<ToBlock<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> rows, std::vector<Wish> wishes) {
+    std::ranges::sort(wishes, {}, [](const Wish& w) { return std::pair(w.vertex, w.block); });
     std::vector<ToBlock<SimplexRow<K>>> out;
-    for (std::size_t b = 0; b < rows.size(); ++b) {
-        // Simplices by vertex, of the wished ones alone.
-        std::vector<Wish> by_vertex = wishes[b];
-        std::ranges::sort(by_vertex, {}, [](const Wish& w) { return std::pair(w.vertex, w.block); });
-        for (const auto& row : rows[b]) {
-            std::vector<std::uint64_t> told;
-            for (const GlobalNumber v : row.vertices) {
-                const auto wanting = std::ranges::equal_range(by_vertex, v, {}, &Wish::vertex);
-                for (const Wish& w : wanting) told.push_back(w.block);
-            }
-            std::ranges::sort(told);
-            told.erase(std::ranges::unique(told).begin(), told.end());
-            for (const std::uint64_t block : told) out.push_back({block, row});
-        }
+    std::vector<std::uint64_t> told;
+    for (const auto& row : rows) {
+        told.clear();
+        for (const GlobalNumber v : row.vertices)
+            for (const Wish& w : std::ranges::equal_range(wishes, v, {}, &Wish::vertex)) told.push_back(w.block);
+        std::ranges::sort(told);
+        told.erase(std::ranges::unique(told).begin(), told.end());
+        for (const std::uint64_t block : told) out.push_back({block, row});
     }
-    auto received = route<SimplexRow<K>>(ranks, layout, std::move(out));
-    if (!received) return fail(received.error());
-    for (std::size_t b = 0; b < rows.size(); ++b) {
-        rows[b].insert(rows[b].end(), (*received)[b].begin(), (*received)[b].end());
-        (*received)[b] = {};
-        sort_rows<K>(rows[b]);
+    return out;
+}
+
+/// The first ring with what is around its vertices: a ring more. Others ask for first rings alone.
+template <int K>
+Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vector<std::vector<Wish>>& wishes,
+                       const BlockLayout& layout, Ranks& ranks) {
+    std::vector<std::size_t> first_rings;
+    for (const auto& some : rows) first_rings.push_back(some.size());
+    const std::size_t turns = turns_of(layout);
+    for (std::size_t b = 0; b < turns; ++b) {
+        std::vector<ToBlock<SimplexRow<K>>> out;
+        if (b < rows.size())
+            out = wished_rows<K>(std::span(rows[b]).first(first_rings[b]), wishes[b]);
+        const auto received = route<SimplexRow<K>>(ranks, layout, std::move(out));
+        if (!received) return fail(received.error());
+        for (std::size_t to = 0; to < rows.size(); ++to)
+            rows[to].insert(rows[to].end(), (*received)[to].begin(), (*received)[to].end());
     }
+    for (auto& some : rows) sort_rows<K>(some);
     return Done{};
 }
 
@@ -191,7 +206,7 @@ struct LocalSimplices {
     Column<GlobalNumber> numbers;
 };
 template <int K>
-LocalSimplices<K> local_simplices(const std::vector<SimplexRow<K>>& rows, std::span<const GlobalNumber> vertices) {
+LocalSimplices<K> local_simplices(const Buffer<SimplexRow<K>>& rows, std::span<const GlobalNumber> vertices) {
     Buffer<SimplexVertices<K>> simplices(rows.size());
     Buffer<Reference> references(rows.size());
     Buffer<std::uint32_t> required;
@@ -207,7 +222,7 @@ LocalSimplices<K> local_simplices(const std::vector<SimplexRow<K>>& rows, std::s
 }
 
 template <int K>
-void add_vertices(const std::vector<SimplexRow<K>>& rows, std::vector<GlobalNumber>& vertices) {
+void add_vertices(const Buffer<SimplexRow<K>>& rows, std::vector<GlobalNumber>& vertices) {
     for (const auto& row : rows) vertices.insert(vertices.end(), row.vertices.begin(), row.vertices.end());
 }
 
@@ -223,8 +238,8 @@ Column<VertexId> local_list(const Column<VertexId>& list, std::span<const Global
 
 /// All of a block but the points of others.
 template <int D>
-Outcome<Block<D>> block_of(std::vector<SimplexRow<D>>& elements, std::vector<SimplexRow<D - 1>>& facets,
-                           std::vector<SimplexRow<1>>& edges, Run own, const MeshRows<D>& rows,
+Outcome<Block<D>> block_of(Buffer<SimplexRow<D>>& elements, Buffer<SimplexRow<D - 1>>& facets,
+                           Buffer<SimplexRow<1>>& edges, Run own, const MeshRows<D>& rows,
                            const LinearMesh<D>& lists) {
     std::vector<GlobalNumber> vertices(own.end - own.begin);
     std::iota(vertices.begin(), vertices.end(), GlobalNumber{own.begin});

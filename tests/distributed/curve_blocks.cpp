@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -16,6 +16,7 @@ import camber.core;
 import camber.bezier;
 import camber.curving;
 import camber.distributed;
+import camber.metric;
 import camber.ordering;
 import camber.recipes;
 import camber.shapes;
@@ -46,12 +47,8 @@ std::vector<LagrangeNode<D>> nodes_of(const std::vector<Outcome<CurvedBlocks<D>>
         const CurvedBlocks<D>& blocks = must(of_rank);
         for (std::size_t b = 0; b < blocks.curved.size(); ++b) {
             const CurvedBlock<D>& block = blocks.curved[b];
-            const GlobalNumber first = blocks.first_edges[blocks.blocks.layout.first_blocks[0] + b];
-            (void)first;
-            std::size_t number = 0;
-            for (std::size_t i = 0; i < blocks.blocks.layout.size(); ++i)
-                if (blocks.blocks.layout.first_vertices[i] == blocks.blocks.own[b].vertices[blocks.blocks.own[b].first])
-                    number = blocks.first_edges[i];
+            const Block<D>& of = blocks.blocks.own[b];
+            std::size_t number = blocks.first_edges[blocks.blocks.layout.block_of(of.vertices[of.first])];
             for (EdgeId e = block.first_edge; e < block.last_edge; e = EdgeId(e.index() + 1))
                 nodes[number++] = block.mesh.mid_nodes[e];
         }
@@ -103,4 +100,79 @@ TEST_CASE("curving by blocks is that of the whole mesh") {
         options.curve.objective = Objective::energy;
         compare(shell<3>(0.35), 1500, options, 1e-9);  // searches and programmes of repair carry rounding on
     }
+}
+
+TEST_CASE("blocks are taken as they are: what prepare would mend is refused, on all ranks") {
+    LinearMesh<3> mesh = shell<3>(0.5);
+    const auto error_of = [](const LinearMesh<3>& of) {
+        const auto made = on_ranks(2, [&](Ranks& among) {
+            const auto rows = rows_of(of);
+            return curve_blocks<3>(*rows, BlocksGoal<3>{}, {{500}, {}}, among, plainly(alone));
+        });
+        for (const auto& of_rank : made) {
+            REQUIRE(!of_rank);
+            CHECK(of_rank.error().what == made.front().error().what);
+        }
+        return made.front().error();
+    };
+    SUBCASE("a facet that is not listed") {
+        LinearMesh<3> bare = mesh;
+        bare.facets = {};
+        const Error error = error_of(bare);
+        CHECK(error.kind == ErrorKind::input);
+        CHECK(error.what == "has a face on the boundary that the mesh lists no facet for");
+    }
+    SUBCASE("an element that is inverted") {
+        LinearMesh<3> inverted = mesh;
+        auto vertices = take(inverted.elements.vertices);
+        std::swap(vertices.back()[0], vertices.back()[1]);
+        inverted.elements.vertices = std::move(vertices);
+        const Error error = error_of(inverted);
+        CHECK(error.what == "is flat or inverted");
+        REQUIRE(error.entity);
+        CHECK(error.entity->number == mesh.elements.size());
+    }
+    SUBCASE("two materials without facets between them") {
+        LinearMesh<3> two = mesh;
+        auto references = take(two.elements.references);
+        references.front() = 77;
+        two.elements.references = std::move(references);
+        CHECK(error_of(two).what == "has a face towards another material that the mesh lists no facet for");
+    }
+}
+
+TEST_CASE("a block may be a few elements, and a rank may have none") {
+    const LinearMesh<2> mesh = shell<2>(0.4);
+    const auto whole = must(curve_mesh<2>(mesh, {}, {}, plainly(alone)));
+    const auto made = on_ranks(5, [&](Ranks& among) {
+        const auto rows = rows_of(mesh);
+        return curve_blocks<2>(*rows, BlocksGoal<2>{}, {{40}, {}}, among, plainly(alone));
+    });
+    CHECK(farthest_of_chord(whole.mesh, nodes_of(made)) < 1e-12);
+}
+
+TEST_CASE("a metric that is given, at vertices") {
+    const LinearMesh<3> mesh = shell<3>(0.35);
+    const auto log_metric = [](const Vec<3>& p) {
+        LogMetric<3> m;
+        for (int i = 0; i < 3; ++i) m.l(i, i) = 2 + 0.5 * p[0] + i;
+        return m;
+    };
+    Buffer<LogMetric<3>> logs;
+    for (const Vec<3>& p : mesh.points) logs.push_back(log_metric(p));
+    MeshGoal<3> goal;
+    goal.metric = metric_at_vertices<3>(Column<LogMetric<3>>(std::move(logs)));
+    const auto whole = must(curve_mesh<3>(mesh, goal, {}, plainly(alone)));
+    BlocksGoal<3> by_blocks;
+    by_blocks.metric = [&](const LinearMesh<3>& block, std::span<const GlobalNumber>,
+                           const Execution&) -> Outcome<Column<LogMetric<3>>> {
+        Buffer<LogMetric<3>> of_block;
+        for (const Vec<3>& p : block.points) of_block.push_back(log_metric(p));
+        return Column<LogMetric<3>>(std::move(of_block));
+    };
+    const auto made = on_ranks(2, [&](Ranks& among) {
+        const auto rows = rows_of(mesh);
+        return curve_blocks<3>(*rows, by_blocks, {{800}, {}}, among, plainly(alone));
+    });
+    CHECK(farthest_of_chord(whole.mesh, nodes_of(made)) < 1e-12);
 }

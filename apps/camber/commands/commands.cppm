@@ -75,6 +75,7 @@ struct CurveArguments : PipelineArguments {
     MetricChoice metric;
     GeometryArguments geometry;
     std::optional<Objective> objective;  ///< none: that of the settings, or the stage's default
+    std::optional<int> blocks;           ///< likewise
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments);
 [[nodiscard]] int curve_command(const CurveArguments& arguments, Host host = {});

@@ -1,5 +1,6 @@
 /// Pipelines: a config's stages over mesh values, and the report of what they did.
 export module camber.run;
+export import :by_blocks;
 export import :cycles;
 export import :geometry_source;
 export import :field_errors;

@@ -10,6 +10,7 @@ import camber.metric;
 import camber.recipes;
 import camber.surface;
 import camber.validity;
+import :geometry_source;
 import :memory;
 import :parts;
 import :report;

@@ -1,0 +1,29 @@
+module;
+#include <cstddef>
+#include <string>
+export module camber.core:array_files;
+
+export namespace camber {
+
+/// From now on large arrays (of a Buffer, or a Column made of one) lie in files of that folder which have no name and go
+/// with the process, so that the system can take their memory and bring back what is looked at. Whoever begins a program
+/// decides it, once, as he does which allocator it has. Returns 0, or the system's error number where no such file can be
+/// made there.
+[[nodiscard]] int keep_arrays_in_files(const std::string& folder);
+
+/// Lets the system have the memory of all arrays in files: what they hold stays.
+void give_back_arrays();
+
+/// Bytes of arrays in files, whether in memory or not.
+[[nodiscard]] std::size_t bytes_in_files();
+
+}  // namespace camber
+
+namespace camber {
+
+/// Memory in such a file; null where arrays do not lie in files, or this one is small. Throws std::bad_alloc.
+[[nodiscard]] void* allocate_in_file(std::size_t bytes);
+/// Whether it was one of these.
+[[nodiscard]] bool release_in_file(void* array);
+
+}  // namespace camber

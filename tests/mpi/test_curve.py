@@ -1,0 +1,67 @@
+"""Curving by blocks in the program: the same bytes on any number of ranks, and the mesh that curving as a whole gives."""
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy
+
+CAMBER, CAMBER_MPI, MPIRUN = (str(Path(name).resolve()) for name in sys.argv[1:4])
+sys.path.append(str(Path(__file__).resolve().parent.parent / "oracle"))
+import gmf  # noqa: E402
+
+SHELL = ("shell", "--set", "outer_radius=2", "--set", "inner_size=0.25", "--set", "outer_size=0.5", "--set", "inner_layer/count=2")
+
+
+class Curve(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        self.camber("generate", *SHELL, "-o", "shell.meshb")
+
+    def run_line(self, *line):
+        return subprocess.run(list(map(str, line)), cwd=self.folder, capture_output=True, text=True, timeout=100)
+
+    def camber(self, *arguments):
+        run = self.run_line(CAMBER, *arguments)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return run
+
+    def on_ranks(self, ranks, *arguments):
+        return self.run_line(MPIRUN, "-n", ranks, CAMBER_MPI, *arguments)
+
+    def nodes(self, name):
+        return numpy.array(gmf.read(self.folder / name).points)
+
+    def test_any_number_of_ranks_writes_the_same_bytes(self):
+        self.camber("curve", "shell.meshb", "-o", "blocks.meshb", "--blocks", 1500, "--report", "blocks.json")
+        for ranks in (2, 3):
+            run = self.on_ranks(ranks, "curve", "shell.meshb", "-o", "ranks.meshb", "--blocks", 1500, "--report", "ranks.json")
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual((self.folder / "blocks.meshb").read_bytes(), (self.folder / "ranks.meshb").read_bytes())
+            report = json.loads((self.folder / "ranks.json").read_text())
+            self.assertEqual(report["ranks"]["number"], ranks)
+            self.assertGreater(report["blocks"]["number"], 2)
+            self.assertGreater(max(report["ranks"]["sent_bytes"]), 0)
+            self.assertEqual(report["validity"], json.loads((self.folder / "blocks.json").read_text())["validity"])
+
+    def test_the_mesh_is_that_of_curving_as_a_whole(self):
+        self.camber("curve", "shell.meshb", "-o", "blocks.meshb", "--blocks", 1500)
+        self.camber("curve", "shell.meshb", "-o", "whole.meshb")
+        blocks, whole = self.nodes("blocks.meshb"), self.nodes("whole.meshb")
+        self.assertEqual(blocks.shape, whole.shape)
+        self.assertLess(numpy.abs(blocks - whole).max(), 1e-12)
+
+    def test_what_cannot_be_had_by_blocks_is_refused(self):
+        for arguments in (("--objective", "shape"), ("--gradation", "1.5"), ("--set", "stages/curve/boundary_nodes=length")):
+            run = self.run_line(CAMBER, "curve", "shell.meshb", "-o", "no.meshb", "--blocks", 1500, *arguments)
+            self.assertEqual(run.returncode, 3, (arguments, run.stderr))
+            self.assertIn("by blocks", run.stderr)
+        self.assertFalse((self.folder / "no.meshb").exists())
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
