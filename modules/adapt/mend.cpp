@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 module camber.adapt;
@@ -26,16 +27,27 @@ class Removals final : public Pass<D> {
         std::ranges::sort(off_geometry_);
     }
 
+    /// A vertex of several bad elements is asked once, in the order of the worst; one whose refusal stands is not.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
+        std::vector<double> orders(r.mesh.points.size(), infinite_order);
+        for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) {
+            if (r.mesh.is_free(ElementId(e))) continue;
+            const double shape = known_shape_of(r, ElementId(e));
+            if (!(shape < wanted_)) continue;
+            for (const VertexId v : r.mesh.elements.vertices[e]) orders[v.index()] = std::min(orders[v.index()], shape);
+        }
+        for (const VertexId v : off_geometry_) orders[v.index()] = std::min(orders[v.index()], 0.0);
         std::vector<Task> tasks;
-        tasks.reserve(off_geometry_.size());
-        for (const VertexId v : off_geometry_) tasks.push_back(task(0, v));
-        for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) add_tasks(r, ElementId(e), tasks);
+        for (std::size_t i = 0; i < orders.size(); ++i) {
+            const VertexId v(i);
+            if (orders[i] < infinite_order && !r.mesh.is_at_infinity(v) && !stands(r, v))
+                tasks.push_back(task(orders[i], v));
+        }
         return tasks;
     }
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
-        if (r.mesh.is_free(v)) return {};
+        if (r.mesh.is_free(v) || stands(r, v)) return {};
         Candidate<D> candidate;
         auto& [request, limits, rejected] = candidate;
         cavity_around(r.mesh, v, request.cavity);
@@ -62,10 +74,20 @@ class Removals final : public Pass<D> {
     void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         for (const ElementId e : changes.elements.created) add_tasks(r, e, tasks);
     }
+    void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
+        refuse<VertexTag>(r, AskingPass::remove, tasks, r.mesh.points.size());
+    }
 
   private:
     static constexpr double gain = 1.02, min_quality = 0.1;
 
+    [[nodiscard]] static bool stands(const Adaptation<D>& r, VertexId v) {
+        return r.refusals.stands(AskingPass::remove, v, std::span(&v, 1));
+    }
+    [[nodiscard]] static double known_shape_of(const Adaptation<D>& r, ElementId e) {
+        const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;
+        return known >= 0 ? known : shape_of(r, e);
+    }
     void add_tasks(const Adaptation<D>& r, ElementId e, std::vector<Task>& tasks) const {
         if (r.mesh.is_free(e)) return;
         const double shape = shape_of(r, e);
@@ -104,6 +126,7 @@ class Removals final : public Pass<D> {
 template <int D>
 Outcome<Adapted<D>> remove_vertices(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
                                     const Execution& execution) {
+    state.refusals.begin(AskingPass::remove, {options.wanted});
     Removals<D> pass(goal, options, state.off_geometry);
     auto statistics = run_pass<D>(state, goal, pass, pass.tasks(state), execution);
     if (!statistics) return fail(statistics.error());

@@ -12,7 +12,8 @@ import camber.cavity;
 export namespace camber {
 
 /// The passes that ask again and again for the same.
-enum class AskingPass : std::uint8_t { collapse, swap, smooth };
+enum class AskingPass : std::uint8_t { collapse, swap, smooth, remove };
+inline constexpr std::size_t asking_passes = 4;
 
 /// What each of them asked for in vain, by the entity that it asked at. Such a request depends on the elements at the
 /// entity's vertices alone (but for facets of other walls): as long as none of these has changed it stands refused, and
@@ -63,7 +64,7 @@ class Refusals {
         std::vector<double> limits;
         Column<std::uint32_t> asked;  ///< of each entity: after how many commits it was last refused, and one
     };
-    std::array<OfPass, 3> of_;
+    std::array<OfPass, asking_passes> of_;
     Column<std::uint32_t> changed_;  ///< of each vertex: the last commit that made an element of it
     std::uint32_t now_ = 0;          ///< commits
 };

@@ -62,6 +62,7 @@ void of_straight(std::uint64_t seed) {
     const LinearMesh<D> mesh = random_domain<D>(seed);
     const AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.5, 1.5), dice);
     expect_right(begun(mesh, goal), goal);
+    settled<D, MendOptions>(begun(mesh, goal), goal, &mend<D>);
 }
 
 template <int D>
