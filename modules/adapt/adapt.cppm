@@ -7,6 +7,7 @@ export import :delaunay;
 export import :passes;
 export import :node_moves;
 export import :reinsert;
+export import :straight_swaps;
 export import :to_metric;
 import :boundary_moves;
 import :candidates;

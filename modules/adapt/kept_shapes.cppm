@@ -34,6 +34,7 @@ class KeptShapes {
             if (!r.mesh.is_free(e)) shapes_[e.index()] = shape_of(r, e);
     }
     [[nodiscard]] double operator[](ElementId e) const { return shapes_[e.index()]; }
+    [[nodiscard]] std::span<const double> all() const { return shapes_; }
     [[nodiscard]] double worst(std::span<const ElementId> elements) const {
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId e : elements) worst = std::min(worst, shapes_[e.index()]);

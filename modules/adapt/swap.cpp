@@ -90,8 +90,33 @@ class Swaps final : public Pass<D> {
             if (face != local_edges<D>[k][0] && face != local_edges<D>[k][1] && !(beside[face] >= shape)) return false;
         return true;
     }
-    /// The elements around an edge without it, joined to each vertex around it; on the boundary to those of its facets.
+    /// Inside no edge has a line or a facet.
+    [[nodiscard]] static bool has_end_inside(const Adaptation<D>& r, ElementId e, int k) {
+        return std::ranges::any_of(local_edges<D>[k], [&](int i) {
+            return r.mesh.states[r.mesh.elements.vertices[e][i]].place == VertexPlace::inside;
+        });
+    }
     void look_at_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
+        if constexpr (D == 3)
+            if (!r.mesh.is_curved() && has_end_inside(r, e, k)) {
+                EdgeRing ring;
+                const EdgeRing::Walk walk = ring.walk(r.mesh, shapes_.all(), e, k);
+                if (walk == EdgeRing::Walk::closed) look_at_ring(r, e, ring, best);
+                if (walk != EdgeRing::Walk::open) return;
+            }
+        look_at_any_edge(r, e, k, cones, best);
+    }
+    void look_at_ring(const Adaptation<3>& r, ElementId e, const EdgeRing& ring, BestSwap<3>& best) const {
+        const double before = shapes_[e];
+        const EdgeRing::Best found = ring.best(r, best.gain * before);
+        if (!found.point.valid()) return;
+        best.cavity.clear();
+        best.cavity.elements.assign(ring.elements().begin(), ring.elements().end());
+        best.point = found.point;
+        best.gain = found.worst / before;
+    }
+    /// The elements around an edge without it, joined to each vertex around it; on the boundary to those of its facets.
+    void look_at_any_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
         const EdgeId edge = r.mesh.edges_of[e][k];
         if (r.mesh.line_at(edge).valid() || r.mesh.is_at_infinity(edge)) return;
         Cavity<D> cavity;
@@ -129,6 +154,8 @@ class Swaps final : public Pass<D> {
     }
     /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
     void look_at_face(const Adaptation<D>& r, ElementId e, int face, ConeShapes<D>& cones, BestSwap<D>& best) const {
+        if constexpr (D == 3)
+            if (!r.mesh.is_curved()) return look_at_straight_face(r, e, face, best);
         Cavity<D> cavity;
         cavity_of_face(r.mesh, e, face, cavity);
         if (cavity.elements.size() != 2 || !cavity.facets.empty()) return;
@@ -141,6 +168,19 @@ class Swaps final : public Pass<D> {
         const double least = best.gain * before;
         const double after = cones.worst_at(cone_point(r, p), least);
         if (after > least) take(best, cavity, p, after / before);
+    }
+
+    void look_at_straight_face(const Adaptation<3>& r, ElementId e, int face, BestSwap<3>& best) const {
+        const FaceNeighbour across = r.mesh.face_neighbours[e][face];
+        if (!across.is_element()) return;
+        const double before = shapes_[e];
+        const double least = best.gain * before;
+        const double after = worst_without_face(r, e, face, across.element(), least);
+        if (!(after > least)) return;
+        best.cavity.clear();
+        best.cavity.elements = {e, across.element()};
+        best.point = r.mesh.elements.vertices[e][face];
+        best.gain = after / before;
     }
 
     const AdaptationGoal<D>& goal_;
