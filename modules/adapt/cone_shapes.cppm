@@ -37,6 +37,7 @@ class ConeShapes {
     }
 
     void clear() {
+        placed_ = 0;
         faces_.clear();
         vertices_.clear();
         vertex_ids_.clear();
@@ -61,13 +62,15 @@ class ConeShapes {
     struct Corner {
         VertexId vertex;
         std::uint32_t faces = 0;
-        Vec<D> place;
+        Vec<D> place;  ///< known once the point has been at a place
         const VertexMetric<D>* metric = nullptr;
     };
     [[nodiscard]] std::span<const Corner> vertices() const { return vertices_; }
 
     /// Where the point is; its metric and gradient are asked as long as it is there.
     void place(const ConePoint<D>& point) {
+        for (; placed_ < vertices_.size(); ++placed_)
+            vertices_[placed_].place = r_.mesh.points[vertices_[placed_].vertex];
         spokes_.begin(point);
         for (const Corner& corner : vertices_) spokes_.add(corner.vertex, corner.place, *corner.metric);
         spokes_.bend();
@@ -80,6 +83,7 @@ class ConeShapes {
     /// The worst shape, where that is above `least`; otherwise something that is not. Faces that hold `without` do not
     /// count; 0 where none does.
     [[nodiscard]] double worst(double least, VertexId without = {}) {
+        if (const double first = first_shape(without); least >= 0 && !(first > least)) return first;
         // Volumes first: they are cheap, and most bad places are so by them.
         for (Face& face : faces_) {
             face.counts = !holds(face, without);
@@ -98,6 +102,24 @@ class ConeShapes {
     [[nodiscard]] double worst_at(const ConePoint<D>& point, double least, VertexId without = {}) {
         place(point);
         return worst(least, without);
+    }
+
+    /// The i-th face that was added is the first that is asked, and will be until another one is in the way.
+    void begin_with(std::size_t i) { std::swap(faces_[i], faces_.front()); }
+    /// The shape of that face with the point at a place, of a straight mesh that is no surface; the point stays where
+    /// it is.
+    [[nodiscard]] double first_shape_at(const ConePoint<D>& point) {
+        Face& face = faces_.front();
+        Mat<D> sides;
+        double squares = squares_of(face);
+        double density = point.metric->measure.density_root;
+        for (int i = 0; i < D; ++i) {
+            const Corner& corner = vertices_[face.corners[i]];
+            sides.column[i] = corner.place - point.place;
+            density *= corner.metric->measure.density_root;
+            squares += squares_between(r_, *point.metric, *corner.metric, sides.column[i], {});
+        }
+        return shape_by(det(sides), density, squares);
     }
 
   private:
@@ -131,7 +153,8 @@ class ConeShapes {
             {.corners = {first, second, second}, .normal = cross(r_.mesh.points[a] - here, r_.mesh.points[b] - here)});
     }
     /// What is measured with soon: rows of vertices around are scattered in memory.
-    static void fetch_ahead(const VertexMetric<D>& metric) {
+    static void fetch_ahead(const VertexMetric<D>& metric, const Vec<D>& place) {
+        __builtin_prefetch(&place);
         for (const Vec<D>& row : metric.measure.rows) __builtin_prefetch(&row);
         __builtin_prefetch(&metric.measure.density_root);
     }
@@ -139,8 +162,8 @@ class ConeShapes {
         const std::uint32_t at = place_among(vertex_ids_, v);
         if (at == vertices_.size()) {
             const VertexMetric<D>& metric = r_.vertices.metrics[v];
-            fetch_ahead(metric);
-            vertices_.push_back({v, 0, r_.mesh.points[v], &metric});
+            fetch_ahead(metric, r_.mesh.points[v]);
+            vertices_.push_back({v, 0, {}, &metric});
         }
         ++vertices_[at].faces;
         return at;
@@ -164,6 +187,7 @@ class ConeShapes {
         return edges_[face.edges[edge_between<D - 1>[i][j]]].offset;
     }
     [[nodiscard]] bool holds(const Face& face, VertexId v) const {
+        if (!v.valid()) return false;
         bool found = false;
         for (const std::uint32_t c : face.corners) found |= vertices_[c].vertex == v;
         return found;
@@ -205,6 +229,13 @@ class ConeShapes {
         return triangle_shape({spokes_.point().place, a.place, b.place},
                               {&spokes_.point().metric->measure, &a.metric->measure, &b.metric->measure});
     }
+    /// Infinite where the first face does not count.
+    [[nodiscard]] double first_shape(VertexId without) {
+        if (faces_.empty() || holds(faces_.front(), without)) return std::numeric_limits<double>::infinity();
+        Face& face = faces_.front();
+        face.measure = measure(face);
+        return face.measure > 0 ? shape(face) : 0;
+    }
     /// What is in the way of one place most often is so of the next.
     void goes_first(Face& face) { std::swap(face, faces_.front()); }
     /// Of the edges of a face, added; straight ones are measured once a face, which costs less than to find out which
@@ -239,15 +270,20 @@ class ConeShapes {
             density *= vertices_[c].metric->measure.density_root;
             squares += spokes_.squares(c);
         }
+        return shape_by(face.measure, density, squares);
+    }
+    /// By the volume, the product of the densities, and the squares of the edges.
+    [[nodiscard]] static double shape_by(double measure, double density, double squares) {
         squares /= 2;
         if (!(squares > 0)) return 0;
-        if constexpr (D == 2) return 2 * std::sqrt(3.0) * face.measure * density / squares;
-        return 6 * std::sqrt(12.0) * face.measure * density / (squares * std::sqrt(squares));
+        if constexpr (D == 2) return 2 * std::sqrt(3.0) * measure * density / squares;
+        return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
     }
 
     const Adaptation<D>& r_;
     std::vector<Face> faces_;
     std::vector<Corner> vertices_;
+    std::size_t placed_ = 0;  ///< so many of them have their place
     std::vector<VertexId> vertex_ids_;
     std::vector<Edge> edges_;
     std::vector<std::uint32_t> edge_keys_;  ///< lower corner, higher corner

@@ -43,6 +43,8 @@ class Moves final : public Pass<D> {
         if (!(before < wanted_)) return {};
         ConeShapes<D> cones(r, goal_);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+        const std::size_t worst = worst_of(request.cavity.elements);
+        cones.begin_with(worst);
         cones.place(cone_point(r, v));
         const double here = r.mesh.is_curved() ? cones.worst(0) : std::max(before, 0.0);
         const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at v
@@ -57,9 +59,7 @@ class Moves final : public Pass<D> {
         for (const double share : {1.0, 0.5, 0.25})
             if (look(centre, share) && !is_poor) break;
         if (is_poor) {
-            const ElementId worst =
-                *std::ranges::min_element(request.cavity.elements, {}, [&](ElementId e) { return shape_of(r, e); });
-            const Vec<D> apex = apex_over(r, worst, v);
+            const Vec<D> apex = apex_over(r, request.cavity.elements[worst], v);
             for (const double share : {1.0, 0.5, 0.25, 0.1}) look(apex, share);
             if (before < worst_) look_around(r, request.cavity, cones, v, best);
         }
@@ -96,7 +96,16 @@ class Moves final : public Pass<D> {
     }
 
   private:
-    static constexpr double min_length = 0.1;
+    static constexpr double min_length = 0.1, nearly = 0.9;
+    /// Of straight elements that are no triangles of a surface alone.
+    [[nodiscard]] static bool is_straight(const Adaptation<D>& r) {
+        return !r.mesh.is_curved() && !r.mesh.is_surface();
+    }
+    /// Which of these elements has the worst shape.
+    [[nodiscard]] std::size_t worst_of(const std::vector<ElementId>& elements) const {
+        return static_cast<std::size_t>(
+            std::ranges::min_element(elements, {}, [&](ElementId e) { return shapes_[e]; }) - elements.begin());
+    }
     struct BestPlace {
         BoundaryPlace<D> place;
         VertexMetric<D> metric;
@@ -110,10 +119,12 @@ class Moves final : public Pass<D> {
         const std::optional<BoundaryPlace<D>> place =
             place_for(goal_, r.mesh, around, v, r.vertices.place(v).entity, wanted);
         if (!place) return;
-        const FieldSample<D> sample = sample_value(goal_.field, place->point, r.vertices.metrics[v].back);
-        const VertexMetric<D> metric(sample.log_metric, sample.location.element);
         ConePoint<D> point = cone_point(r, v);  // its gradient will do
         point.place = place->point;
+        // By the metric that v has the worst element is seen nearly as it would be: what is bad needs no field.
+        if (is_straight(r) && cones.first_shape_at(point) < nearly * best.shape) return;
+        const FieldSample<D> sample = sample_value(goal_.field, place->point, r.vertices.metrics[v].back);
+        const VertexMetric<D> metric(sample.log_metric, sample.location.element);
         point.metric = &metric;
         const double shape = cones.worst_at(point, best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
