@@ -11,7 +11,10 @@ template <int D>
 void cavity_of_edge(const DynamicMesh<D>& mesh, ElementId e, int k, Cavity<D>& out) {
     const EdgeId edge = mesh.edges_of[e][k];
     shell(mesh, e, k, out.elements);
-    facets_with(mesh, out.elements, edge, out.facets);
+    out.facets.clear();
+    const auto is_inside = [&](VertexId v) { return mesh.states[v].place == VertexPlace::inside; };
+    if (std::ranges::none_of(mesh.edges[edge], is_inside))  // what is inside has no facets
+        facets_with(mesh, out.elements, edge, out.facets);
     out.lines.clear();
     if (const LineId line = mesh.line_at(edge); line.valid()) out.lines.push_back(line);
 }

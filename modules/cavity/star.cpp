@@ -17,13 +17,17 @@ template <int D>
 StarFailure Starring<D>::run() {
     out_.clear();
     using Step = StarFailure (Starring::*)();
-    constexpr std::array<Step, 3> taking{&Starring::take_parts, &Starring::open_faces, &Starring::vertices};
-    constexpr std::array<Step, 7> joining{
-        &Starring::faces_at_point, &Starring::facets,         &Starring::lines,           &Starring::ball_around,
-        &Starring::nothing_exists, &Starring::faces_complete, &Starring::surface_at_point};
+    constexpr std::array<Step, 2> taking{&Starring::take_parts, &Starring::open_faces};
+    constexpr std::array<Step, 8> joining{
+        &Starring::vertices,    &Starring::faces_at_point, &Starring::facets,         &Starring::lines,
+        &Starring::ball_around, &Starring::nothing_exists, &Starring::faces_complete, &Starring::surface_at_point};
     for (const Step step : taking)
         if (const StarFailure failure = (this->*step)(); failure != StarFailure::none) return failure;
-    if (is_ball_inside()) return StarFailure::none;
+    collect_boundary();
+    if (is_ball_inside()) {
+        w_.to_point.assign(out_.boundary.size(), {.is_there = true});
+        return StarFailure::none;
+    }
     for (const Step step : joining)
         if (const StarFailure failure = (this->*step)(); failure != StarFailure::none) return failure;
     return line_at_point();
@@ -86,7 +90,7 @@ StarFailure Starring<D>::open_faces() {
 }
 
 template <int D>
-StarFailure Starring<D>::vertices() {
+void Starring<D>::collect_boundary() {
     w_.vertices.clear();
     for (const ElementFace& open : out_.joined)
         for (int i = 0; i <= D; ++i) {
@@ -95,6 +99,10 @@ StarFailure Starring<D>::vertices() {
             const auto next = static_cast<std::uint32_t>(out_.boundary.size());
             if (w_.vertices.put(v, next) == next) out_.boundary.push_back(v);
         }
+}
+
+template <int D>
+StarFailure Starring<D>::vertices() {
     w_.to_point.assign(out_.boundary.size(), {});
     for (const ElementId e : cavity_.elements) {
         const auto& simplex = mesh_.elements.vertices[e];

@@ -70,6 +70,9 @@ class Starring {
         return !across.valid() || !w_.elements.contains(across.element());
     }
     StarFailure open_faces();
+    /// The vertices of what is joined.
+    void collect_boundary();
+    /// Which of them the point has edges to already, and what is not among them, and so vanishes.
     StarFailure vertices();
     /// All that is around a vertex inside, and nothing else, put together again: the mesh as it was.
     [[nodiscard]] bool is_ball_inside() const;
