@@ -95,7 +95,7 @@ struct EdgeRing::Measured {
     ShapedVertex a, b;
     std::array<ShapedVertex, most> around;
     std::array<Vec<3>, most> seen_from_a, seen_from_b;  ///< twice the area of (i, next) and an end, as a vector
-    std::array<double, most> to_a, to_b, to_next;       ///< squares_between
+    std::array<double, most> to_a{}, to_b{}, to_next{};  ///< squares_between
 
     Measured(const Adaptation<3>& r, const EdgeRing& ring)
         : count(ring.count_), a(shaped_vertex(r, ring.a_)), b(shaped_vertex(r, ring.b_)) {
@@ -176,12 +176,12 @@ double worst_without_face(const Adaptation<3>& r, ElementId e, int face, Element
     }
     const ShapedVertex p = shaped_vertex(r, vertices[face]);
     const ShapedVertex q = shaped_vertex(r, VertexId(std::size_t{opposite}));
-    std::array<double, 3> volumes;
+    std::array<double, 3> volumes{};
     for (int i = 0; i < 3; ++i) {
         volumes[i] = det(shared[i].place - p.place, shared[(i + 1) % 3].place - p.place, q.place - p.place);
         if (!(volumes[i] > 0)) return 0;
     }
-    std::array<double, 3> to_p, to_q;
+    std::array<double, 3> to_p{}, to_q{};
     for (int i = 0; i < 3; ++i) {
         to_p[i] = squares_between(p, shared[i]);
         to_q[i] = squares_between(q, shared[i]);
