@@ -36,6 +36,10 @@ void add_curve(CLI::App& app, Verb& verb) {
                   std::string(camber::word_of(camber::config::Curve{}.objective)));
     const auto blocks = camber::option_of(&camber::config::Curve::blocks);
     curve->add_option("--blocks", a.blocks, help_of(blocks))->check(within<int>(blocks.limits));
+    curve
+        ->add_option("--memory", a.memory,
+                     help_of(camber::option_of(&camber::config::Curve::memory)) + ". 2G: 2 gibibytes")
+        ->transform(CLI::AsSizeValue(false));
     add_bound(curve, a);
     add_solution_along(curve, a.solution);
     add_pipeline(curve, a);

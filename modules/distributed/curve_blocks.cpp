@@ -138,8 +138,11 @@ class BlockCurving {
         Buffer<EdgeKind> kinds(ends.size(), EdgeKind::volume);
         Buffer<EdgeId> on_surface(ends.size(), EdgeId{});
         state.base = Buffer<LagrangeNode<D>>(state.mesh.mid_nodes.begin(), state.mesh.mid_nodes.end());
+        const std::vector<VertexId> vertices = surface.places_of(block.vertices.view());
         for (std::size_t e = 0; e < ends.size(); ++e) {
-            const EdgeId at = surface.find(block.vertices[ends[e][0]], block.vertices[ends[e][1]]);
+            const VertexId a = vertices[ends[e][0].index()], b = vertices[ends[e][1].index()];
+            if (!a.valid() || !b.valid()) continue;
+            const EdgeId at = find_edge(surface.mesh.edges, a, b);
             if (!at.valid()) continue;
             on_surface[e] = at;
             kinds[e] = surface.input.kinds[at];

@@ -32,14 +32,21 @@ struct BlocksGoal {
 /// By blocks of how many elements a mesh is curved, as a stage's options say it.
 struct CurveByBlocks {
     int blocks = 0;
+    double memory = 0;
 
     [[nodiscard]] static constexpr auto options() {
         using S = CurveByBlocks;
-        return std::tuple(option("blocks", &S::blocks,
-                                 "elements in a block: the mesh is curved by blocks and written by parts; 0: as a whole, "
-                                 "but on several ranks by blocks of 262144")
-                              .at_least(0)
-                              .unit("elements"));
+        return std::tuple(
+            option("blocks", &S::blocks,
+                   "elements in a block: the mesh is curved by blocks and written by parts; 0: as a whole, but on several "
+                   "ranks, and within a memory, by blocks of 262144")
+                .at_least(0)
+                .unit("elements"),
+            option("memory", &S::memory,
+                   "about as much memory may be taken: what blocks have lies in files without names beside the output, "
+                   "and leaves memory when they have been gone through; 0: it stays there")
+                .at_least(0)
+                .unit("bytes"));
     }
     friend bool operator==(const CurveByBlocks&, const CurveByBlocks&) = default;
 };

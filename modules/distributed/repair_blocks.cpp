@@ -35,11 +35,7 @@ template <int D>
 class RegionBoundary {
   public:
     RegionBoundary(const WholeSurface<D>& surface, Region<D>& region) : surface_(surface), region_(region) {
-        for (const GlobalNumber v : region.vertices) {
-            const auto at = std::ranges::lower_bound(surface.vertices, v);
-            const bool is_there = at != surface.vertices.end() && *at == v;
-            of_surface_.push_back(is_there ? VertexId(at - surface.vertices.begin()) : VertexId{});
-        }
+        of_surface_ = surface.places_of(region.vertices);
         for (std::size_t v = 0; v < of_surface_.size(); ++v)
             if (of_surface_[v].valid()) in_region_.emplace_back(of_surface_[v], VertexId(v));
     }

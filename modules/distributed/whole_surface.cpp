@@ -133,6 +133,17 @@ Outcome<std::pair<LinearMesh<D>, std::vector<GlobalNumber>>> boundary_of(const M
 }  // namespace
 
 template <int D>
+std::vector<VertexId> WholeSurface<D>::places_of(std::span<const GlobalNumber> numbers) const {
+    std::vector<VertexId> places(numbers.size());
+    auto at = numbers.empty() ? vertices.begin() : std::ranges::lower_bound(vertices, numbers.front());
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        while (at != vertices.end() && *at < numbers[i]) ++at;
+        if (at != vertices.end() && *at == numbers[i]) places[i] = VertexId(at - vertices.begin());
+    }
+    return places;
+}
+
+template <int D>
 EdgeId WholeSurface<D>::find(GlobalNumber a, GlobalNumber b) const {
     const auto first = std::ranges::lower_bound(vertices, a), second = std::ranges::lower_bound(vertices, b);
     if (first == vertices.end() || *first != a || second == vertices.end() || *second != b) return EdgeId{};

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <span>
 #include <vector>
 export module camber.distributed:whole_surface;
 import camber.core;
@@ -20,6 +21,8 @@ struct WholeSurface {
     Boundary<D> boundary;
     CurveInput<D> input;  ///< of its edges, see curve_input
 
+    /// Of some vertices, rising, which of its own each is; an invalid id: none.
+    [[nodiscard]] std::vector<VertexId> places_of(std::span<const GlobalNumber> numbers) const;
     /// The edge between two vertices, or an invalid id.
     [[nodiscard]] EdgeId find(GlobalNumber a, GlobalNumber b) const;
 };

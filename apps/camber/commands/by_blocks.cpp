@@ -1,12 +1,15 @@
 module;
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <ctime>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -124,6 +127,7 @@ class BlocksRun {
         auto options = run::options_by_blocks(pipeline_);
         if (!options) return fail(options.error());
         options_ = std::move(*options);
+        if (auto bounded = keep_to_memory(); !bounded) return fail(bounded.error());
         if (auto outputs = check_outputs_here(); !outputs) return fail(outputs.error());
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
         if (file != nullptr && is_meshb(file->path) && writes_parts(pipeline_) && is_mapped())
@@ -132,7 +136,23 @@ class BlocksRun {
     }
 
     /// One rank takes a mesh as it is; what it cannot hold, and several ranks, take it by offsets.
-    [[nodiscard]] bool is_mapped() const { return host_.ranks->size() > 1; }
+    [[nodiscard]] bool is_mapped() const { return host_.ranks->size() > 1 || run::memory_by_blocks(pipeline_) > 0; }
+
+    /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the bound.
+    Outcome<Done> keep_to_memory() {
+        const double bound = run::memory_by_blocks(pipeline_);
+        if (!(bound > 0)) return Done{};
+        const std::filesystem::path beside = std::filesystem::path(pipeline_.output.mesh).parent_path();
+        const std::string folder = beside.empty() ? "." : beside.string();
+        if (const int error = keep_arrays_in_files(folder); error != 0)
+            return fail(ErrorKind::write,
+                        "arrays cannot lie in files there: " + std::generic_category().message(error), folder, {},
+                        "write the mesh to a disk of this machine, or leave --memory out");
+        options_.after_block = [bound] {
+            if (static_cast<double>(resident_bytes()) > bound / 2) give_back_arrays();
+        };
+        return Done{};
+    }
 
     Outcome<Done> check_outputs_here() const {
         const config::Output& output = pipeline_.output;

@@ -76,6 +76,7 @@ struct CurveArguments : PipelineArguments {
     GeometryArguments geometry;
     std::optional<Objective> objective;  ///< none: that of the settings, or the stage's default
     std::optional<int> blocks;           ///< likewise
+    std::optional<std::size_t> memory;   ///< likewise; bytes
 };
 [[nodiscard]] Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments);
 [[nodiscard]] int curve_command(const CurveArguments& arguments, Host host = {});

@@ -72,9 +72,11 @@ Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
     if (objective)
         for (config::Stage& stage : pipeline->stages)
             if (auto* curve = std::get_if<config::Curve>(&stage)) curve->objective = *objective;
-    if (arguments.blocks)
-        for (config::Stage& stage : pipeline->stages)
-            if (auto* curve = std::get_if<config::Curve>(&stage)) curve->blocks = *arguments.blocks;
+    for (config::Stage& stage : pipeline->stages)
+        if (auto* curve = std::get_if<config::Curve>(&stage)) {
+            curve->blocks = arguments.blocks.value_or(curve->blocks);
+            if (arguments.memory) curve->memory = static_cast<double>(*arguments.memory);
+        }
     return pipeline;
 }
 

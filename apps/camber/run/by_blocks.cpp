@@ -100,7 +100,12 @@ Outcome<Column<LogMetric<D>>> metric_of_block(const config::Pipeline& pipeline, 
 
 bool asks_for_blocks(const config::Pipeline& pipeline) {
     const config::Curve* const curve = curve_of(pipeline);
-    return curve != nullptr && curve->blocks > 0;
+    return curve != nullptr && (curve->blocks > 0 || curve->memory > 0);
+}
+
+double memory_by_blocks(const config::Pipeline& pipeline) {
+    const config::Curve* const curve = curve_of(pipeline);
+    return curve == nullptr ? 0 : curve->memory;
 }
 
 Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline) {

@@ -1,6 +1,5 @@
 module;
 #include <cstddef>
-#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +20,9 @@ inline constexpr std::size_t elements_of_block = BlockOptions{}.elements;
 
 /// Whether a pipeline asks for blocks.
 [[nodiscard]] bool asks_for_blocks(const config::Pipeline& pipeline);
+
+/// The memory that it is to keep to (bytes); 0: it does not say.
+[[nodiscard]] double memory_by_blocks(const config::Pipeline& pipeline);
 
 /// The stages of `curve` as options of curve_blocks. Errors: other stages, or what cannot be had by blocks (unsupported).
 [[nodiscard]] Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline);

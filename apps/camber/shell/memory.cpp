@@ -72,6 +72,13 @@ MemoryLimit memory_limit() {
     return least;
 }
 
+std::size_t resident_bytes() {
+    std::ifstream file("/proc/self/statm");
+    std::size_t pages = 0, resident = 0;
+    if (!(file >> pages >> resident)) return 0;
+    return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
 std::string readable(std::size_t bytes) {
     constexpr double mebi = 1024 * 1024;
     const double mib = static_cast<double>(bytes) / mebi;

@@ -20,6 +20,9 @@ struct MemoryLimit {
 /// the root of the hierarchy; none is the largest number.
 [[nodiscard]] std::size_t cgroup_limit(const std::string& root, const std::string& group, const std::string& name);
 
+/// Memory that the process has now; 0 where the system does not say.
+[[nodiscard]] std::size_t resident_bytes();
+
 /// "3.2 GiB", "17.0 MiB".
 [[nodiscard]] std::string readable(std::size_t bytes);
 
