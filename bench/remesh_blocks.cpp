@@ -54,7 +54,7 @@ std::vector<BlockTurn> turns_of(std::string_view text) {
     while (!text.empty()) {
         const std::string one(text.substr(0, text.find(',')));
         const std::size_t colon = one.find(':');
-        turns.push_back({std::strtod(one.c_str(), nullptr), static_cast<int>(std::strtol(one.c_str() + colon + 1, nullptr, 10)),
+        turns.push_back({std::strtod(one.c_str(), nullptr), static_cast<int>(std::strtod(one.c_str() + colon + 1, nullptr)),
                          one.ends_with("loose") ? BlockTurn::Lengths::loose : BlockTurn::Lengths::strict});
         text.remove_prefix(std::min(text.size(), one.size() + 1));
     }
@@ -67,7 +67,7 @@ Arguments arguments(std::span<char*> given) {
     for (std::size_t i = 1; i < given.size(); ++i) {
         const std::string_view word = given[i];
         if (word == "--threads" && i + 1 < given.size())
-            a.threads = static_cast<int>(std::strtol(given[++i], nullptr, 10));
+            a.threads = static_cast<int>(std::strtod(given[++i], nullptr));
         else if (word == "--finer" && i + 1 < given.size())
             a.finer = std::strtod(given[++i], nullptr);
         else if (word == "--turns" && i + 1 < given.size())

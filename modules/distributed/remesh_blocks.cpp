@@ -35,6 +35,7 @@ ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
     if (turn.lengths == BlockTurn::Lengths::loose) {
         options.collapse.longest = std::max(options.collapse.longest, options.loose_longest);
         options.split.longest = std::max(options.split.longest, options.loose_split);
+        options.mend.sweeps = 0;  // what is bad then changes anyway
     }
     options.split.longest *= turn.coarser;
     options.loose_split *= turn.coarser;
@@ -114,21 +115,23 @@ double shift_of(int turn) {
 template <int D>
 Outcome<AdaptationRows<D>> grown(AdaptationRows<D> rows, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
                                  const InBlocks& by, ToMetricStatistics& statistics, const Around& around) {
-    constexpr double most = 8;
+    constexpr double wanted = 2.5, too_much = 4;
     constexpr int turns = 24;
     for (int k = 0; options.rounds > 0 && k < turns; ++k) {
         const auto expected = agreed(
             by.ranks, run_step(around, "blocks", [&](const Execution& e) { return expected_elements(rows, 1, e); }));
         if (!expected) return fail(expected.error());
         const double growth = expected->elements() / static_cast<double>(rows.elements.size());
-        if (!(growth > most)) break;
+        if (!(growth > too_much)) break;
         const BlockTurn turn{.shift = shift_of<D>(k),
                              .rounds = 1,
                              .lengths = BlockTurn::Lengths::loose,
-                             .coarser = std::pow(growth / most, 1.0 / D)};
+                             .coarser = std::pow(growth / wanted, 1.0 / D)};
         auto made = turn_by_blocks(rows, goal, options, by, turn, statistics, around);
         if (!made) return fail(made.error());
+        const bool has_grown = made->rows.elements.size() > rows.elements.size() + rows.elements.size() / 2;
         rows = std::move(made->rows);
+        if (!has_grown) break;  // something keeps it from growing
     }
     return rows;
 }

@@ -24,6 +24,7 @@ algorithm: adjacent_find all_of any_of binary_search clamp copy copy_n count cop
 array: array to_array
 atomic: atomic atomic_flag atomic_ref atomic_thread_fence memory_order_acq_rel memory_order_acquire memory_order_relaxed
     memory_order_release memory_order_seq_cst
+barrier: barrier
 bit: bit_cast bit_ceil bit_floor bit_width countl_zero countr_zero endian has_single_bit popcount
 cctype: isalnum isalpha isdigit isspace tolower toupper
 charconv: chars_format from_chars from_chars_result to_chars to_chars_result
@@ -80,7 +81,6 @@ stop_token: stop_callback stop_source stop_token
 string: char_traits getline stod stoi stol stoll stoul stoull string to_string u8string
 string_view: string_view
 system_error: errc error_code generic_category make_error_code system_category system_error
-barrier: barrier
 thread: jthread this_thread thread
 tuple: apply forward_as_tuple get ignore make_tuple tie tuple tuple_cat tuple_element_t tuple_size tuple_size_v
 type_traits: bool_constant common_type_t conditional_t decay_t enable_if_t false_type integral_constant invoke_result_t

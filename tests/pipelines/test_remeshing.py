@@ -130,6 +130,31 @@ class Remesh(unittest.TestCase):
                         "--threads", "1")
             self.assertEqual(written, (self.folder.path / "out.mesh").read_bytes())
 
+    def test_by_blocks(self):
+        for dim, n, size, block in ((2, 2, 0.2, 100), (3, 2, 0.5 if not SANITIZED else 0.8, 200)):
+            before = self.given(dim, n)
+            asked = ("remesh", "in.mesh", "--metric", str(size), "-o", "out.mesh", "--blocks", str(block))
+            self.camber(*asked, "--threads", "2", "--report", "r.json")
+            self.assert_kept(before, self.read(), dim)
+            told = report_of(self.folder.path / "r.json")["remesh"]
+            self.assertGreater(told["after"]["unit_edges"], 0.8 * told["after"]["edges"])
+            self.assertGreater(told["after"]["min_quality"], 0.1)
+            self.assertEqual({p["pass"] for p in told["passes"]}, {"collapse", "split", "swap", "smooth", "mend"})
+            checked = json.loads(self.camber("check", "out.mesh", "--json").stdout)
+            self.assertTrue(checked["soundness"]["sound"])
+            written = (self.folder.path / "out.mesh").read_bytes()
+            self.camber(*asked, "--threads", "1")
+            self.assertEqual(written, (self.folder.path / "out.mesh").read_bytes())
+            self.run_stages([{"remesh": {"blocks": block}}], size)  # the stage's option is the same
+            self.assertEqual(written, (self.folder.path / "out.mesh").read_bytes())
+
+    def test_a_curved_mesh_is_not_remeshed_by_blocks(self):
+        self.given(3, 2)
+        self.camber("convert", "in.mesh", "--elevate", "-o", "curved.mesh")
+        done = self.camber("remesh", "curved.mesh", "--metric", "0.5", "-o", "out.mesh", "--blocks", "100", code=3)
+        self.assertRegex(done.stderr, "a curved mesh is not remeshed by blocks .*--straighten")
+        self.assertNotIn("out.mesh", self.folder.files())
+
     def test_passes_alone_are_stages(self):
         before = self.given(3, 2)
         split = self.run_stages(["split"], 0.8)
