@@ -40,7 +40,7 @@ NOT_HERE = {
 }
 OF_FILES = {"folder", "from", "mesh-file", "solution-file", "seconds", "vtu", "plots", "page"}
 VERBS = {
-    "curve": ("mesh", "Made", set()),
+    "curve": ("mesh", "Made", {"blocks", "memory"}),  # by blocks it goes from file to file
     "remesh": ("mesh", "Made", set()),
     "repair": ("mesh", "Made", set()),
     "adapt": ("mesh", "Made", OF_FILES),

@@ -350,6 +350,9 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
 }
 
 Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const Fit& fit, Host host) {
+    if (run::asks_for_blocks(given))
+        return fail(ErrorKind::usage, "curving by blocks goes from file to file, in a run of its own", "/stages", {},
+                    "leave out blocks and memory of the stage curve");
     if (auto outputs = check_outputs(files_of(given.output)); !outputs) return fail(outputs.error());
     Progress progress(std::move(host.told));
     std::vector<run::StageTime> times;
