@@ -114,13 +114,13 @@ Outcome<SimplexRun<K, 2>> QuadraticParts<D>::simplices(std::size_t begin, Simple
 }
 
 template <int D>
-Outcome<MeshPart<D, 2>> QuadraticParts<D>::piece(std::size_t piece) const {
-    return guarded([&]() -> Outcome<MeshPart<D, 2>> {
+Outcome<FilePart<D, 2>> QuadraticParts<D>::piece(std::size_t piece) const {
+    return guarded([&]() -> Outcome<FilePart<D, 2>> {
         const RowCounts& counts = mesh_->counts;
         const auto own = [&](std::size_t n) {
             return part_of(part_of({0, n}, ranks_->rank(), ranks_->size()), piece, pieces_);
         };
-        MeshPart<D, 2> part;
+        FilePart<D, 2> part;
         if (piece < mesh_->curved.size()) {
             const std::size_t block = mesh_->blocks.layout.begin_of(ranks_->rank()) + piece;
             const Block<D>& of = mesh_->blocks.own[piece];

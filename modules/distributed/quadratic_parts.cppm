@@ -25,7 +25,7 @@ class QuadraticParts {
     [[nodiscard]] PartTotals totals() const;
     [[nodiscard]] std::size_t pieces() const { return pieces_; }  ///< as many on each rank
     /// Errors: those of the rows, of any rank.
-    [[nodiscard]] Outcome<MeshPart<D, 2>> piece(std::size_t piece) const;
+    [[nodiscard]] Outcome<FilePart<D, 2>> piece(std::size_t piece) const;
 
   private:
     QuadraticParts(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh, Ranks& ranks)

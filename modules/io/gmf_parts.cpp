@@ -138,7 +138,7 @@ Outcome<FilePiece> piece_of_simplices(const SimplexRun<K, Degree>& run, std::uin
 }
 
 template <class LayoutType, int D, int Degree>
-Outcome<std::vector<FilePiece>> pieces_of_part(const GmfFrame& frame, const MeshPart<D, Degree>& part,
+Outcome<std::vector<FilePiece>> pieces_of_part(const GmfFrame& frame, const FilePart<D, Degree>& part,
                                                const Execution& execution) {
     std::vector<FilePiece> pieces;
     const auto add = [&](Outcome<FilePiece> piece) -> Outcome<Done> {
@@ -184,7 +184,7 @@ Outcome<std::vector<FilePiece>> encode_gmf_frame(const GmfFrame& frame, const Li
 }
 
 template <int D, int Degree>
-Outcome<std::vector<FilePiece>> encode_gmf_part(const GmfFrame& frame, const MeshPart<D, Degree>& part,
+Outcome<std::vector<FilePiece>> encode_gmf_part(const GmfFrame& frame, const FilePart<D, Degree>& part,
                                                 const Execution& execution) {
     return guarded([&] {
         return gmf::with_written_layout(
@@ -196,7 +196,7 @@ Outcome<std::vector<FilePiece>> encode_gmf_part(const GmfFrame& frame, const Mes
     template Outcome<GmfFrame> gmf_frame<D, DEGREE>(const PartTotals&, const LinearMesh<D>&, int);                   \
     template Outcome<std::vector<FilePiece>> encode_gmf_frame<D, DEGREE>(const GmfFrame&, const LinearMesh<D>&,      \
                                                                          const Execution&);                          \
-    template Outcome<std::vector<FilePiece>> encode_gmf_part<D, DEGREE>(const GmfFrame&, const MeshPart<D, DEGREE>&, \
+    template Outcome<std::vector<FilePiece>> encode_gmf_part<D, DEGREE>(const GmfFrame&, const FilePart<D, DEGREE>&, \
                                                                         const Execution&);
 
 CAMBER_INSTANTIATE(2, 1)

@@ -32,7 +32,7 @@ struct SimplexRun {
 
 /// What one of several holders has of a mesh: runs of its rows.
 template <int D, int Degree>
-struct MeshPart {
+struct FilePart {
     PointRun<D> vertices = {};
     PointRun<D> mid_nodes = {};  ///< of edges; `first` counts these alone. Of degree 1 none.
     SimplexRun<D, Degree> elements = {};
@@ -67,7 +67,7 @@ template <int D, int Degree>
 [[nodiscard]] Outcome<std::vector<FilePiece>> encode_gmf_frame(const GmfFrame& frame, const LinearMesh<D>& lists,
                                                                const Execution& execution);
 template <int D, int Degree>
-[[nodiscard]] Outcome<std::vector<FilePiece>> encode_gmf_part(const GmfFrame& frame, const MeshPart<D, Degree>& part,
+[[nodiscard]] Outcome<std::vector<FilePiece>> encode_gmf_part(const GmfFrame& frame, const FilePart<D, Degree>& part,
                                                               const Execution& execution);
 
 }  // namespace camber

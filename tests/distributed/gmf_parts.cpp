@@ -62,15 +62,15 @@ SimplexRun<K, Degree> simplex_run(const Simplices<K>& kind, std::size_t vertices
 
 /// What each of so many holders has of the mesh.
 template <int D, int Degree>
-std::vector<MeshPart<D, Degree>> parts_of(const QuadraticMesh<D>& mesh, std::size_t holders) {
+std::vector<FilePart<D, Degree>> parts_of(const QuadraticMesh<D>& mesh, std::size_t holders) {
     const LinearMesh<D>& linear = mesh.linear;
     const std::size_t vertices = linear.points.size();
     const auto v = cuts(vertices, holders), m = cuts(mesh.edges.size(), holders),
                e = cuts(linear.elements.size(), holders), f = cuts(linear.facets.size(), holders),
                l = cuts(linear.edges.size(), holders);
-    std::vector<MeshPart<D, Degree>> parts(holders);
+    std::vector<FilePart<D, Degree>> parts(holders);
     for (std::size_t h = 0; h < holders; ++h) {
-        MeshPart<D, Degree>& part = parts[h];
+        FilePart<D, Degree>& part = parts[h];
         part.vertices = {v[h], run_of<Vec<D>>(linear.points, v[h], v[h + 1], itself),
                          run_of<Reference>(linear.point_references, v[h], v[h + 1], itself)};
         if (Degree == 2)

@@ -43,7 +43,7 @@ SimplexRun<K, 1> simplex_run(std::size_t begin, const SimplexRows<K>& rows) {
 }
 
 /// The rows of this rank.
-Outcome<MeshPart<3, 1>> part_of(const Ranks& ranks, const MeshRows<3>& rows) {
+Outcome<FilePart<3, 1>> part_of(const Ranks& ranks, const MeshRows<3>& rows) {
     const RowCounts counts = rows.counts();
     const Run v = run_of(ranks, counts.points), e = run_of(ranks, counts.elements), f = run_of(ranks, counts.facets),
               l = run_of(ranks, counts.edges);
@@ -55,7 +55,7 @@ Outcome<MeshPart<3, 1>> part_of(const Ranks& ranks, const MeshRows<3>& rows) {
     if (!elements) return fail(elements.error());
     if (!facets) return fail(facets.error());
     if (!edges) return fail(edges.error());
-    MeshPart<3, 1> part;
+    FilePart<3, 1> part;
     part.vertices = {v.begin, std::move(points->points), std::move(points->references)};
     part.elements = simplex_run<3>(e.begin, *elements);
     part.facets = simplex_run<2>(f.begin, *facets);
