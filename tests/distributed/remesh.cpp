@@ -14,7 +14,7 @@
 #include "dynamic_measures.hpp"
 #include "goals.hpp"
 #include "property.hpp"
-#include "ranks_of_threads.hpp"
+#include "thread_ranks.hpp"
 
 import camber.core;
 import camber.metric;
@@ -106,12 +106,12 @@ TEST_CASE("ranks give the same mesh as one, each of them") {
     const AdaptationGoal<3> goal = goal_over(mesh, 0.5, dice);
     const auto by_one = by_blocks(begun(mesh, goal), goal, 60, alone);
     for (const std::size_t ranks : {2U, 3U}) {
-        const auto made = by_ranks(ranks, [&](Ranks& rank) {
+        const auto made = on_ranks(ranks, [&](Ranks& rank) {
             return bring_to_metric_by_blocks(begun(mesh, goal), goal, {}, {60, rank}, block_turns<3>({}),
                                              plainly(alone));
         });
         for (const auto& one : made) {
-            const auto& [state, told] = must(*one);
+            const auto& [state, told] = must(one);
             CHECK(told.split == by_one.statistics.split);
             CHECK(state.mesh.points == by_one.state.mesh.points);
             CHECK(state.mesh.elements == by_one.state.mesh.elements);
@@ -124,15 +124,15 @@ TEST_CASE("where one rank fails all do") {
     const LinearMesh<2> mesh = random_domain<2>(6);
     Dice dice(6);
     const AdaptationGoal<2> goal = goal_over(mesh, 0.3, dice);
-    const auto made = by_ranks(3, [&](Ranks& rank) {
+    const auto made = on_ranks(3, [&](Ranks& rank) {
         std::stop_source stop;
         if (rank.rank() == 1) stop.request_stop();
         return bring_to_metric_by_blocks(begun(mesh, goal), goal, {}, {10, rank}, block_turns<2>({}),
                                          plainly({.threads = 1, .stop = stop.get_token()}));
     });
     for (const auto& one : made) {
-        REQUIRE_FALSE(*one);
-        CHECK(one->error().kind == ErrorKind::stopped);
+        REQUIRE_FALSE(one);
+        CHECK(one.error().kind == ErrorKind::stopped);
     }
 }
 

@@ -14,6 +14,7 @@ import camber.bezier;
 import camber.config;
 import camber.curving;
 import camber.distributed;
+import camber.fields;
 import camber.metric;
 import camber.recipes;
 import camber.repair;
@@ -43,7 +44,7 @@ Outcome<Done> check_metric(const config::Metric& metric, const std::string& wher
     const bool is_local = std::visit(
         []<class M>(const M&) {
             return std::is_same_v<M, config::FilePath> || std::is_same_v<M, config::ConstantMetric> ||
-                   std::is_same_v<M, config::FieldMetric> || std::is_same_v<M, config::MetricExpression>;
+                   std::is_same_v<M, config::FieldMetric> || std::is_same_v<M, MetricExpression>;
         },
         metric);
     if (is_local) return Done{};
