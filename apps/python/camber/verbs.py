@@ -107,6 +107,7 @@ def remesh(
     cad_seconds: float | None = None,
     cad_memory: float | None = None,
     rounds: int | None = None,
+    blocks: int | None = None,
     objective: Literal["as_curved", "accuracy", "energy", "length"] | None = None,
     solution: str | np.ndarray | Mapping[str, Any] | None = None,
     fields: Sequence[str] | None = None,
@@ -153,6 +154,8 @@ def remesh(
         inf).
     rounds: At most so many rounds of collapse, split, swap and smooth; they end where nothing changes much. In [0,
         1000].
+    blocks: Of a straight mesh: elements in a block, each of which is brought to the metric by itself while what it
+        shares with others stays, then again in other blocks; 0: the mesh as a whole. In [0, inf).
     objective: Degree 2: what inner edges are curved for, as in the stage curve: accuracy, energy or length;
         as_curved: that of a stage curve before, else accuracy. Default: as_curved.
     solution: Fields on the input that go along: rows at its vertices or nodes, a file of the same mesh with fields,
