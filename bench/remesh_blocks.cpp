@@ -54,7 +54,8 @@ std::vector<BlockTurn> turns_of(std::string_view text) {
     while (!text.empty()) {
         const std::string one(text.substr(0, text.find(',')));
         const std::size_t colon = one.find(':');
-        turns.push_back({std::strtod(one.c_str(), nullptr), static_cast<int>(std::strtod(one.c_str() + colon + 1, nullptr)),
+        turns.push_back({std::strtod(one.c_str(), nullptr),
+                         static_cast<int>(std::strtod(one.c_str() + colon + 1, nullptr)),
                          one.ends_with("loose") ? BlockTurn::Lengths::loose : BlockTurn::Lengths::strict});
         text.remove_prefix(std::min(text.size(), one.size() + 1));
     }
