@@ -94,7 +94,7 @@ struct EdgeRing::Measured {
     std::size_t count;
     ShapedVertex a, b;
     std::array<ShapedVertex, most> around;
-    std::array<Vec<3>, most> seen_from_a, seen_from_b;  ///< twice the area of (i, next) and an end, as a vector
+    std::array<Vec<3>, most> seen_from_a, seen_from_b;   ///< twice the area of (i, next) and an end, as a vector
     std::array<double, most> to_a{}, to_b{}, to_next{};  ///< squares_between
 
     Measured(const Adaptation<3>& r, const EdgeRing& ring)
