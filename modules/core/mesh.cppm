@@ -127,6 +127,13 @@ struct LinearMesh {
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
 };
 
+/// Whether the mesh is a surface in space and no more: what is judged of it, and what a field on it is over, are its
+/// triangles, in the order of its facets, and an ElementId of either is the number of one.
+template <int D>
+[[nodiscard]] inline bool is_surface_alone(const LinearMesh<D>& mesh) {
+    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
+}
+
 /// The unique edges of a mesh, sorted by (lower vertex, higher vertex), and the edges of each simplex in the order
 /// of `local_edges`.
 template <int D>

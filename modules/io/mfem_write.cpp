@@ -21,12 +21,6 @@ namespace mfem {
 
 namespace {
 
-/// A surface is triangles in space without tetrahedra: MFEM's mesh of dimension 2 then.
-template <int D>
-bool is_surface(const LinearMesh<D>& mesh) {
-    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
-}
-
 /// A reference that is not positive, and what it becomes.
 struct Renamed {
     Reference from, to;
@@ -162,7 +156,7 @@ class Writer {
         if (!columns_fit(linear_) || !grid_.is_sound())
             return fail(ErrorKind::internal, "the columns of the mesh do not have the lengths that belong together");
         if constexpr (D == 3)
-            if (is_surface(linear_)) return std::move(*this).write(linear_.facets, linear_.edges);
+            if (is_surface_alone(linear_)) return std::move(*this).write(linear_.facets, linear_.edges);
         if (linear_.elements.size() == 0 && cells_of(linear_) > 0)
             return fail(ErrorKind::unsupported, "has no elements, and MFEM no boundary without them", {}, {},
                         "write another format");
@@ -255,7 +249,7 @@ Outcome<Chunks> encode_mfem(const QuadraticMesh<D>& mesh, const Execution& execu
 
 template <int D>
 std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh) {
-    const bool surface = mfem::is_surface(mesh);
+    const bool surface = is_surface_alone(mesh);  // MFEM's mesh of dimension 2
     auto notices = not_held(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
     mfem::note_renamed(surface ? mesh.facets.references : mesh.elements.references, "elements", notices);
     if constexpr (D == 3)

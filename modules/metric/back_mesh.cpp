@@ -172,7 +172,7 @@ template <int D>
 Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                     Column<LogMetric<D>> log_metrics, const Execution& execution) {
     if constexpr (D == 3)
-        if (has_triangles_alone(mesh))
+        if (is_surface_alone(mesh))
             return make_surface_back(mesh, std::move(log_metrics), execution).map([](SurfaceBack surface) {
                 return BackMesh<D>(std::move(surface));
             });

@@ -176,7 +176,7 @@ Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidenc
                                            Column<LogMetric<D>> log_metrics, const Execution& execution,
                                            KeptGradients kept) {
     // A surface is near its triangles, and its field does not change along their normals.
-    if (has_triangles_alone(mesh.linear)) return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
+    if (is_surface_alone(mesh.linear)) return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
     auto displacements = map_each(part_of(execution, 0, 0.03), mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
         return mesh.mid_nodes[e].point - midpoint(mesh.linear.points[a], mesh.linear.points[b]);

@@ -203,7 +203,7 @@ template <int D>
 Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                   const Execution& execution) {
     if constexpr (D == 3)
-        if (has_triangles_alone(mesh)) return natural_surface_log_metrics(mesh, execution);
+        if (is_surface_alone(mesh)) return natural_surface_log_metrics(mesh, execution);
     auto mean =
         means<D, 1>(mesh, balls, execution, [&](std::size_t begin, std::size_t end, std::span<Parts<D, 1>> parts) {
             std::vector<Corners<D>> simplices;

@@ -241,7 +241,7 @@ template <int D>
 Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field, const Execution& execution) {
     if (field.size() != mesh.points.size()) return fail(ErrorKind::usage, "the metric is of another mesh");
     if constexpr (D == 3)
-        if (has_triangles_alone(mesh)) return surface_complexity(mesh, field, execution);
+        if (is_surface_alone(mesh)) return surface_complexity(mesh, field, execution);
     const std::size_t n = mesh.elements.size();
     constexpr std::size_t grain = 512;
     return reduce_each(
@@ -281,7 +281,7 @@ Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh, con
     if (!(*now > 0) || !std::isfinite(*now))
         return fail(ErrorKind::usage, "the metric's complexity is " + std::to_string(*now) + ": it cannot be scaled",
                     {}, {}, "bound its sizes first");
-    const int dimension = has_triangles_alone(mesh) ? 2 : D;
+    const int dimension = is_surface_alone(mesh) ? 2 : D;
     const Sym<D> shift = 2.0 / dimension * std::log(target / *now) * Sym<D>::identity();
     return as_column<D>(map_each(part_of(execution, 0.9, 1), field.size(),
                                  [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));

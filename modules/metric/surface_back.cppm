@@ -10,12 +10,6 @@ import :spd;
 
 namespace camber {
 
-/// Whether a mesh is a surface in space and no more: its field is one on its triangles, an ElementId the number of one.
-template <int D>
-[[nodiscard]] inline bool has_triangles_alone(const LinearMesh<D>& mesh) {
-    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
-}
-
 /// A triangle's unit tangents (the first along its first edge) and normal, and the gradients of its barycentric
 /// coordinates; all 0 where it has no area.
 struct TriangleFrame {

@@ -14,13 +14,6 @@ import :verdict;
 
 export namespace camber {
 
-/// Whether the mesh is a surface in space and no more: what is judged of it are its triangles, in the order of its
-/// facets, and an ElementId of a verdict is the number of one.
-template <int D>
-[[nodiscard]] inline bool is_surface_alone(const LinearMesh<D>& mesh) {
-    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
-}
-
 /// How many verdicts a mesh has: one an element, or one a triangle of a surface alone.
 template <int D>
 [[nodiscard]] inline std::size_t judged_count(const LinearMesh<D>& mesh) {
