@@ -25,7 +25,7 @@ namespace camber::app {
 namespace {
 
 /// Verbs that go by blocks of the mesh, which several ranks may share.
-const std::vector<std::string> verbs_by_blocks{"curve"};
+const std::vector<std::string> verbs_by_blocks{"curve", "remesh"};
 
 int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>& ranks) {
     if (app.got_subcommand("run")) return run_command(verb.run);

@@ -5,10 +5,10 @@ export module camber.core:array_files;
 
 export namespace camber {
 
-/// From now on large arrays (of a Buffer, or a Column made of one) lie in files of that folder which have no name and go
-/// with the process, so that the system can take their memory and bring back what is looked at. Whoever begins a program
-/// decides it, once, as he does which allocator it has. Returns 0, or the system's error number where no such file can be
-/// made there.
+/// From now on large arrays (of a Buffer, or a Column made of one) lie in files of that folder which have no name and
+/// go with the process, so that the system can take their memory and bring back what is looked at. Whoever begins a
+/// program decides it, once, as he does which allocator it has. Returns 0, or the system's error number where no such
+/// file can be made there.
 [[nodiscard]] int keep_arrays_in_files(const std::string& folder);
 
 /// Lets the system have the memory of all arrays in files: what they hold stays.

@@ -37,9 +37,10 @@ struct CurveByBlocks {
     [[nodiscard]] static constexpr auto options() {
         using S = CurveByBlocks;
         return std::tuple(
-            option("blocks", &S::blocks,
-                   "elements in a block: the mesh is curved by blocks and written by parts; 0: as a whole, but on several "
-                   "ranks, and within a memory, by blocks of 262144")
+            option(
+                "blocks", &S::blocks,
+                "elements in a block: the mesh is curved by blocks and written by parts; 0: as a whole, but on several "
+                "ranks, and within a memory, by blocks of 262144")
                 .at_least(0)
                 .unit("elements"),
             option("memory", &S::memory,

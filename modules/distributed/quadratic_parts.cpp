@@ -107,8 +107,7 @@ Outcome<SimplexRun<K, 2>> QuadraticParts<D>::simplices(std::size_t begin, Simple
     for (std::size_t i = 0; i < given.vertices.size(); ++i) {
         auto& nodes = run.nodes.emplace_back();
         for (std::size_t v = 0; v <= K; ++v) nodes[v] = given.vertices[i][v].value;
-        for (std::size_t k = 0; k < edges_per_simplex<K>; ++k)
-            nodes[K + 1 + k] = mesh_->counts.points + (*edges)[i][k];
+        for (std::size_t k = 0; k < edges_per_simplex<K>; ++k) nodes[K + 1 + k] = mesh_->counts.points + (*edges)[i][k];
     }
     return run;
 }

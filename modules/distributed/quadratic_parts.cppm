@@ -13,14 +13,15 @@ import :rows;
 
 export namespace camber {
 
-/// A curved mesh in blocks as the rows of its file, as they are in that of the straight one: each rank has a run of each
-/// kind, and makes it in pieces that are a block's size, so that little is held at a time. All is asked for by all
+/// A curved mesh in blocks as the rows of its file, as they are in that of the straight one: each rank has a run of
+/// each kind, and makes it in pieces that are a block's size, so that little is held at a time. All is asked for by all
 /// ranks, in the same turn.
 template <int D>
 class QuadraticParts {
   public:
     /// All must outlive it. Errors: of any rank.
-    [[nodiscard]] static Outcome<QuadraticParts> make(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh, Ranks& ranks);
+    [[nodiscard]] static Outcome<QuadraticParts> make(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh,
+                                                      Ranks& ranks);
 
     [[nodiscard]] PartTotals totals() const;
     [[nodiscard]] std::size_t pieces() const { return pieces_; }  ///< as many on each rank
@@ -42,7 +43,8 @@ class QuadraticParts {
     std::vector<Buffer<GlobalNumber>> edge_numbers_;  ///< of each block here, one an edge
 };
 
-/// The whole of a mesh that one rank has, in the order of its rows; `linear`: the straight one. Errors: memory, stopped.
+/// The whole of a mesh that one rank has, in the order of its rows; `linear`: the straight one. Errors: memory,
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> joined(const CurvedBlocks<D>& blocks, LinearMesh<D> linear,
                                                const Execution& execution);

@@ -103,7 +103,7 @@ void sort_rows(Buffer<SimplexRow<K>>& rows) {
 /// All rows of one kind to the blocks of their vertices: read(begin, end) gives them.
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
-                                                            const BlockLayout& layout, Ranks& ranks, const Read& read) {
+                                                       const BlockLayout& layout, Ranks& ranks, const Read& read) {
     std::vector<Buffer<SimplexRow<K>>> all(layout.end_of(ranks.rank()) - layout.begin_of(ranks.rank()));
     const Run own = run_of(n, ranks.rank(), ranks.size());
     const std::size_t chunks = chunks_of(n, ranks.size());
@@ -188,8 +188,7 @@ Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vect
     const std::size_t turns = turns_of(layout);
     for (std::size_t b = 0; b < turns; ++b) {
         std::vector<ToBlock<SimplexRow<K>>> out;
-        if (b < rows.size())
-            out = wished_rows<K>(std::span(rows[b]).first(first_rings[b]), wishes[b]);
+        if (b < rows.size()) out = wished_rows<K>(std::span(rows[b]).first(first_rings[b]), wishes[b]);
         const auto received = route<SimplexRow<K>>(ranks, layout, std::move(out));
         if (!received) return fail(received.error());
         for (std::size_t to = 0; to < rows.size(); ++to)
@@ -239,8 +238,7 @@ Column<VertexId> local_list(const Column<VertexId>& list, std::span<const Global
 /// All of a block but the points of others.
 template <int D>
 Outcome<Block<D>> block_of(Buffer<SimplexRow<D>>& elements, Buffer<SimplexRow<D - 1>>& facets,
-                           Buffer<SimplexRow<1>>& edges, Run own, const MeshRows<D>& rows,
-                           const LinearMesh<D>& lists) {
+                           Buffer<SimplexRow<1>>& edges, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists) {
     std::vector<GlobalNumber> vertices(own.end - own.begin);
     std::iota(vertices.begin(), vertices.end(), GlobalNumber{own.begin});
     add_vertices<D>(elements, vertices);

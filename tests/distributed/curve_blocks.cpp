@@ -98,7 +98,7 @@ TEST_CASE("curving by blocks is that of the whole mesh") {
     SUBCASE("3D by energy") {
         CurveMeshOptions options;
         options.curve.objective = Objective::energy;
-        compare(shell<3>(0.35), 1500, options, 1e-9);  // searches and programmes of repair carry rounding on
+        compare(shell<3>(0.35), 1500, options, 1e-9);  // searches and repair carry rounding on
     }
 }
 

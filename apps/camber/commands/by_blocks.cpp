@@ -44,17 +44,22 @@ class Steps {
             progress_.begin(std::string(stage));
             const Meter meter;
             auto done = guarded([&] {
-                return body(Execution{
-                    .threads = pipeline_.threads, .stop = host_.stop, .progress = progress_.ticks()});
+                return body(Execution{.threads = pipeline_.threads, .stop = host_.stop, .progress = progress_.ticks()});
             });
             if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty())
                 done.error().where = stage;
-            const Usage usage = meter.read();
-            times.push_back({std::string(stage), usage.seconds, usage.peak_bytes});
+            add_time(stage, meter.read());
             return done;
         };
     }
     void wipe() { progress_.wipe(); }
+    /// Steps of one name are one row.
+    void add_time(std::string_view stage, const Usage& usage) {
+        const auto same = std::ranges::find(times, stage, &run::StageTime::stage);
+        if (same == times.end()) return times.push_back({std::string(stage), usage.seconds, usage.peak_bytes});
+        same->seconds += usage.seconds;
+        same->peak_bytes = usage.peak_bytes;
+    }
 
     std::vector<run::StageTime> times;
 
@@ -68,8 +73,8 @@ class Steps {
 template <int D>
 struct Opened {
     std::unique_ptr<MeshRows<D>> rows;
-    std::optional<LinearMesh<D>> mesh = {};          ///< in memory, in the order to work in
-    std::optional<BetterOrder> order = {};           ///< how that came of the file's
+    std::optional<LinearMesh<D>> mesh = {};  ///< in memory, in the order to work in
+    std::optional<BetterOrder> order = {};   ///< how that came of the file's
     std::optional<Lift> lift = {};
 };
 
@@ -138,16 +143,16 @@ class BlocksRun {
     /// One rank takes a mesh as it is; what it cannot hold, and several ranks, take it by offsets.
     [[nodiscard]] bool is_mapped() const { return host_.ranks->size() > 1 || run::memory_by_blocks(pipeline_) > 0; }
 
-    /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the bound.
+    /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the
+    /// bound.
     Outcome<Done> keep_to_memory() {
         const double bound = run::memory_by_blocks(pipeline_);
         if (!(bound > 0)) return Done{};
         const std::filesystem::path beside = std::filesystem::path(pipeline_.output.mesh).parent_path();
         const std::string folder = beside.empty() ? "." : beside.string();
         if (const int error = keep_arrays_in_files(folder); error != 0)
-            return fail(ErrorKind::write,
-                        "arrays cannot lie in files there: " + std::generic_category().message(error), folder, {},
-                        "write the mesh to a disk of this machine, or leave --memory out");
+            return fail(ErrorKind::write, "arrays cannot lie in files there: " + std::generic_category().message(error),
+                        folder, {}, "write the mesh to a disk of this machine, or leave --memory out");
         options_.after_block = [bound] {
             if (static_cast<double>(resident_bytes()) > bound / 2) give_back_arrays();
         };
@@ -258,9 +263,9 @@ class BlocksRun {
         if (!curved) return fail(curved.error());
         auto report = report_of(*curved);
         if (!pipeline_.output.mesh.empty()) {
-            auto done = written_.add(pipeline_.output.mesh, steps_.around()("write", [&](const Execution& e) {
-                return write(opened, *curved, e);
-            }));
+            auto done =
+                written_.add(pipeline_.output.mesh,
+                             steps_.around()("write", [&](const Execution& e) { return write(opened, *curved, e); }));
             if (!done) return fail(done.error());
         }
         return with_costs(std::move(report));

@@ -377,6 +377,7 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
                            auto got = read_inputs(given, host.given, execution);
                            if (!got) return fail(got.error());
                            inputs = std::move(*got);
+                           inputs->ranks = host.ranks;
                            host.given = {};  // what the run takes is not held twice
                            return check_memory(inputs->mesh.mesh);
                        });
@@ -400,12 +401,14 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
         if (!placed) return fail(placed.error());
         writer.in_space = std::move(*placed);
     }
-    if (auto done = writer.write(); !done) return fail(done.error());
+    const bool writes = host.ranks->rank() == 0;  // all have the same
+    if (writes)
+        if (auto done = writer.write(); !done) return fail(done.error());
     progress.wipe();
     run->report.times = std::move(times);
     run->report.threads = threads_used(pipeline);
     run->report.origin = std::move(origin);
-    if (const std::string& path = files.report; !path.empty())
+    if (const std::string& path = files.report; writes && !path.empty())
         if (auto done = written.add(path, write_text(path, run::to_json(run->report))); !done)
             return fail(done.error());
     return run;

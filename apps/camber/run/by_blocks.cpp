@@ -111,11 +111,10 @@ double memory_by_blocks(const config::Pipeline& pipeline) {
 
 Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline) {
     const auto& stages = pipeline.stages;
-    const bool is_curving = stages.size() == 5 && std::holds_alternative<config::Elevate>(stages[0]) &&
-                            std::holds_alternative<config::Curve>(stages[1]) &&
-                            std::holds_alternative<config::Validate>(stages[2]) &&
-                            std::holds_alternative<config::Relax>(stages[3]) &&
-                            std::holds_alternative<config::Commit>(stages[4]);
+    const bool is_curving =
+        stages.size() == 5 && std::holds_alternative<config::Elevate>(stages[0]) &&
+        std::holds_alternative<config::Curve>(stages[1]) && std::holds_alternative<config::Validate>(stages[2]) &&
+        std::holds_alternative<config::Relax>(stages[3]) && std::holds_alternative<config::Commit>(stages[4]);
     if (!is_curving) return not_by_blocks("stages other than elevate, curve, validate, relax, commit", "/stages");
     if (auto known = check_metrics(pipeline); !known) return fail(known.error());
     if (!pipeline.solution.file.empty() || !pipeline.solution.expression.empty())
@@ -134,7 +133,8 @@ template <int D>
 BlocksGoal<D> goal_by_blocks(const config::Pipeline& pipeline, const GeometrySource& geometry,
                              std::span<const MetricFile> files, Notices& notices) {
     BlocksGoal<D> goal;
-    goal.boundary = [&](const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Execution& e) -> Outcome<Boundary<D>> {
+    goal.boundary = [&](const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                        const Execution& e) -> Outcome<Boundary<D>> {
         auto made = boundary_by_config(pipeline, geometry, mesh, edges, e);
         if (!made) return fail(made.error());
         if (made->report.off_surfaces && made->report.off_surfaces->vertices > 0)

@@ -24,7 +24,8 @@ inline constexpr std::size_t elements_of_block = BlockOptions{}.elements;
 /// The memory that it is to keep to (bytes); 0: it does not say.
 [[nodiscard]] double memory_by_blocks(const config::Pipeline& pipeline);
 
-/// The stages of `curve` as options of curve_blocks. Errors: other stages, or what cannot be had by blocks (unsupported).
+/// The stages of `curve` as options of curve_blocks. Errors: other stages, or what cannot be had by blocks
+/// (unsupported).
 [[nodiscard]] Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline);
 
 /// What the blocks are curved by; all must outlive it. `files`: those of metrics, a row a vertex of the whole mesh.
@@ -42,10 +43,10 @@ struct ByBlocksReport {
     RepairStatistics repair;
     double bound = 0;
     bool is_asked = false;
-    std::vector<std::size_t> peak_bytes;       ///< of each rank
-    std::vector<double> processor_seconds;     ///< likewise
-    std::vector<std::size_t> sent_bytes;       ///< likewise
-    std::size_t rounds = 0;                    ///< exchanges
+    std::vector<std::size_t> peak_bytes;    ///< of each rank
+    std::vector<double> processor_seconds;  ///< likewise
+    std::vector<std::size_t> sent_bytes;    ///< likewise
+    std::size_t rounds = 0;                 ///< exchanges
     std::vector<StageTime> times;
 
     [[nodiscard]] bool holds_what_was_asked() const {

@@ -33,15 +33,15 @@ nlohmann::ordered_json verdicts(const BlocksValidation& v) {
 
 std::string table(const ByBlocksReport& r) {
     const std::size_t in_all = r.before.invalid + r.before.undecided;
-    std::string text =
-        table_row("dimension, degree", fmt::format("{}, 2", r.dimension)) + table_row("vertices", r.vertices) +
-        table_row("elements", r.elements) + table_row("edges", r.edges) +
-        table_row("blocks, of about so many elements",
-                  fmt::format("{}, {}", grouped(r.blocks), grouped(r.elements_of_block))) +
-        table_row("ranks", r.ranks) +
-        table_row("volume edges that are curved",
-                  fmt::format("{} of {}", grouped(r.curved_edges), grouped(r.volume_edges))) +
-        table_row("elements not valid before repair", in_all);
+    std::string text = table_row("dimension, degree", fmt::format("{}, 2", r.dimension)) +
+                       table_row("vertices", r.vertices) + table_row("elements", r.elements) +
+                       table_row("edges", r.edges) +
+                       table_row("blocks, of about so many elements",
+                                 fmt::format("{}, {}", grouped(r.blocks), grouped(r.elements_of_block))) +
+                       table_row("ranks", r.ranks) +
+                       table_row("volume edges that are curved",
+                                 fmt::format("{} of {}", grouped(r.curved_edges), grouped(r.volume_edges))) +
+                       table_row("elements not valid before repair", in_all);
     if (in_all > 0)
         text += table_row("repaired elements", r.repair.corrected_elements) +
                 table_row("elements not valid now", r.after.invalid + r.after.undecided);
@@ -49,8 +49,9 @@ std::string table(const ByBlocksReport& r) {
     for (const StageTime& step : r.times) text += table_row(step.stage, fmt::format("{:.2f} s", step.seconds));
     text += table_row("peak memory of a rank", fmt::format("{} MB", grouped(most(r.peak_bytes) / 1000000)));
     if (r.ranks > 1)
-        text += table_row("sent by a rank, at most",
-                          fmt::format("{:.1f} MB in {} rounds", static_cast<double>(most(r.sent_bytes)) / 1e6, r.rounds));
+        text +=
+            table_row("sent by a rank, at most",
+                      fmt::format("{:.1f} MB in {} rounds", static_cast<double>(most(r.sent_bytes)) / 1e6, r.rounds));
     return text;
 }
 
@@ -58,30 +59,29 @@ std::string to_json(const ByBlocksReport& r) {
     nlohmann::ordered_json times = nlohmann::ordered_json::array();
     for (const StageTime& step : r.times)
         times.push_back({{"stage", step.stage}, {"seconds", step.seconds}, {"peak_bytes", step.peak_bytes}});
-    const nlohmann::ordered_json j{
-        {"format", report_format},
-        {"mesh",
-         {{"dimension", r.dimension},
-          {"degree", 2},
-          {"vertices", r.vertices},
-          {"elements", r.elements},
-          {"facets", r.facets},
-          {"edges", r.edges}}},
-        {"blocks", {{"number", r.blocks}, {"elements", r.elements_of_block}}},
-        {"curve",
-         {{"volume_edges", r.volume_edges},
-          {"curved_edges", r.curved_edges},
-          {"extension_iterations", r.extension_iterations}}},
-        {"bound", r.bound},
-        {"before_repair", verdicts(r.before)},
-        {"validity", verdicts(r.after)},
-        {"ranks",
-         {{"number", r.ranks},
-          {"rounds", r.rounds},
-          {"peak_bytes", r.peak_bytes},
-          {"processor_seconds", r.processor_seconds},
-          {"sent_bytes", r.sent_bytes}}},
-        {"times", std::move(times)}};
+    const nlohmann::ordered_json j{{"format", report_format},
+                                   {"mesh",
+                                    {{"dimension", r.dimension},
+                                     {"degree", 2},
+                                     {"vertices", r.vertices},
+                                     {"elements", r.elements},
+                                     {"facets", r.facets},
+                                     {"edges", r.edges}}},
+                                   {"blocks", {{"number", r.blocks}, {"elements", r.elements_of_block}}},
+                                   {"curve",
+                                    {{"volume_edges", r.volume_edges},
+                                     {"curved_edges", r.curved_edges},
+                                     {"extension_iterations", r.extension_iterations}}},
+                                   {"bound", r.bound},
+                                   {"before_repair", verdicts(r.before)},
+                                   {"validity", verdicts(r.after)},
+                                   {"ranks",
+                                    {{"number", r.ranks},
+                                     {"rounds", r.rounds},
+                                     {"peak_bytes", r.peak_bytes},
+                                     {"processor_seconds", r.processor_seconds},
+                                     {"sent_bytes", r.sent_bytes}}},
+                                   {"times", std::move(times)}};
     return j.dump(2) + "\n";
 }
 

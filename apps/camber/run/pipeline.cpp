@@ -120,7 +120,7 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
                         const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory,
                         const Around& around) {
     Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, solution, std::move(geometry), std::move(memory),
-                  around);
+                  around, inputs.ranks);
     run.report(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
@@ -383,7 +383,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     const FileNumbers numbers = numbers_of(inputs.mesh);
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
-            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline,
+            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files), inputs.ranks}, pipeline,
                           inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
                           std::move(inputs.memory), around);
         },

@@ -1,4 +1,5 @@
 module;
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -6,6 +7,7 @@ export module camber.run:pipeline;
 import camber.core;
 import camber.cad;
 import camber.config;
+import camber.distributed;
 import camber.io;
 import camber.ordering;
 import :geometry_source;
@@ -35,6 +37,7 @@ struct Inputs {
     AvailableMemory memory = {};
     std::vector<NamedField> fields = {};                     ///< of the solution, on that mesh
     std::vector<SolutionMetricInput> solution_metrics = {};  ///< those of the config that are made for these
+    std::shared_ptr<Ranks> ranks = one_rank();               ///< who share what goes by blocks
 };
 
 struct Run {

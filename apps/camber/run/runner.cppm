@@ -2,6 +2,7 @@ module;
 #include <chrono>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +14,7 @@ module;
 export module camber.run:runner;
 import camber.core;
 import camber.config;
+import camber.distributed;
 import camber.metric;
 import camber.cad;
 import :geometry_source;
@@ -44,12 +46,14 @@ template <int D>
 class Runner {
   public:
     Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
-           const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around)
+           const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around,
+           std::shared_ptr<Ranks> ranks = one_rank())
         : config(config),
           files(files),
           solution(solution),
           geometry(std::move(geometry)),
           memory(std::move(memory)),
+          ranks(std::move(ranks)),
           state(beginning_with<D>(std::move(mesh))),
           around_(around) {}
 
@@ -58,6 +62,7 @@ class Runner {
     const SolutionSource* const solution;     ///< null: no stage asks for it
     const GeometrySource geometry;
     const AvailableMemory memory;
+    const std::shared_ptr<Ranks> ranks;  ///< who share what goes by blocks
     State<D> state;
 
     /// Of the state, which must be so far: `check_order` has seen that it is.

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +10,7 @@ export module camber.run:stages;
 import camber.core;
 import camber.config;
 import camber.curving;
+import camber.distributed;
 import camber.io;
 import camber.metric;
 import camber.ordering;
@@ -71,6 +73,7 @@ template <int D>
 struct StageInputs {
     GivenMesh<D> mesh;
     std::vector<MetricFile> files;
+    std::shared_ptr<Ranks> ranks = one_rank();  ///< who share what goes by blocks
 };
 
 /// The mesh made sound, or refused; notices of what was done. It is in the order to work in; none: the given one.

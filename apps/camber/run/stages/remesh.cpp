@@ -23,6 +23,7 @@ import camber.recipes;
 import camber.surface;
 import camber.validity;
 import :memory;
+import :by_blocks;
 import :parts;
 import :report;
 import :runner;
@@ -326,11 +327,12 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     auto& changing = std::get<Changing<D>>(run.state.mesh);
     Clocks clocks;
     const auto around = run.around(clocks);
-    const auto ranks = one_rank();
-    auto made = options.blocks == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
-                                    : bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options,
-                                                                {static_cast<std::size_t>(options.blocks), *ranks},
-                                                                block_turns<D>(options), around);
+    const std::size_t elements = options.blocks > 0      ? static_cast<std::size_t>(options.blocks)
+                                 : run.ranks->size() > 1 ? elements_of_block
+                                                         : 0;
+    auto made = elements == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
+                              : bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options,
+                                                          {elements, *run.ranks}, block_turns<D>(options), around);
     if (!made) return fail(made.error());
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;

@@ -110,11 +110,10 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
     return std::move(made->boundary);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                               \
-    template Outcome<DescribedBoundary<D>> boundary_by_config<D>(const config::Pipeline&, const GeometrySource&, \
-                                                                 const LinearMesh<D>&, const EdgeSet<D>&,        \
-                                                                 const Execution&);                              \
-    template Outcome<Boundary<D>> describe_boundary<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&, \
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<DescribedBoundary<D>> boundary_by_config<D>(                                                   \
+        const config::Pipeline&, const GeometrySource&, const LinearMesh<D>&, const EdgeSet<D>&, const Execution&); \
+    template Outcome<Boundary<D>> describe_boundary<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&,         \
                                                        std::span<const LagrangeNode<D>>);
 
 CAMBER_INSTANTIATE(2)
