@@ -57,10 +57,8 @@ def shown(rows):
 
 def whole(camber, mesh, out):
     seconds = timed([camber, "curve", mesh, "-o", out, "--report", out.with_suffix(".json"), "--quiet"])
-    times = report_of(out.with_suffix(".json"))["times"]
-    return {"name": "as a whole, all threads", "seconds": seconds, "processor": float("nan"),
-            "peak": largest([t["peak_bytes"] for t in times.values()] if isinstance(times, dict) else [t["peak_bytes"] for t in times]),
-            "rounds": None}
+    peak = largest([step["peak_bytes"] for step in report_of(out.with_suffix(".json"))["stages"]])
+    return {"name": "as a whole, all threads", "seconds": seconds, "processor": float("nan"), "peak": peak, "rounds": None}
 
 
 def limited_group(memory):
@@ -94,7 +92,7 @@ def within_memory(camber, mesh, out, memory):
 def on_paper(report, elements, ranks):
     """From the counters of a run to a mesh of so many elements on so many ranks."""
     blocks, mesh = report["blocks"]["number"], report["mesh"]
-    times = {t["stage"]: t["seconds"] for t in report["times"]}
+    times = {t["stage"]: t["seconds"] for t in report["stages"]}
     share = report["ranks"]["number"]
     processor = sum(report["ranks"]["processor_seconds"])
     of_surface = times["surface"] * share  # each rank makes all of it

@@ -15,6 +15,21 @@ import camber.validity;
 
 namespace camber {
 
+CurveStatistics& CurveStatistics::operator+=(const CurveStatistics& other) {
+    volume_edges += other.volume_edges;
+    curved_edges += other.curved_edges;
+    polished += other.polished;
+    exhausted += other.exhausted;
+    shortened += other.shortened;
+    outside += other.outside;
+    lost += other.lost;
+    drawn_back += other.drawn_back;
+    by_walls += other.by_walls;
+    by_metric += other.by_metric;
+    held_back += other.held_back;
+    return *this;
+}
+
 namespace {
 
 template <int D>
@@ -36,19 +51,7 @@ void count(CurveStatistics& s, const SearchFlags& f) {
     s.by_walls += f.by_walls;
     s.by_metric += f.by_metric;
 }
-CurveStatistics operator+(const CurveStatistics& a, const CurveStatistics& b) {
-    return {a.volume_edges + b.volume_edges,
-            a.curved_edges + b.curved_edges,
-            a.polished + b.polished,
-            a.exhausted + b.exhausted,
-            a.shortened + b.shortened,
-            a.outside + b.outside,
-            a.lost + b.lost,
-            a.drawn_back + b.drawn_back,
-            a.by_walls + b.by_walls,
-            a.by_metric + b.by_metric,
-            a.held_back + b.held_back};
-}
+CurveStatistics operator+(CurveStatistics a, const CurveStatistics& b) { return a += b; }
 
 /// Targets, one an edge, in columns as they come: first where a node goes, then what its edge measures.
 template <int D>

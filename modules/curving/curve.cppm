@@ -22,6 +22,8 @@ struct CurveStatistics {
     std::size_t by_walls = 0;      ///< nodes for accuracy that walls move, by more than 1/1000 of the chord
     std::size_t by_metric = 0;     ///< that the metric moves, likewise
     std::size_t held_back = 0;     ///< that go less than half of it, for smooth functions: see limit_smooth_loss
+
+    CurveStatistics& operator+=(const CurveStatistics& other);
 };
 
 /// A proposal for every edge, and the lengths of the volume edges on the true field.

@@ -19,6 +19,7 @@ export import :block_weights;
 export import :cut_parts;
 export import :remesh_blocks;
 export import :share_parts;
+import :block_run;
 import :block_state;
 import :region;
 import :repair_blocks;

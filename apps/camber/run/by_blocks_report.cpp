@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -81,7 +82,7 @@ std::string to_json(const ByBlocksReport& r) {
                                      {"peak_bytes", r.peak_bytes},
                                      {"processor_seconds", r.processor_seconds},
                                      {"sent_bytes", r.sent_bytes}}},
-                                   {"times", std::move(times)}};
+                                   {"stages", std::move(times)}};
     return j.dump(2) + "\n";
 }
 

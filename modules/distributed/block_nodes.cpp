@@ -1,0 +1,154 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.distributed;
+import camber.core;
+import camber.bezier;
+import camber.curving;
+import camber.metric;
+import camber.recipes;
+import camber.repair;
+import camber.surface;
+import camber.validity;
+import :block_run;
+import :block_state;
+import :blocks;
+import :curve_blocks;
+import :halo;
+import :ranks;
+import :repair_blocks;
+import :rows;
+import :whole_surface;
+
+namespace camber {
+
+namespace {
+
+/// Each edge by itself.
+template <int D>
+Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
+    auto done = run.each_block(execution, [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+        const Execution quiet = without_progress(execution);
+        const auto field = field_of(run, state, KeptGradients::recovered, quiet);
+        if (!field) return fail(field.error());
+        CurveOptions edges = run.by->edges;
+        edges.measured = MeasuredEdges::none;
+        auto curved =
+            camber::curve(state.mesh, state.own_kinds(), Column<LagrangeNode<D>>(Buffer<LagrangeNode<D>>(state.base)),
+                          state.shells, *field, edges, quiet);
+        if (!curved) return fail(curved.error());
+        run.out.statistics += curved->statistics;
+        state.nodes = take(std::move(curved->proposal.mid_nodes));
+        return Done{};
+    });
+    if (!done) return done;
+    return bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &BlockState<D>::nodes));
+}
+
+/// What smooth functions and elements do not bear is taken back.
+template <int D>
+Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> BlockState<D>::* rows, const Execution& execution) {
+    if (run.by->edges.metric_kind == MetricKind::natural) {
+        std::vector<PartLosses<D>> losses;
+        for (BlockState<D>& state : run.states) losses.push_back({state.mesh, state.shells, state.owned, state.*rows});
+        const auto held = limit_smooth_loss<D>(losses, run.by->edges.smooth_loss, *run.between, execution);
+        if (!held) return fail(held.error());
+        run.out.statistics.held_back += *held;
+    }
+    if (auto brought = bring_all<Vec<D>>(run.edges, run.ranks, columns_of(run.states, rows)); !brought) return brought;
+    std::vector<PartOffsets<D>> offsets;
+    for (BlockState<D>& state : run.states)
+        offsets.push_back({state.mesh, state.base, state.shells, state.owned, state.*rows});
+    const auto drawn = limit_by_jacobian<D>(offsets, run.by->edges.min_jacobian, *run.between, execution);
+    if (!drawn) return fail(drawn.error());
+    run.out.statistics.drawn_back += *drawn;
+    return Done{};
+}
+
+/// As slid_input of camber.recipes.
+template <int D>
+Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
+    WholeSurface<D>& surface = run.by->surface;
+    Buffer<Vec<D>> shifts(surface.mesh.edges.size(), Vec<D>{});
+    auto gathered = run.gather_on_surface(shifts, [&](std::size_t b, EdgeId e, EdgeId) -> std::optional<Vec<D>> {
+        const Vec<D>& shift = run.states[b].slides[e.index()];
+        return shift == Vec<D>{} ? std::nullopt : std::optional(shift);
+    });
+    if (!gathered) return gathered;
+    const QuadraticMesh<D> mesh =
+        surface.boundary.required == RequiredBoundary::keep ? surface.mesh : without_required(surface.mesh);
+    const auto slid = slid_nodes<D>(mesh, surface.input.base, shifts, surface.boundary.features,
+                                    surface.boundary.geometry, without_progress(execution));
+    if (!slid) return fail(slid.error());
+    for (BlockState<D>& state : run.states)
+        for (std::size_t e = 0; e < state.slides.size(); ++e) {
+            const EdgeId at = state.on_surface[e];
+            state.slides[e] = at.valid() ? (*slid)[at.index()].point - surface.input.base[at].point : Vec<D>{};
+        }
+    if (auto limited = limit_offsets(run, &BlockState<D>::slides, execution); !limited) return limited;
+    for (BlockState<D>& state : run.states)
+        for (std::size_t e = 0; e < state.slides.size(); ++e)
+            if (state.on_surface[e].valid()) state.base[e].point += state.slides[e];
+    return Done{};
+}
+
+/// Nodes where base and offsets have them; what was found is counted.
+template <int D>
+void place_nodes(BlockRun<D>& run, BlockState<D>& state) {
+    state.nodes = Buffer<LagrangeNode<D>>(state.base);
+    for (std::size_t e = 0; e < state.nodes.size(); ++e) {
+        if (state.kinds[e] != EdgeKind::volume) continue;
+        state.nodes[e].point = state.base[e].point + state.offsets[e];
+        if (!state.owns(EdgeId(e))) continue;
+        ++run.out.statistics.volume_edges;
+        run.out.statistics.curved_edges += state.nodes[e] != state.mesh.mid_nodes[e] ? 1 : 0;
+    }
+    state.offsets = {};
+    state.slides = {};
+}
+
+/// Offsets of all, as smooth functions and their elements bear them: first slides in planes, then the volume's.
+template <int D>
+Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
+    auto done = run.each_block(part_of(execution, 0, 0.6), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+        const Execution quiet = without_progress(execution);
+        const auto field = field_of(run, state, KeptGradients::seen, quiet);
+        if (!field) return fail(field.error());
+        const Column<EdgeKind> own = state.own_kinds();
+        auto slides = accurate_offsets(state.mesh, own, EdgeKind::surface, state.shells, *field, run.by->edges, quiet);
+        if (!slides) return fail(slides.error());
+        state.slides = std::move(*slides);
+        auto offsets = accurate_offsets(state.mesh, own, EdgeKind::volume, state.shells, *field, run.by->edges, quiet);
+        if (!offsets) return fail(offsets.error());
+        state.offsets = std::move(*offsets);
+        return Done{};
+    });
+    if (!done) return done;
+    if (done = slide_nodes(run, part_of(execution, 0.6, 0.7)); !done) return done;
+    if (done = limit_offsets(run, &BlockState<D>::offsets, part_of(execution, 0.7, 0.95)); !done) return done;
+    return run.each_block(part_of(execution, 0.95, 1), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+        place_nodes(run, state);
+        return Done{};
+    });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> curve_nodes(BlockRun<D>& run, const Execution& execution) {
+    return run.by->edges.aim == CurvingAim::accuracy ? curve_accurately(run, execution) : search_all(run, execution);
+}
+
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> curve_nodes<D>(BlockRun<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,115 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.distributed;
+import camber.core;
+import camber.bezier;
+import camber.curving;
+import camber.metric;
+import camber.recipes;
+import camber.repair;
+import camber.surface;
+import camber.validity;
+import :block_run;
+import :block_state;
+import :blocks;
+import :curve_blocks;
+import :halo;
+import :ranks;
+import :repair_blocks;
+import :rows;
+import :whole_surface;
+
+namespace camber {
+
+namespace {
+
+template <int D>
+Outcome<Done> judge_block(BlockRun<D>& run, const BlockState<D>& state, const Block<D>& block, BlocksValidation& own,
+                          const Execution& execution) {
+    QuadraticMesh<D> mesh = state.mesh;
+    mesh.mid_nodes = Buffer<LagrangeNode<D>>(state.nodes);
+    const auto validation = validate(mesh, run.options.curving.repair.min_scaled_jacobian, execution);
+    if (!validation) return fail(validation.error());
+    for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
+        if (!block.owns(mesh.linear.elements.vertices[e])) continue;
+        const Verdict verdict = validation->verdicts[e];
+        own.invalid += verdict == Verdict::invalid ? 1 : 0;
+        own.undecided += verdict == Verdict::undecided ? 1 : 0;
+        if (verdict != Verdict::valid) run.not_valid.push_back(block.elements[e]);
+        const auto smallest = static_cast<double>(validation->min_scaled_jacobian[e]);
+        if (smallest < own.smallest) own.smallest = smallest, own.worst = block.elements[e];
+    }
+    for (const auto& [e, verdict] : validation->not_positive)
+        own.not_positive += block.owns(mesh.linear.elements.vertices[e]) ? 1 : 0;
+    return Done{};
+}
+
+/// Verdicts of all elements, of all ranks; those that are not valid are kept.
+template <int D>
+Outcome<BlocksValidation> judged_blocks(BlockRun<D>& run, const Execution& execution) {
+    BlocksValidation own;
+    run.not_valid.clear();
+    auto done = run.each_block(execution, [&](BlockState<D>& state, Block<D>& block) -> Outcome<Done> {
+        return judge_block(run, state, block, own, without_progress(execution));
+    });
+    if (!done) return fail(done.error());
+    std::ranges::sort(run.not_valid);
+    const auto all = gather_all(run.ranks, Outcome<std::vector<BlocksValidation>>({own}));
+    if (!all) return fail(all.error());
+    BlocksValidation sum;
+    for (const BlocksValidation& v : *all) {
+        sum.invalid += v.invalid;
+        sum.undecided += v.undecided;
+        sum.not_positive += v.not_positive;
+        if (v.smallest < sum.smallest) sum.smallest = v.smallest, sum.worst = v.worst;
+    }
+    return sum;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> judge_blocks(BlockRun<D>& run, const Execution& execution) {
+    auto validation = judged_blocks(run, execution);
+    if (!validation) return fail(validation.error());
+    run.out.before = run.out.after = std::move(*validation);
+    return Done{};
+}
+
+template <int D>
+Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
+    if (run.out.before.all_valid()) return Done{};
+    const RepairedBlocks<D> of{
+        run.out.blocks, run.states, run.by->surface, run.by->edges.aim,
+        [&run](const QuadraticMesh<D>& mesh, const auto& back_nodes, const auto& logs, const Execution& e) {
+            return field_on(run, mesh, back_nodes, logs, KeptGradients::all, e);
+        }};
+    const auto repaired =
+        repair_blocks(of, run.not_valid, run.options.curving.repair, run.ranks, part_of(execution, 0, 0.9));
+    if (!repaired) return fail(repaired.error());
+    const auto all = gather_all(run.ranks, Outcome<std::vector<RepairStatistics>>({*repaired}));
+    if (!all) return fail(all.error());
+    for (const RepairStatistics& s : *all)
+        if (s.corrected_elements + s.moved_volume_nodes + s.moved_surface_nodes > 0 || s.work > 0) run.out.repair = s;
+    auto validation = judged_blocks(run, part_of(execution, 0.9, 1));
+    if (!validation) return fail(validation.error());
+    run.out.after = std::move(*validation);
+    return Done{};
+}
+
+#define CAMBER_INSTANTIATE(D)                                               \
+    template Outcome<Done> judge_blocks<D>(BlockRun<D>&, const Execution&); \
+    template Outcome<Done> relax_blocks<D>(BlockRun<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
