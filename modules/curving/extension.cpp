@@ -167,19 +167,21 @@ Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column
                                       const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
                                       const ExtensionOptions& options, const Execution& execution) {
     // Shares of the time of shells with layers, 1 and 5 million elements.
-    auto part =
-        ExtensionPart<D>::make(mesh, kinds, boundary_nodes, shells, whole(mesh.linear), part_of(execution, 0, 0.12));
+    auto part = ExtensionPart<D>::make(mesh, kinds, boundary_nodes.view(), shells, whole(mesh.linear),
+                                       part_of(execution, 0, 0.12));
     if (!part) return fail(part.error());
     ExtensionSolve solved;
     std::size_t moving = 0;
     if (part->is_displaced()) {
         OnePart<D> alone;
-        const auto found = solve_extension<D>(std::span(&*part, 1), alone, options, part_of(execution, 0.15, 1));
+        const auto found = solve_extension<D>(std::span(&*part, 1), alone, options, part_of(execution, 0.15, 0.97));
         if (!found) return fail(found.error());
         solved = *found;
         moving = part->moving();
     }
-    return Extension<D>{std::move(*part).nodes(), solved.iterations, solved.correction, moving};
+    auto nodes = std::move(*part).nodes(part_of(execution, 0.97, 1));
+    if (!nodes) return fail(nodes.error());
+    return Extension<D>{std::move(*nodes), solved.iterations, solved.correction, moving};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \

@@ -27,6 +27,12 @@ constexpr double joining = 0.1;
 /// `beside`: its residual is kept, but it has not been moved. `joined`: it moves from the next step on.
 enum class Row : std::uint8_t { beside, joined, moving };
 
+template <int D>
+Vec<D> chord_middle(const QuadraticMesh<D>& mesh, std::size_t e) {
+    const auto& [a, b] = mesh.edges.vertices[e];
+    return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
+}
+
 /// Rows that a loop takes at once, with their entries of the matrix.
 struct RowBlock {
     std::size_t begin = 0, end = 0;
@@ -96,8 +102,8 @@ struct System {
     const Column<EdgeKind>& kinds;
     const Incidence<ElementId>& shells;
     OwnVertices owned;
-    Buffer<LagrangeNode<D>> nodes;  ///< by edge: middles of chords, and what is given
-    Buffer<Vec<D>> direction;       ///< by edge; at first what is given
+    std::span<const LagrangeNode<D>> boundary_nodes;  ///< by edge; those of the volume do not count
+    Buffer<Vec<D>> direction;                         ///< by edge; at first what is given
     Weighting weighting = {};
     Buffer<std::uint32_t> began;        ///< by edge: in which round its row began, from 1; 0: it has none
     Buffer<ElementEnergy<D>> energies;  ///< of the elements with a row; the others are never written
@@ -247,27 +253,19 @@ ExtensionPart<D>::~ExtensionPart() = default;
 
 template <int D>
 Outcome<ExtensionPart<D>> ExtensionPart<D>::make(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                 const Column<LagrangeNode<D>>& boundary_nodes,
+                                                 std::span<const LagrangeNode<D>> boundary_nodes,
                                                  const Incidence<ElementId>& shells, const OwnVertices& own,
                                                  const Execution& execution) {
     const std::size_t n = mesh.edges.size();
     if (kinds.size() != n || boundary_nodes.size() != n || shells.size() != n)
         return fail(ErrorKind::internal, "an extension needs a kind, a node and a shell for each edge");
-    const auto middle = [&](std::size_t e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
-    };
-    auto nodes = map_each(part_of(execution, 0, 0.5), n, [&](std::size_t e) {
-        return kinds[e] == EdgeKind::volume ? LagrangeNode<D>{middle(e)} : boundary_nodes[e];
-    });
-    if (!nodes) return fail(nodes.error());
-    auto given = map_each(part_of(execution, 0.5, 1), n, [&](std::size_t e) {
-        return kinds[e] == EdgeKind::volume ? Vec<D>{} : (*nodes)[e].point - middle(e);
+    auto given = map_each(execution, n, [&](std::size_t e) {
+        return kinds[e] == EdgeKind::volume ? Vec<D>{} : boundary_nodes[e].point - chord_middle(mesh, e);
     });
     if (!given) return fail(given.error());
     return guarded([&]() -> Outcome<ExtensionPart<D>> {
         return ExtensionPart(std::make_unique<Impl>(Impl{System<D>{
-            mesh, kinds, shells, own, std::move(*nodes), std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
+            mesh, kinds, shells, own, boundary_nodes, std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
             Buffer<ElementEnergy<D>>(mesh.linear.elements.size()), Rows<D>(n, mesh.linear.elements.size())}}));
     });
 }
@@ -405,10 +403,15 @@ std::size_t ExtensionPart<D>::moving() const {
 }
 
 template <int D>
-Buffer<LagrangeNode<D>> ExtensionPart<D>::nodes() && {
-    const Rows<D>& rows = impl_->rows;
-    for (std::size_t i = 0; i < rows.count; ++i) impl_->nodes[rows.edges[i].index()].point += rows.u[i];
-    return std::move(impl_->nodes);
+Outcome<Buffer<LagrangeNode<D>>> ExtensionPart<D>::nodes(const Execution& execution) && {
+    const System<D>& x = *impl_;
+    auto nodes = map_each(execution, x.kinds.size(), [&](std::size_t e) {
+        return x.kinds[e] == EdgeKind::volume ? LagrangeNode<D>{chord_middle(x.mesh, e)} : x.boundary_nodes[e];
+    });
+    if (!nodes) return nodes;
+    for (std::size_t i = 0; i < x.rows.count; ++i) (*nodes)[x.rows.edges[i].index()].point += x.rows.u[i];
+    impl_.reset();
+    return nodes;
 }
 
 template class ExtensionPart<2>;

@@ -38,7 +38,7 @@ class ExtensionPart {
   public:
     /// Errors: columns that do not fit the mesh (internal), stopped, memory. All must outlive it.
     [[nodiscard]] static Outcome<ExtensionPart> make(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                     const Column<LagrangeNode<D>>& boundary_nodes,
+                                                     std::span<const LagrangeNode<D>> boundary_nodes,
                                                      const Incidence<ElementId>& shells, const OwnVertices& own,
                                                      const Execution& execution);
     ExtensionPart(ExtensionPart&&) noexcept;
@@ -63,7 +63,8 @@ class ExtensionPart {
     [[nodiscard]] std::span<Vec<D>> directions();           ///< one an edge
     [[nodiscard]] std::vector<EdgeId> joined_last() const;  ///< rising in each round
     [[nodiscard]] std::size_t moving() const;               ///< its rows
-    [[nodiscard]] Buffer<LagrangeNode<D>> nodes() &&;       ///< one an edge: of its own edges where they are now
+    /// One an edge: of its own where they are now. Nothing is left of it. Errors: stopped, memory.
+    [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes(const Execution& execution) &&;
 
   private:
     struct Impl;

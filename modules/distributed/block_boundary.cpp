@@ -66,11 +66,8 @@ template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> BlockState<D>::* kinds,
                                                              const Execution& execution) {
     std::vector<ExtensionPart<D>> parts;
-    std::vector<Column<LagrangeNode<D>>> bases;
-    bases.reserve(run.states.size());
     auto begun = run.each_block(without_progress(execution), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
-        bases.emplace_back(Buffer<LagrangeNode<D>>(state.base));
-        auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, bases.back(), state.shells, state.owned,
+        auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, state.base, state.shells, state.owned,
                                            without_progress(execution));
         if (!part) return fail(part.error());
         parts.push_back(std::move(*part));
@@ -81,7 +78,11 @@ Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, C
     if (!solved) return fail(solved.error());
     run.out.iterations = std::max(run.out.iterations, static_cast<std::size_t>(solved->iterations));
     std::vector<Buffer<LagrangeNode<D>>> nodes;
-    for (ExtensionPart<D>& part : parts) nodes.push_back(std::move(part).nodes());
+    for (ExtensionPart<D>& part : parts) {
+        auto of_part = std::move(part).nodes(without_progress(execution));
+        if (!of_part) return fail(of_part.error());
+        nodes.push_back(std::move(*of_part));
+    }
     return nodes;
 }
 

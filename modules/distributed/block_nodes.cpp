@@ -92,25 +92,27 @@ Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
             state.slides[e] = at.valid() ? (*slid)[at.index()].point - surface.input.base[at].point : Vec<D>{};
         }
     if (auto limited = limit_offsets(run, &BlockState<D>::slides, execution); !limited) return limited;
-    for (BlockState<D>& state : run.states)
+    for (BlockState<D>& state : run.states) {
         for (std::size_t e = 0; e < state.slides.size(); ++e)
             if (state.on_surface[e].valid()) state.base[e].point += state.slides[e];
+        state.slides = {};
+    }
     return Done{};
 }
 
 /// Nodes where base and offsets have them; what was found is counted.
 template <int D>
 void place_nodes(BlockRun<D>& run, BlockState<D>& state) {
-    state.nodes = Buffer<LagrangeNode<D>>(state.base);
+    state.nodes = std::move(state.base);
+    state.base = {};
     for (std::size_t e = 0; e < state.nodes.size(); ++e) {
         if (state.kinds[e] != EdgeKind::volume) continue;
-        state.nodes[e].point = state.base[e].point + state.offsets[e];
+        state.nodes[e].point += state.offsets[e];
         if (!state.owns(EdgeId(e))) continue;
         ++run.out.statistics.volume_edges;
         run.out.statistics.curved_edges += state.nodes[e] != state.mesh.mid_nodes[e] ? 1 : 0;
     }
     state.offsets = {};
-    state.slides = {};
 }
 
 /// Offsets of all, as smooth functions and their elements bear them: first slides in planes, then the volume's.
