@@ -65,9 +65,8 @@ void start_at(BlockState<D>& state, const Buffer<LagrangeNode<D>>& nodes) {
 
 /// The field on a part of the mesh, of which some of its vertices and edges are.
 template <int D>
-Outcome<BackMesh<D>> field_on(const BlockRun<D>& run, const QuadraticMesh<D>& mesh,
-                              const Buffer<LagrangeNode<D>>& back_nodes, const Buffer<LogMetric<D>>& log_metrics,
-                              KeptGradients kept, const Execution& execution) {
+Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& back_nodes,
+                              const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept, const Execution& execution) {
     const auto around = balls(mesh.linear, execution);
     if (!around) return fail(around.error());
     Column<LogMetric<D>> logs(Buffer<LogMetric<D>>{log_metrics});
@@ -78,9 +77,8 @@ Outcome<BackMesh<D>> field_on(const BlockRun<D>& run, const QuadraticMesh<D>& me
 }
 
 template <int D>
-Outcome<BackMesh<D>> field_of(const BlockRun<D>& run, const BlockState<D>& state, KeptGradients kept,
-                              const Execution& execution) {
-    return field_on(run, state.mesh, state.back_nodes, state.log_metrics, kept, execution);
+Outcome<BackMesh<D>> field_of(const BlockState<D>& state, KeptGradients kept, const Execution& execution) {
+    return field_on(state.mesh, state.back_nodes, state.log_metrics, kept, execution);
 }
 
 /// The metric at the vertices, and the nodes of the mesh that it is read in.
@@ -111,12 +109,10 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
     return limit_to_back_mesh<D>(parts, *run.between, part_of(execution, 0.8, 1));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
-    template Outcome<BackMesh<D>> field_on<D>(const BlockRun<D>&, const QuadraticMesh<D>&,                 \
-                                              const Buffer<LagrangeNode<D>>&, const Buffer<LogMetric<D>>&, \
-                                              KeptGradients, const Execution&);                            \
-    template Outcome<BackMesh<D>> field_of<D>(const BlockRun<D>&, const BlockState<D>&, KeptGradients,     \
-                                              const Execution&);                                           \
+#define CAMBER_INSTANTIATE(D)                                                                                \
+    template Outcome<BackMesh<D>> field_on<D>(const QuadraticMesh<D>&, const Buffer<LagrangeNode<D>>&,       \
+                                              const Buffer<LogMetric<D>>&, KeptGradients, const Execution&); \
+    template Outcome<BackMesh<D>> field_of<D>(const BlockState<D>&, KeptGradients, const Execution&);        \
     template Outcome<Done> make_metric<D>(BlockRun<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

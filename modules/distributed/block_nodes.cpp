@@ -35,7 +35,7 @@ template <int D>
 Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_block(execution, [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
         const Execution quiet = without_progress(execution);
-        const auto field = field_of(run, state, KeptGradients::recovered, quiet);
+        const auto field = field_of(state, KeptGradients::recovered, quiet);
         if (!field) return fail(field.error());
         CurveOptions edges = run.by->edges;
         edges.measured = MeasuredEdges::none;
@@ -120,7 +120,7 @@ template <int D>
 Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_block(part_of(execution, 0, 0.6), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
         const Execution quiet = without_progress(execution);
-        const auto field = field_of(run, state, KeptGradients::seen, quiet);
+        const auto field = field_of(state, KeptGradients::seen, quiet);
         if (!field) return fail(field.error());
         const Column<EdgeKind> own = state.own_kinds();
         auto slides = accurate_offsets(state.mesh, own, EdgeKind::surface, state.shells, *field, run.by->edges, quiet);

@@ -86,13 +86,11 @@ template <int D>
 
 /// The field on a part of the mesh, of which some of its vertices and edges are; on a block.
 template <int D>
-[[nodiscard]] Outcome<BackMesh<D>> field_on(const BlockRun<D>& run, const QuadraticMesh<D>& mesh,
-                                            const Buffer<LagrangeNode<D>>& back_nodes,
+[[nodiscard]] Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& back_nodes,
                                             const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept,
                                             const Execution& execution);
 template <int D>
-[[nodiscard]] Outcome<BackMesh<D>> field_of(const BlockRun<D>& run, const BlockState<D>& state, KeptGradients kept,
-                                            const Execution& execution);
+[[nodiscard]] Outcome<BackMesh<D>> field_of(const BlockState<D>& state, KeptGradients kept, const Execution& execution);
 
 /// Nodes of all edges.
 template <int D>

@@ -86,11 +86,7 @@ Outcome<Done> judge_blocks(BlockRun<D>& run, const Execution& execution) {
 template <int D>
 Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
     if (run.out.before.all_valid()) return Done{};
-    const RepairedBlocks<D> of{
-        run.out.blocks, run.states, run.by->surface, run.by->edges.aim,
-        [&run](const QuadraticMesh<D>& mesh, const auto& back_nodes, const auto& logs, const Execution& e) {
-            return field_on(run, mesh, back_nodes, logs, KeptGradients::all, e);
-        }};
+    const RepairedBlocks<D> of{run.out.blocks, run.states, run.by->surface, run.by->edges.aim};
     const auto repaired =
         repair_blocks(of, run.not_valid, run.options.curving.repair, run.ranks, part_of(execution, 0, 0.9));
     if (!repaired) return fail(repaired.error());

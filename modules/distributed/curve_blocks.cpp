@@ -117,8 +117,22 @@ template <int D>
 Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
                                       const CurveBlocksOptions& options, Ranks& ranks, const Around& around) {
     if (auto supported = check_supported(options.curving.curve); !supported) return fail(supported.error());
-    return together(ranks,
-                    [&] { return guarded([&] { return BlockCurving<D>(goal, options, ranks, around).run(rows); }); });
+    const auto run_all = [&]() -> Outcome<CurvedBlocks<D>> {
+        BlockRun<D> run{goal, options, ranks};
+        run.out.counts = rows.counts();
+        const auto step = [&](std::string_view name, const auto& f) { return run_step(around, name, f); };
+        auto done = step("split", [&](const Execution& e) { return split_up(run, rows, e); });
+        if (done) done = step("elevate", [&](const Execution& e) { return elevate_blocks(run, e); });
+        if (done) done = step("surface", [&](const Execution& e) { return find_surface(run, rows, e); });
+        if (done) done = step("extension", [&](const Execution& e) { return extend_blocks(run, e); });
+        if (done) done = step("metric", [&](const Execution& e) { return make_metric(run, e); });
+        if (done) done = step("curve", [&](const Execution& e) { return curve_nodes(run, e); });
+        if (done) done = step("validate", [&](const Execution& e) { return judge_blocks(run, e); });
+        if (done) done = step("relax", [&](const Execution& e) { return relax_blocks(run, e); });
+        if (!done) return fail(done.error());
+        return finish(run);
+    };
+    return together(ranks, [&] { return guarded(run_all); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                   \

@@ -15,6 +15,7 @@ import camber.recipes;
 import camber.repair;
 import camber.surface;
 import camber.validity;
+import :block_run;
 import :block_state;
 import :blocks;
 import :ranks;
@@ -172,7 +173,7 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
                            {}};
     const auto judged = validate(*straight, curved.proposal, options.min_scaled_jacobian, execution);
     if (!judged) return fail(judged.error());
-    const auto field = of.field_of(*straight, region.back_nodes, region.log_metrics, execution);
+    const auto field = field_on(*straight, region.back_nodes, region.log_metrics, KeptGradients::all, execution);
     if (!field) return fail(field.error());
     const Column<LagrangeNode<D>> extended(Buffer<LagrangeNode<D>>(region.extended));
     const WantedNodes<D> wanted{curved, *around, extended, of.aim, &*field};

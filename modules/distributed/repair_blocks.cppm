@@ -1,11 +1,9 @@
 module;
 #include <cstddef>
-#include <functional>
 #include <vector>
 module camber.distributed:repair_blocks;
 import camber.core;
 import camber.curving;
-import camber.metric;
 import camber.repair;
 import :block_state;
 import :blocks;
@@ -21,10 +19,6 @@ struct RepairedBlocks {
     std::vector<BlockState<D>>& states;  ///< with the nodes that are wanted
     const WholeSurface<D>& surface;
     CurvingAim aim;
-    /// The field near a region of the mesh, given the nodes of its back mesh (none: straight) and its metric.
-    std::function<Outcome<BackMesh<D>>(const QuadraticMesh<D>&, const Buffer<LagrangeNode<D>>&,
-                                       const Buffer<LogMetric<D>>&, const Execution&)>
-        field_of;
 };
 
 /// Elements that are not valid, and all within some rings around them, are brought together on one rank, which repairs

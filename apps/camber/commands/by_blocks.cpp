@@ -5,6 +5,7 @@ module;
 #include <ctime>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -28,6 +29,7 @@ import :ending;
 import :execute;
 import :formats;
 import :given;
+import :written_together;
 
 namespace camber::app {
 
@@ -339,49 +341,23 @@ class BlocksRun {
     template <int D>
     Outcome<Done> write_parts(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
         Ranks& ranks = *host_.ranks;
-        const std::string& path = pipeline_.output.mesh;
         const auto parts = QuadraticParts<D>::make(*opened.rows, curved, ranks);
         if (!parts) return fail(parts.error());
         const auto lists = opened.rows->lists();
         if (!lists) return fail(lists.error());
         const auto frame = gmf_frame<D, 2>(parts->totals(), *lists);
         if (!frame) return fail(frame.error());
-        auto file = open_shared(path, frame->bytes);
-        if (!file) return fail(file.error());
-        const auto put = [&](const Outcome<std::vector<FilePiece>>& pieces) -> Outcome<Done> {
-            if (!pieces) return fail(pieces.error());
-            for (const FilePiece& piece : *pieces)
-                if (auto done = file->write(piece.offset, piece.bytes, execution); !done) return done;
-            return Done{};
-        };
-        if (ranks.rank() == 0)
-            if (auto done = put(encode_gmf_frame<D, 2>(*frame, *lists, execution)); !done) return done;
-        for (std::size_t i = 0; i < parts->pieces(); ++i) {
-            const auto part = parts->piece(i);
+        const auto pieces_of = [&](std::size_t turn) -> Outcome<std::vector<FilePiece>> {
+            const auto part = parts->piece(turn);
             if (!part) return fail(part.error());
-            if (auto done = put(encode_gmf_part<D, 2>(*frame, *part, execution)); !done) return done;
-            report_progress(execution, i + 1, parts->pieces());
-        }
-        if (auto flushed = agreed(ranks, file->flush()); !flushed) return flushed;
-        return agreed(ranks, ranks.rank() == 0 ? file->publish() : Outcome<Done>(Done{}));
-    }
-
-    Outcome<SharedFile> open_shared(const std::string& path, std::uint64_t bytes) {
-        Ranks& ranks = *host_.ranks;
-        std::optional<SharedFile> made;
-        Outcome<std::string> draft{std::string{}};
-        if (ranks.rank() == 0) {
-            auto file = SharedFile::make(path, bytes);
-            if (file) {
-                draft = file->draft();
-                made = std::move(*file);
-            } else
-                draft = fail(file.error());
-        }
-        const auto told = told_by_first(ranks, draft);
-        if (!told) return fail(told.error());
-        if (made) return std::move(*made);
-        return SharedFile::join(path, *told);
+            auto pieces = encode_gmf_part<D, 2>(*frame, *part, execution);
+            if (!pieces || turn > 0 || ranks.rank() > 0) return pieces;
+            auto rest = encode_gmf_frame<D, 2>(*frame, *lists, execution);
+            if (!rest) return rest;
+            std::ranges::move(*rest, std::back_inserter(*pieces));
+            return pieces;
+        };
+        return write_together(ranks, pipeline_.output.mesh, frame->bytes, parts->pieces(), pieces_of, execution);
     }
 
     const config::Pipeline& pipeline_;

@@ -1,7 +1,10 @@
 module;
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
+#include <vector>
 export module camber.commands:written_together;
 import camber.core;
 import camber.distributed;
@@ -13,6 +16,12 @@ export namespace camber::app {
 /// it, also one whose pieces failed: none writes then. Errors: of any rank; write, stopped.
 [[nodiscard]] Outcome<Done> write_together(Ranks& ranks, const std::string& path, std::uint64_t bytes,
                                            const Outcome<std::span<const FilePiece>>& pieces,
+                                           const Execution& execution);
+
+/// The same of pieces that are made a few at a time, in so many turns; all ranks make theirs in each turn together.
+[[nodiscard]] Outcome<Done> write_together(Ranks& ranks, const std::string& path, std::uint64_t bytes,
+                                           std::size_t turns,
+                                           const std::function<Outcome<std::vector<FilePiece>>(std::size_t)>& pieces_of,
                                            const Execution& execution);
 
 }  // namespace camber::app
