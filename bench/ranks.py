@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Curving by blocks on several ranks, and what that says of a mesh that no machine here holds.
 
-    python3 bench/ranks.py build/bin --elements 2e7 --ranks 1,2,4,8 [--memory 2G] [--folder FOLDER]
+    python3 bench/ranks.py build/bin --elements 2e7 --ranks 4,8,4:2G,8:1G [--memory 2G] [--folder FOLDER]
 
 A shell of prisms with layers (`camber generate`) is curved by `camber curve` as a whole, on each number of ranks with a thread
-each (`mpirun -n N camber-mpi curve`), and within a memory where one is given; in a control group with that limit where this
-user may make one. Ranks share the processors that are there: the efficiency is that of processor seconds, of one rank by
-blocks over those of all ranks. All must write the same bytes.
+each (`mpirun -n N camber-mpi curve`; N:SIZE within so much memory each), and within a memory where one is given; in a control group with that limit where this
+user may make one. Ranks share the processors that are there: the efficiency is that of processor seconds: of the first
+row by ranks over those of the others. All must write the same bytes.
 
 The second table is on paper: what the counters of the largest run say a block costs, for --on ELEMENTS,RANKS (1e9,1000).
 """
@@ -46,7 +46,7 @@ def row(name, seconds, report):
 
 
 def shown(rows):
-    one = next((r["processor"] for r in rows if r["name"] == "1 rank"), rows[0]["processor"])
+    one = next((r["processor"] for r in rows if r["rounds"] is not None), float("nan"))
     print("| run | seconds | processor seconds | efficiency | peak of a rank | sent by a rank | exchanges |\n|---|---|---|---|---|---|---|")
     for r in rows:
         efficiency = "" if r["rounds"] is None else f"{one / r['processor']:.2f}"
@@ -130,16 +130,19 @@ def main():
     timed([camber, "generate", "shell", "--structure", "prisms", "--elements", asked.elements, "--set", "inner_layer/count=5", "-o", mesh])
     rows = [whole(camber, mesh, asked.folder / "whole.meshb")]
     first = report = None
-    for ranks in map(int, asked.ranks.split(",")):
-        out = asked.folder / f"ranks-{ranks}.meshb"
+    sys.stdout.reconfigure(line_buffering=True)
+    for text in asked.ranks.split(","):
+        ranks, _, memory = text.partition(":")
+        out = asked.folder / f"ranks-{ranks}{memory}.meshb"
         told = asked.folder / "ranks.json"
-        seconds = timed(["mpirun", "-n", ranks, camber_mpi, "curve", mesh, "-o", out, "--blocks", 262144, "--threads", 1, "--report", told])
+        within = ["--memory", memory] if memory else []
+        seconds = timed(["mpirun", "-n", ranks, camber_mpi, "curve", mesh, "-o", out, "--blocks", 262144, "--threads", 1, "--report", told, *within])
         report = report_of(told)
-        rows.append(row(f"{ranks} rank{'s' if ranks > 1 else ''}", seconds, report))
+        rows.append(row(f"{ranks} rank{'s' if ranks != '1' else ''}" + (f", {memory} each" if memory else ""), seconds, report))
         if first is None:
             first = out
         else:
-            print(f"{ranks} ranks: {'the same bytes' if filecmp.cmp(first, out, shallow=False) else 'OTHER BYTES'}")
+            print(f"{text} ranks: {'the same bytes' if filecmp.cmp(first, out, shallow=False) else 'OTHER BYTES'}")
             out.unlink()
     if asked.memory:
         out = asked.folder / "memory.meshb"
