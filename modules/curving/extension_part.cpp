@@ -110,6 +110,7 @@ struct System {
     Rows<D> rows;
     std::vector<RowBlock> blocks = {};
     std::uint32_t round = 0;
+    std::vector<EdgeId> joined = {};  ///< in the last step
 
     /// Whether the edge's row is this part's.
     [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(mesh.edges.vertices[edge]); }
@@ -344,6 +345,8 @@ Outcome<ExtensionSums> ExtensionPart<D>::step(double length, double tolerance, c
 template <int D>
 Outcome<Done> ExtensionPart<D>::turn_by(double turn, const Execution& execution) {
     System<D>& x = *impl_;
+    x.joined.clear();
+    for (const RowBlock& block : x.blocks) x.joined.insert(x.joined.end(), block.joined.begin(), block.joined.end());
     return each(
         execution, x.blocks.size(),
         [&](std::size_t b) {
@@ -361,7 +364,7 @@ Outcome<Done> ExtensionPart<D>::turn_by(double turn, const Execution& execution)
 
 template <int D>
 Outcome<Done> ExtensionPart<D>::join(std::span<const EdgeId> of_others, const Execution& execution) {
-    std::vector<EdgeId> joined = joined_last();
+    std::vector<EdgeId>& joined = impl_->joined;
     joined.insert(joined.end(), of_others.begin(), of_others.end());
     return joined.empty() ? Done{} : impl_->begin_rows_around(joined, execution);
 }
@@ -389,10 +392,8 @@ std::span<Vec<D>> ExtensionPart<D>::directions() {
 }
 
 template <int D>
-std::vector<EdgeId> ExtensionPart<D>::joined_last() const {
-    std::vector<EdgeId> joined;
-    for (const RowBlock& block : impl_->blocks) joined.insert(joined.end(), block.joined.begin(), block.joined.end());
-    return joined;
+const std::vector<EdgeId>& ExtensionPart<D>::joined_last() const {
+    return impl_->joined;
 }
 
 template <int D>

@@ -60,9 +60,9 @@ class ExtensionPart {
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
     [[nodiscard]] Outcome<AlongDirection> multiply(const Execution& execution);
 
-    [[nodiscard]] std::span<Vec<D>> directions();           ///< one an edge
-    [[nodiscard]] std::vector<EdgeId> joined_last() const;  ///< rising in each round
-    [[nodiscard]] std::size_t moving() const;               ///< its rows
+    [[nodiscard]] std::span<Vec<D>> directions();                  ///< one an edge
+    [[nodiscard]] const std::vector<EdgeId>& joined_last() const;  ///< rising in each round
+    [[nodiscard]] std::size_t moving() const;                      ///< its rows
     /// One an edge: of its own where they are now. Nothing is left of it. Errors: stopped, memory.
     [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes(const Execution& execution) &&;
 
