@@ -88,6 +88,7 @@ Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, BetweenPar
             middles.push_back(std::move(*middle));
             displacements.push_back(std::move(*displaced));
         }
+        offsets.reserve(parts.size());
         for (std::size_t p = 0; p < parts.size(); ++p)
             offsets.push_back({parts[p].mesh, middles[p], parts[p].shells, parts[p].owned, displacements[p]});
         const auto limited = limit_by_jacobian<D>(offsets, min_back_jacobian, between, part_of(execution, 0.5, 0.8));

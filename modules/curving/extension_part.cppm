@@ -41,6 +41,8 @@ class ExtensionPart {
                                                      std::span<const LagrangeNode<D>> boundary_nodes,
                                                      const Incidence<ElementId>& shells, const OwnVertices& own,
                                                      const Execution& execution);
+    ExtensionPart(const ExtensionPart&) = delete;
+    ExtensionPart& operator=(const ExtensionPart&) = delete;
     ExtensionPart(ExtensionPart&&) noexcept;
     ExtensionPart& operator=(ExtensionPart&&) noexcept;
     ~ExtensionPart();

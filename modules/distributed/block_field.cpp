@@ -105,6 +105,7 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
     for (BlockState<D>& state : run.states)
         start_at(state, run.by->edges.aim == CurvingAim::accuracy ? state.extended : state.back_nodes);
     std::vector<PartNodes<D>> parts;
+    parts.reserve(run.states.size());
     for (BlockState<D>& state : run.states) parts.push_back({state.mesh, state.shells, state.owned, state.back_nodes});
     return limit_to_back_mesh<D>(parts, *run.between, part_of(execution, 0.8, 1));
 }

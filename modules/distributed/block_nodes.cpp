@@ -56,6 +56,7 @@ template <int D>
 Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> BlockState<D>::* rows, const Execution& execution) {
     if (run.by->edges.metric_kind == MetricKind::natural) {
         std::vector<PartLosses<D>> losses;
+        losses.reserve(run.states.size());
         for (BlockState<D>& state : run.states) losses.push_back({state.mesh, state.shells, state.owned, state.*rows});
         const auto held = limit_smooth_loss<D>(losses, run.by->edges.smooth_loss, *run.between, execution);
         if (!held) return fail(held.error());
@@ -63,6 +64,7 @@ Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> BlockState<D>::* ro
     }
     if (auto brought = bring_all<Vec<D>>(run.edges, run.ranks, columns_of(run.states, rows)); !brought) return brought;
     std::vector<PartOffsets<D>> offsets;
+    offsets.reserve(run.states.size());
     for (BlockState<D>& state : run.states)
         offsets.push_back({state.mesh, state.base, state.shells, state.owned, state.*rows});
     const auto drawn = limit_by_jacobian<D>(offsets, run.by->edges.min_jacobian, *run.between, execution);

@@ -68,6 +68,7 @@ Outcome<QuadraticParts<D>> QuadraticParts<D>::make(const MeshRows<D>& rows, cons
             parts.edge_numbers_.push_back(std::move(numbers));
             edges.push_back(block.mesh.edges);
         }
+        columns.reserve(parts.edge_numbers_.size());
         for (Buffer<GlobalNumber>& numbers : parts.edge_numbers_) columns.emplace_back(numbers);
         const auto halo = edge_halo<D>(mesh.blocks, edges, ranks);
         if (!halo) return fail(halo.error());

@@ -60,6 +60,7 @@ Outcome<std::vector<ElementRow<D>>> around_vertices(const Blocks<D>& blocks,
     std::vector<std::vector<GlobalNumber>> of_ranks(ranks.size());
     for (const GlobalNumber v : mine) of_ranks[blocks.layout.rank_of(blocks.layout.block_of(v))].push_back(v);
     std::vector<Bytes> to;
+    to.reserve(of_ranks.size());
     for (const auto& some : of_ranks) to.push_back(bytes_of<GlobalNumber>(some));
     const auto asked = ranks.exchange(std::move(to));
     if (!asked) return fail(asked.error());
@@ -114,6 +115,7 @@ template <int D>
 Outcome<Done> take_vertices(const Blocks<D>& blocks, const std::vector<BlockState<D>>& states, Region<D>& region,
                             Ranks& ranks) {
     std::vector<ToBlock<GlobalNumber>> questions;
+    questions.reserve(region.vertices.size());
     for (const GlobalNumber v : region.vertices) questions.push_back({blocks.layout.block_of(v), v});
     const auto data = ask<VertexData<D>>(ranks, blocks.layout, questions, [&](std::size_t b, GlobalNumber number) {
         const Block<D>& block = blocks.own[b];

@@ -184,6 +184,7 @@ template <int K>
 Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vector<std::vector<Wish>>& wishes,
                        const BlockLayout& layout, Ranks& ranks) {
     std::vector<std::size_t> first_rings;
+    first_rings.reserve(rows.size());
     for (const auto& some : rows) first_rings.push_back(some.size());
     const std::size_t turns = turns_of(layout);
     for (std::size_t b = 0; b < turns; ++b) {
