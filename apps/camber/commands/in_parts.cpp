@@ -116,6 +116,7 @@ struct Writer {
         const auto first = read_file(pieces.front());
         if (!first) return fail(first.error());
         std::vector<std::string> names;
+        names.reserve(pieces.size());
         for (const std::string& piece : pieces) names.push_back(std::filesystem::path(piece).filename().string());
         const auto text = encode_pvtu(*first, names);
         if (!text) return fail(text.error());

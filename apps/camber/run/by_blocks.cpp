@@ -122,7 +122,7 @@ Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline) 
     const auto& curve = std::get<config::Curve>(stages[1]);
     CurveBlocksOptions options;
     if (curve.blocks > 0) options.blocks.elements = static_cast<std::size_t>(curve.blocks);
-    options.curving.curve = curve;
+    options.curving.curve = static_cast<const ProposeOptions&>(curve);
     options.curving.repair = std::get<config::Relax>(stages[3]);
     if (!options.curving.repair.min_scaled_jacobian.is_asked)
         options.curving.repair.min_scaled_jacobian = std::get<config::Validate>(stages[2]).min_scaled_jacobian;

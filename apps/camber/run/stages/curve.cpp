@@ -112,7 +112,7 @@ Outcome<GivenSolution<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& m
 
 template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Curve& given) {
-    ProposeOptions options = given;
+    auto options = static_cast<const ProposeOptions&>(given);
     options.measured = reported_lengths(run.config.output);
     Quadratic<D>& at = run.quadratic();
     auto boundary = describe_boundary(run, at.mesh.linear, at.mesh.edges);

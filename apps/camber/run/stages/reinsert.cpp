@@ -85,7 +85,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
     const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
     Clocks clocks;
     auto nodes = reinsert_nodes<D>({at.mesh, at.nodes, *boundary}, metric,
-                                   {options.curve,
+                                   {static_cast<const ProposeOptions&>(options.curve),
                                     {.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
                                      .target = options.relax.aim(),
                                      .max_sweeps = options.max_sweeps}},
