@@ -40,7 +40,7 @@ class Headway {
     const Execution& execution_;
 };
 
-/// All parts, as one system: what they find is added up in their order.
+/// All parts, as one system: what they find of each run is added up in their order.
 template <int D>
 class Parts {
   public:
@@ -59,8 +59,11 @@ class Parts {
 
     Outcome<ExtensionSums> step(double length, double tolerance) {
         const auto all = gathered([&](ExtensionPart<D>& part) {
-            return part.step(length, tolerance, execution_).map([](const ExtensionSums& s) {
-                return std::vector{s.by_product, s.by_residual, s.largest, s.joined};
+            return part.step(length, tolerance, execution_).map([](const std::vector<ExtensionSums>& runs) {
+                std::vector<double> numbers;
+                for (const ExtensionSums& s : runs)
+                    numbers.insert(numbers.end(), {s.by_product, s.by_residual, s.largest, s.joined});
+                return numbers;
             });
         });
         if (!all) return fail(all.error());
@@ -93,8 +96,10 @@ class Parts {
 
     Outcome<AlongDirection> multiply() {
         const auto all = gathered([&](ExtensionPart<D>& part) {
-            return part.multiply(execution_).map([](const AlongDirection& a) {
-                return std::vector{a.curvature, a.slope};
+            return part.multiply(execution_).map([](const std::vector<AlongDirection>& runs) {
+                std::vector<double> numbers;
+                for (const AlongDirection& a : runs) numbers.insert(numbers.end(), {a.curvature, a.slope});
+                return numbers;
             });
         });
         if (!all) return fail(all.error());
@@ -104,7 +109,7 @@ class Parts {
     }
 
   private:
-    /// The numbers of each part of all, one after the other.
+    /// The numbers of each run of all, one after the other.
     Outcome<std::vector<double>> gathered(const auto& numbers_of) {
         const auto here = [&]() -> Outcome<std::vector<double>> {
             std::vector<double> all;

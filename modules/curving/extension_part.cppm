@@ -49,18 +49,19 @@ class ExtensionPart {
 
     /// Whether a node of the boundary is off the middle of its chord.
     [[nodiscard]] bool is_displaced() const;
-    /// Σ |det| over its own elements, and how many these are.
+    /// Of each run Σ |det| over its elements, and how many these are.
     [[nodiscard]] Outcome<std::vector<double>> volume_and_count(const Execution& execution) const;
 
     /// What is given is moved, and all beside it has a row. `mean`: of |det| over the elements of all parts.
     [[nodiscard]] Outcome<Done> begin(double mean, double stiffening, const Execution& execution);
-    /// Moves along the direction, and looks at what is left.
-    [[nodiscard]] Outcome<ExtensionSums> step(double length, double tolerance, const Execution& execution);
+    /// Moves along the direction, and looks at what is left: of each run.
+    [[nodiscard]] Outcome<std::vector<ExtensionSums>> step(double length, double tolerance, const Execution& execution);
     /// The next direction, conjugate to the last. What joined in the last step moves.
     [[nodiscard]] Outcome<Done> turn_by(double turn, const Execution& execution);
     /// All around what has joined, here or in other parts (`of_others`), gets a row.
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
-    [[nodiscard]] Outcome<AlongDirection> multiply(const Execution& execution);
+    /// Of each run.
+    [[nodiscard]] Outcome<std::vector<AlongDirection>> multiply(const Execution& execution);
 
     [[nodiscard]] std::span<Vec<D>> directions();                  ///< one an edge
     [[nodiscard]] const std::vector<EdgeId>& joined_last() const;  ///< rising in each round

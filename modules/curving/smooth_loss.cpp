@@ -67,14 +67,14 @@ struct Sums {
         return std::max(second_moment / volume - norm_squared((1 / volume) * moment), 0.0);
     }
 };
+/// Of each run.
 template <int D>
-[[nodiscard]] Outcome<Sums<D>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own, const Vec<D>& origin,
-                                       const Execution& execution) {
-    return reduce_each(
-        execution, mesh.elements.size(), Sums<D>{},
-        [&](Sums<D>& sums, std::size_t e) {
-            if (!own.owns(mesh.elements.vertices[e])) return;
-            const auto corners = corners_of(mesh, ElementId(e));
+[[nodiscard]] Outcome<std::vector<Sums<D>>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own,
+                                                    const Vec<D>& origin, const Execution& execution) {
+    return reduce_own(
+        execution, mesh, own, Sums<D>{},
+        [&](Sums<D>& sums, ElementId e) {
+            const auto corners = corners_of(mesh, e);
             const auto [volume, square, height] = size_of<D>(corners);
             Vec<D> centre{};
             for (const Vec<D>& p : corners) centre += (1.0 / (D + 1)) * (p - origin);
@@ -138,7 +138,7 @@ class Histogram {
     return std::exp2(low);
 }
 
-/// Numbers of all parts, always as many, one part's after the other's: of_part(part) → Outcome of a vector.
+/// Numbers of all parts, always as many a part or a run, one's after the other's: of_part(part) → Outcome of a vector.
 template <int D>
 Outcome<std::vector<double>> gathered(std::span<const PartLosses<D>> parts, BetweenParts<D>& between,
                                       const auto& of_part) {
@@ -167,9 +167,12 @@ Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& 
     Vec<D> origin;
     for (int i = 0; i < D; ++i) origin[i] = (*firsts)[static_cast<std::size_t>(i)];
     const auto all = gathered(parts, between, [&](const PartLosses<D>& of) {
-        return sums_of(of.mesh.linear, of.owned, origin, execution).map([](const Sums<D>& s) {
-            std::vector<double> numbers{s.volume, s.fourth, s.sixth, s.second_moment};
-            for (int i = 0; i < D; ++i) numbers.push_back(s.moment[i]);
+        return sums_of(of.mesh.linear, of.owned, origin, execution).map([](const std::vector<Sums<D>>& runs) {
+            std::vector<double> numbers;
+            for (const Sums<D>& s : runs) {
+                numbers.insert(numbers.end(), {s.volume, s.fourth, s.sixth, s.second_moment});
+                for (int i = 0; i < D; ++i) numbers.push_back(s.moment[i]);
+            }
             return numbers;
         });
     });

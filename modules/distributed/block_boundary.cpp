@@ -17,10 +17,11 @@ import camber.repair;
 import camber.surface;
 import camber.validity;
 import :block_run;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :curve_blocks;
 import :halo;
+import :moved_nodes;
 import :ranks;
 import :repair_blocks;
 import :rows;
@@ -40,13 +41,13 @@ CurveOptions edges_by(const BlockRun<D>& run) {
 
 /// Kinds and nodes of edges on the boundary, from the surface; others are the volume's, and straight.
 template <int D>
-Outcome<Done> take_boundary(const BlockRun<D>& run, BlockState<D>& state, const Block<D>& block) {
+Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part) {
     const WholeSurface<D>& surface = run.by->surface;
     const auto& ends = state.mesh.edges.vertices;
     Buffer<EdgeKind> kinds(ends.size(), EdgeKind::volume);
     Buffer<EdgeId> on_surface(ends.size(), EdgeId{});
     state.base = Buffer<LagrangeNode<D>>(state.mesh.mid_nodes.begin(), state.mesh.mid_nodes.end());
-    const std::vector<VertexId> vertices = surface.places_of(block.vertices.view());
+    const std::vector<VertexId> vertices = surface.places_of(part.vertices.view());
     for (std::size_t e = 0; e < ends.size(); ++e) {
         const VertexId a = vertices[ends[e][0].index()], b = vertices[ends[e][1].index()];
         if (!a.valid() || !b.valid()) continue;
@@ -63,10 +64,10 @@ Outcome<Done> take_boundary(const BlockRun<D>& run, BlockState<D>& state, const 
 
 /// The displacement of what is not of the volume by these kinds, extended.
 template <int D>
-Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> BlockState<D>::* kinds,
+Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {
     std::vector<ExtensionPart<D>> parts;
-    auto begun = run.each_block(without_progress(execution), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+    auto begun = run.each_part(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, state.base, state.shells, state.owned,
                                            without_progress(execution));
         if (!part) return fail(part.error());
@@ -88,7 +89,7 @@ Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, C
 
 /// Nodes of the surface's edges as the surface has them.
 template <int D>
-void take_base(const BlockRun<D>& run, BlockState<D>& state) {
+void take_base(const BlockRun<D>& run, PartState<D>& state) {
     for (std::size_t e = 0; e < state.base.size(); ++e)
         if (const EdgeId at = state.on_surface[e]; at.valid()) state.base[e] = run.by->surface.input.base[at];
 }
@@ -106,13 +107,13 @@ Outcome<Done> extend_in_planes(BlockRun<D>& run, const Execution& execution) {
     bool any = false;
     for (std::size_t e = 0; e < surface.mesh.edges.size(); ++e) any |= goes_along(EdgeId(e));
     if (!any) return Done{};
-    for (BlockState<D>& state : run.states) {
+    for (PartState<D>& state : run.states) {
         Buffer<EdgeKind> kinds(state.kinds.begin(), state.kinds.end());
         for (std::size_t e = 0; e < kinds.size(); ++e)
             if (goes_along(state.on_surface[e])) kinds[e] = EdgeKind::volume;
         state.kinds_outside_planes = std::move(kinds);
     }
-    const auto nodes = extended_nodes(run, &BlockState<D>::kinds_outside_planes, execution);
+    const auto nodes = extended_nodes(run, &PartState<D>::kinds_outside_planes, execution);
     if (!nodes) return fail(nodes.error());
     Buffer<Vec<D>> shifts(surface.mesh.edges.size(), Vec<D>{});
     auto gathered = run.gather_on_surface(shifts, [&](std::size_t b, EdgeId e, EdgeId at) -> std::optional<Vec<D>> {
@@ -120,12 +121,12 @@ Outcome<Done> extend_in_planes(BlockRun<D>& run, const Execution& execution) {
         return (*nodes)[b][e.index()].point - run.states[b].base[e.index()].point;
     });
     if (!gathered) return gathered;
-    for (BlockState<D>& state : run.states) state.kinds_outside_planes = {};
+    for (PartState<D>& state : run.states) state.kinds_outside_planes = {};
     auto slid = slid_nodes<D>(surface.mesh, surface.input.base, shifts, surface.boundary.features,
                               surface.boundary.geometry, without_progress(execution));
     if (!slid) return fail(slid.error());
     surface.input.base = std::move(*slid);
-    return run.each_block(without_progress(execution), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+    return run.each_part(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         take_base(run, state);
         return Done{};
     });
@@ -138,8 +139,8 @@ Outcome<Done> find_surface(BlockRun<D>& run, const MeshRows<D>& rows, const Exec
     auto surface = whole_surface(rows, run.goal, part_of(execution, 0, 0.8));
     if (!surface) return fail(surface.error());
     run.by.emplace(CurvingBy<D>{std::move(*surface), edges_by(run)});
-    return run.each_block(part_of(execution, 0.8, 1),
-                          [&](BlockState<D>& state, Block<D>& block) { return take_boundary(run, state, block); });
+    return run.each_part(part_of(execution, 0.8, 1),
+                          [&](PartState<D>& state, RingedPart<D>& part) { return take_boundary(run, state, part); });
 }
 
 template <int D>
@@ -155,10 +156,16 @@ Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution) {
         if (auto done = extend_in_planes(run, part_of(execution, 0, 0.5)); !done) return done;
     if (run.options.curving.curve.back_mesh != BackMeshKind::curved) return Done{};
     run.is_displaced = true;
-    auto nodes = extended_nodes(run, &BlockState<D>::kinds, part_of(execution, 0.5, 1));
+    auto nodes = extended_nodes(run, &PartState<D>::kinds, part_of(execution, 0.5, 1));
     if (!nodes) return fail(nodes.error());
-    for (std::size_t b = 0; b < run.states.size(); ++b) run.states[b].extended = std::move((*nodes)[b]);
-    return bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &BlockState<D>::extended));
+    std::vector<std::span<LagrangeNode<D>>> columns(nodes->begin(), nodes->end());
+    if (auto brought = bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns); !brought) return brought;
+    for (std::size_t p = 0; p < run.states.size(); ++p) {
+        run.states[p].extended = {run.states[p].mesh, (*nodes)[p]};
+        run.states[p].base = {};
+        (*nodes)[p] = {};
+    }
+    return Done{};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                   \

@@ -17,8 +17,8 @@ import camber.repair;
 import camber.surface;
 import camber.validity;
 import :block_run;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :curve_blocks;
 import :halo;
 import :ranks;
@@ -33,7 +33,7 @@ namespace {
 /// Each edge by itself.
 template <int D>
 Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
-    auto done = run.each_block(execution, [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+    auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         const Execution quiet = without_progress(execution);
         const auto field = field_of(state, KeptGradients::recovered, quiet);
         if (!field) return fail(field.error());
@@ -48,16 +48,16 @@ Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
         return Done{};
     });
     if (!done) return done;
-    return bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &BlockState<D>::nodes));
+    return bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &PartState<D>::nodes));
 }
 
 /// What smooth functions and elements do not bear is taken back.
 template <int D>
-Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> BlockState<D>::* rows, const Execution& execution) {
+Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* rows, const Execution& execution) {
     if (run.by->edges.metric_kind == MetricKind::natural) {
         std::vector<PartLosses<D>> losses;
         losses.reserve(run.states.size());
-        for (BlockState<D>& state : run.states) losses.push_back({state.mesh, state.shells, state.owned, state.*rows});
+        for (PartState<D>& state : run.states) losses.push_back({state.mesh, state.shells, state.owned, state.*rows});
         const auto held = limit_smooth_loss<D>(losses, run.by->edges.smooth_loss, *run.between, execution);
         if (!held) return fail(held.error());
         run.out.statistics.held_back += *held;
@@ -65,7 +65,7 @@ Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> BlockState<D>::* ro
     if (auto brought = bring_all<Vec<D>>(run.edges, run.ranks, columns_of(run.states, rows)); !brought) return brought;
     std::vector<PartOffsets<D>> offsets;
     offsets.reserve(run.states.size());
-    for (BlockState<D>& state : run.states)
+    for (PartState<D>& state : run.states)
         offsets.push_back({state.mesh, state.base, state.shells, state.owned, state.*rows});
     const auto drawn = limit_by_jacobian<D>(offsets, run.by->edges.min_jacobian, *run.between, execution);
     if (!drawn) return fail(drawn.error());
@@ -79,22 +79,26 @@ Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;
     Buffer<Vec<D>> shifts(surface.mesh.edges.size(), Vec<D>{});
     auto gathered = run.gather_on_surface(shifts, [&](std::size_t b, EdgeId e, EdgeId) -> std::optional<Vec<D>> {
+        if (run.states[b].slides.empty()) return std::nullopt;
         const Vec<D>& shift = run.states[b].slides[e.index()];
         return shift == Vec<D>{} ? std::nullopt : std::optional(shift);
     });
     if (!gathered) return gathered;
+    if (std::ranges::all_of(shifts, [](const Vec<D>& shift) { return shift == Vec<D>{}; })) return Done{};
     const QuadraticMesh<D> mesh =
         surface.boundary.required == RequiredBoundary::keep ? surface.mesh : without_required(surface.mesh);
     const auto slid = slid_nodes<D>(mesh, surface.input.base, shifts, surface.boundary.features,
                                     surface.boundary.geometry, without_progress(execution));
     if (!slid) return fail(slid.error());
-    for (BlockState<D>& state : run.states)
+    for (PartState<D>& state : run.states) {
+        state.slides = Buffer<Vec<D>>(state.mesh.edges.size());
         for (std::size_t e = 0; e < state.slides.size(); ++e) {
             const EdgeId at = state.on_surface[e];
             state.slides[e] = at.valid() ? (*slid)[at.index()].point - surface.input.base[at].point : Vec<D>{};
         }
-    if (auto limited = limit_offsets(run, &BlockState<D>::slides, execution); !limited) return limited;
-    for (BlockState<D>& state : run.states) {
+    }
+    if (auto limited = limit_offsets(run, &PartState<D>::slides, execution); !limited) return limited;
+    for (PartState<D>& state : run.states) {
         for (std::size_t e = 0; e < state.slides.size(); ++e)
             if (state.on_surface[e].valid()) state.base[e].point += state.slides[e];
         state.slides = {};
@@ -104,7 +108,7 @@ Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
 
 /// Nodes where base and offsets have them; what was found is counted.
 template <int D>
-void place_nodes(BlockRun<D>& run, BlockState<D>& state) {
+void place_nodes(BlockRun<D>& run, PartState<D>& state) {
     state.nodes = std::move(state.base);
     state.base = {};
     for (std::size_t e = 0; e < state.nodes.size(); ++e) {
@@ -120,14 +124,17 @@ void place_nodes(BlockRun<D>& run, BlockState<D>& state) {
 /// Offsets of all, as smooth functions and their elements bear them: first slides in planes, then the volume's.
 template <int D>
 Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
-    auto done = run.each_block(part_of(execution, 0, 0.6), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+    auto done = run.each_part(part_of(execution, 0, 0.6), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         const Execution quiet = without_progress(execution);
         const auto field = field_of(state, KeptGradients::seen, quiet);
         if (!field) return fail(field.error());
         const Column<EdgeKind> own = state.own_kinds();
         auto slides = accurate_offsets(state.mesh, own, EdgeKind::surface, state.shells, *field, run.by->edges, quiet);
         if (!slides) return fail(slides.error());
-        state.slides = std::move(*slides);
+        if (std::ranges::any_of(*slides, [](const Vec<D>& slide) { return slide != Vec<D>{}; }))
+            state.slides = std::move(*slides);
+        else
+            *slides = {};
         auto offsets = accurate_offsets(state.mesh, own, EdgeKind::volume, state.shells, *field, run.by->edges, quiet);
         if (!offsets) return fail(offsets.error());
         state.offsets = std::move(*offsets);
@@ -135,8 +142,8 @@ Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
     });
     if (!done) return done;
     if (done = slide_nodes(run, part_of(execution, 0.6, 0.7)); !done) return done;
-    if (done = limit_offsets(run, &BlockState<D>::offsets, part_of(execution, 0.7, 0.95)); !done) return done;
-    return run.each_block(part_of(execution, 0.95, 1), [&](BlockState<D>& state, Block<D>&) -> Outcome<Done> {
+    if (done = limit_offsets(run, &PartState<D>::offsets, part_of(execution, 0.7, 0.95)); !done) return done;
+    return run.each_part(part_of(execution, 0.95, 1), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         place_nodes(run, state);
         return Done{};
     });

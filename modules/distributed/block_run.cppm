@@ -10,8 +10,8 @@ import camber.core;
 import camber.curving;
 import camber.metric;
 import camber.recipes;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :curve_blocks;
 import :halo;
 import :ranks;
@@ -20,7 +20,7 @@ import :whole_surface;
 
 namespace camber {
 
-/// What all blocks are curved by.
+/// What all parts are curved by.
 template <int D>
 struct CurvingBy {
     WholeSurface<D> surface;
@@ -34,25 +34,25 @@ struct BlockRun {
     const CurveBlocksOptions& options;
     Ranks& ranks;
     CurvedBlocks<D> out = {};
-    std::vector<BlockState<D>> states = {};  ///< one a block here
+    std::vector<PartState<D>> states = {};  ///< one a part here
     Halo edges = {}, vertices = {};
-    std::optional<BetweenBlocks<D>> between = {};
+    std::optional<BetweenRingedParts<D>> between = {};
     std::optional<CurvingBy<D>> by = {};
     std::vector<GlobalNumber> not_valid = {};  ///< elements of this rank, rising
-    bool is_displaced = false;                 ///< so that there is an extension, of whichever blocks
+    bool is_displaced = false;                 ///< so that there is an extension, of whichever parts
 
-    /// f of each block here.
-    Outcome<Done> each_block(const Execution& execution, const auto& f) {
+    /// f of each part here.
+    Outcome<Done> each_part(const Execution& execution, const auto& f) {
         for (std::size_t b = 0; b < states.size(); ++b) {
-            auto done = f(states[b], out.blocks.own[b]);
+            auto done = f(states[b], out.parts.own[b]);
             if (!done) return fail(done.error());
-            if (options.after_block) options.after_block();
+            if (options.after_part) options.after_part();
             report_progress(execution, b + 1, states.size());
         }
         return Done{};
     }
 
-    /// Rows of edges of the surface from the blocks that own them: value_of(block, edge, edge of the surface), if any.
+    /// Rows of edges of the surface from the parts that own them: value_of(part, edge, edge of the surface), if any.
     Outcome<Done> gather_on_surface(std::span<Vec<D>> rows, const auto& value_of) {
         struct Found {
             std::uint64_t at = 0;
@@ -72,7 +72,7 @@ struct BlockRun {
     }
 };
 
-/// The surface, and what each block has of it.
+/// The surface, and what each part has of it.
 template <int D>
 [[nodiscard]] Outcome<Done> find_surface(BlockRun<D>& run, const MeshRows<D>& rows, const Execution& execution);
 
@@ -84,13 +84,13 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution);
 
-/// The field on a part of the mesh, of which some of its vertices and edges are; on a block.
+/// The field on a part of the mesh, of which some of its vertices and edges are; on a part.
 template <int D>
-[[nodiscard]] Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& back_nodes,
+[[nodiscard]] Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, Buffer<LagrangeNode<D>> back_nodes,
                                             const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept,
                                             const Execution& execution);
 template <int D>
-[[nodiscard]] Outcome<BackMesh<D>> field_of(const BlockState<D>& state, KeptGradients kept, const Execution& execution);
+[[nodiscard]] Outcome<BackMesh<D>> field_of(const PartState<D>& state, KeptGradients kept, const Execution& execution);
 
 /// Nodes of all edges.
 template <int D>

@@ -17,8 +17,8 @@ import camber.repair;
 import camber.surface;
 import camber.validity;
 import :block_run;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :curve_blocks;
 import :halo;
 import :ranks;
@@ -31,23 +31,23 @@ namespace camber {
 namespace {
 
 template <int D>
-Outcome<Done> judge_block(BlockRun<D>& run, const BlockState<D>& state, const Block<D>& block, BlocksValidation& own,
+Outcome<Done> judge_part(BlockRun<D>& run, const PartState<D>& state, const RingedPart<D>& part, BlocksValidation& own,
                           const Execution& execution) {
     QuadraticMesh<D> mesh = state.mesh;
     mesh.mid_nodes = Buffer<LagrangeNode<D>>(state.nodes);
     const auto validation = validate(mesh, run.options.curving.repair.min_scaled_jacobian, execution);
     if (!validation) return fail(validation.error());
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
-        if (!block.owns(mesh.linear.elements.vertices[e])) continue;
+        if (!part.owns(mesh.linear.elements.vertices[e])) continue;
         const Verdict verdict = validation->verdicts[e];
         own.invalid += verdict == Verdict::invalid ? 1 : 0;
         own.undecided += verdict == Verdict::undecided ? 1 : 0;
-        if (verdict != Verdict::valid) run.not_valid.push_back(block.elements[e]);
+        if (verdict != Verdict::valid) run.not_valid.push_back(part.elements[e]);
         const auto smallest = static_cast<double>(validation->min_scaled_jacobian[e]);
-        if (smallest < own.smallest) own.smallest = smallest, own.worst = block.elements[e];
+        if (smallest < own.smallest) own.smallest = smallest, own.worst = part.elements[e];
     }
     for (const auto& [e, verdict] : validation->not_positive)
-        own.not_positive += block.owns(mesh.linear.elements.vertices[e]) ? 1 : 0;
+        own.not_positive += part.owns(mesh.linear.elements.vertices[e]) ? 1 : 0;
     return Done{};
 }
 
@@ -56,8 +56,8 @@ template <int D>
 Outcome<BlocksValidation> judged_blocks(BlockRun<D>& run, const Execution& execution) {
     BlocksValidation own;
     run.not_valid.clear();
-    auto done = run.each_block(execution, [&](BlockState<D>& state, Block<D>& block) -> Outcome<Done> {
-        return judge_block(run, state, block, own, without_progress(execution));
+    auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
+        return judge_part(run, state, part, own, without_progress(execution));
     });
     if (!done) return fail(done.error());
     std::ranges::sort(run.not_valid);
@@ -86,7 +86,7 @@ Outcome<Done> judge_blocks(BlockRun<D>& run, const Execution& execution) {
 template <int D>
 Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
     if (run.out.before.all_valid()) return Done{};
-    const RepairedBlocks<D> of{run.out.blocks, run.states, run.by->surface, run.by->edges.aim};
+    const RepairedBlocks<D> of{run.out.parts, run.states, run.by->surface, run.by->edges.aim};
     const auto repaired =
         repair_blocks(of, run.not_valid, run.options.curving.repair, run.ranks, part_of(execution, 0, 0.9));
     if (!repaired) return fail(repaired.error());

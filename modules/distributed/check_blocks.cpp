@@ -9,7 +9,7 @@ module camber.distributed;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import :blocks;
+import :ringed_parts;
 import :check_blocks;
 
 namespace camber {
@@ -25,14 +25,14 @@ auto unsound(const std::string& what, const char* kind, GlobalNumber row) {
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 
 template <int D>
-Outcome<std::size_t> first_not_positive(const Block<D>& block, const Execution& execution) {
+Outcome<std::size_t> first_not_positive(const RingedPart<D>& part, const Execution& execution) {
     return reduce_each(
-        execution, block.mesh.elements.size(), none,
+        execution, part.mesh.elements.size(), none,
         [&](std::size_t& first, std::size_t e) {
-            const auto& vertices = block.mesh.elements.vertices[e];
-            if (!block.owns(vertices)) return;
+            const auto& vertices = part.mesh.elements.vertices[e];
+            if (!part.owns(vertices)) return;
             std::array<Vec<D>, D + 1> corners;
-            for (std::size_t i = 0; i <= D; ++i) corners[i] = block.mesh.points[vertices[i]];
+            for (std::size_t i = 0; i <= D; ++i) corners[i] = part.mesh.points[vertices[i]];
             if (!(signed_volume<D>(corners) > 0)) first = std::min(first, e);
         },
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
@@ -46,9 +46,9 @@ std::array<VertexId, N> sorted(std::array<VertexId, N> simplex) {
 }
 
 template <int D>
-std::vector<std::array<VertexId, D>> sorted_facets(const Block<D>& block) {
+std::vector<std::array<VertexId, D>> sorted_facets(const RingedPart<D>& part) {
     std::vector<std::array<VertexId, D>> facets;
-    for (const auto& facet : block.mesh.facets.vertices) facets.push_back(sorted(facet));
+    for (const auto& facet : part.mesh.facets.vertices) facets.push_back(sorted(facet));
     std::ranges::sort(facets);
     return facets;
 }
@@ -56,23 +56,23 @@ std::vector<std::array<VertexId, D>> sorted_facets(const Block<D>& block) {
 }  // namespace
 
 template <int D>
-Outcome<Done> check_blocks(const Blocks<D>& blocks, const Execution& execution) {
-    for (const Block<D>& block : blocks.own) {
-        const auto inverted = first_not_positive(block, execution);
+Outcome<Done> check_blocks(const RingedParts<D>& parts, const Execution& execution) {
+    for (const RingedPart<D>& part : parts.own) {
+        const auto inverted = first_not_positive(part, execution);
         if (!inverted) return fail(inverted.error());
-        if (*inverted != none) return unsound("is flat or inverted", simplex_name<D>, block.elements[*inverted]);
-        const auto around = balls(block.mesh, execution);
+        if (*inverted != none) return unsound("is flat or inverted", simplex_name<D>, part.elements[*inverted]);
+        const auto around = balls(part.mesh, execution);
         if (!around) return fail(around.error());
-        const auto facets = sorted_facets(block);
+        const auto facets = sorted_facets(part);
         std::vector<FaceAround<D>> faces;
-        for (VertexId v = block.first; v < block.last; v = VertexId(v.index() + 1)) {
-            faces_around<D>(block.mesh, *around, v, faces);
+        for (VertexId v = part.first; v < part.last; v = VertexId(v.index() + 1)) {
+            faces_around<D>(part.mesh, *around, v, faces);
             for (std::size_t first = 0, last = 0; first < faces.size(); first = last) {
                 while (last < faces.size() && faces[last].others == faces[first].others) ++last;
-                const GlobalNumber element = block.elements[faces[first].face.element];
+                const GlobalNumber element = part.elements[faces[first].face.element];
                 if (last - first > 2) return unsound("has a face that three elements share", simplex_name<D>, element);
                 const auto reference_of = [&](std::size_t at) {
-                    return block.mesh.elements.references[faces[at].face.element];
+                    return part.mesh.elements.references[faces[at].face.element];
                 };
                 const bool is_boundary = last - first == 1;
                 if (!is_boundary && reference_of(first) == reference_of(first + 1)) continue;
@@ -89,7 +89,7 @@ Outcome<Done> check_blocks(const Blocks<D>& blocks, const Execution& execution) 
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) template Outcome<Done> check_blocks<D>(const Blocks<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D) template Outcome<Done> check_blocks<D>(const RingedParts<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -18,8 +18,8 @@ import camber.repair;
 import camber.surface;
 import camber.validity;
 import :block_run;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :check_blocks;
 import :curve_blocks;
 import :halo;
@@ -35,10 +35,10 @@ namespace {
 
 template <int D>
 Outcome<Done> split_up(BlockRun<D>& run, const MeshRows<D>& rows, const Execution& execution) {
-    auto blocks = split(rows, run.options.blocks, run.ranks, execution);
-    if (!blocks) return fail(blocks.error());
-    run.out.blocks = std::move(*blocks);
-    return check_blocks(run.out.blocks, without_progress(execution));
+    auto parts = split(rows, run.options.blocks, run.ranks, execution);
+    if (!parts) return fail(parts.error());
+    run.out.parts = std::move(*parts);
+    return check_blocks(run.out.parts, without_progress(execution));
 }
 
 /// Who has whose edges and vertices, and how edges are numbered.
@@ -46,7 +46,7 @@ template <int D>
 Outcome<Done> connect(BlockRun<D>& run) {
     std::vector<EdgeSet<D>> edges;
     std::vector<GlobalNumber> counts;
-    for (const BlockState<D>& state : run.states) {
+    for (const PartState<D>& state : run.states) {
         edges.push_back(state.mesh.edges);
         counts.push_back(state.last_edge.index() - state.first_edge.index());
     }
@@ -54,34 +54,45 @@ Outcome<Done> connect(BlockRun<D>& run) {
     if (!all) return fail(all.error());
     run.out.first_edges.push_back(0);
     for (const GlobalNumber n : *all) run.out.first_edges.push_back(run.out.first_edges.back() + n);
-    auto of_edges = edge_halo<D>(run.out.blocks, edges, run.ranks);
+    auto of_edges = edge_halo<D>(run.out.parts, edges, run.ranks);
     if (!of_edges) return fail(of_edges.error());
     run.edges = std::move(*of_edges);
-    auto of_vertices = vertex_halo(run.out.blocks, run.ranks);
+    auto of_vertices = vertex_halo(run.out.parts, run.ranks);
     if (!of_vertices) return fail(of_vertices.error());
     run.vertices = std::move(*of_vertices);
     run.between.emplace(run.ranks, run.edges, run.states.size());
     return Done{};
 }
 
+/// Its own vertices, and where blocks begin among them.
+template <int D>
+OwnVertices owned_of(const PartLayout& layout, const RingedPart<D>& part) {
+    OwnVertices owned{part.first, part.last};
+    if (part.first == part.last) return owned;
+    const GlobalNumber first = part.vertices[part.first];
+    for (const GlobalNumber v : layout.later_blocks(layout.part_with(first)))
+        owned.later_runs.emplace_back(part.first.index() + (v - first));
+    return owned;
+}
+
 template <int D>
 Outcome<Done> elevate_blocks(BlockRun<D>& run, const Execution& execution) {
-    run.states.resize(run.out.blocks.own.size());
-    auto done = run.each_block(execution, [&](BlockState<D>& state, Block<D>& block) -> Outcome<Done> {
-        auto mesh = elevate(block.mesh, without_progress(execution));
+    run.states.resize(run.out.parts.own.size());
+    auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
+        auto mesh = elevate(part.mesh, without_progress(execution));
         if (!mesh) return fail(mesh.error());
         state.mesh = std::move(*mesh);
         auto around = shells(state.mesh.edges, without_progress(execution));
         if (!around) return fail(around.error());
         state.shells = std::move(*around);
-        state.owned = {block.first, block.last};
+        state.owned = owned_of(run.out.parts.layout, part);
         const auto& ends = state.mesh.edges.vertices;
         const auto begin_of = [&](VertexId v) {
             const auto at = std::ranges::lower_bound(ends, v, {}, [](const auto& e) { return e[0]; });
             return EdgeId(static_cast<std::size_t>(at - ends.begin()));
         };
-        state.first_edge = begin_of(block.first);
-        state.last_edge = begin_of(block.last);
+        state.first_edge = begin_of(part.first);
+        state.last_edge = begin_of(part.last);
         return Done{};
     });
     if (!done) return done;
@@ -94,7 +105,7 @@ Outcome<CurvedBlocks<D>> finish(BlockRun<D>& run) {
     if (!of_ranks) return fail(of_ranks.error());
     run.out.statistics = {};
     for (const CurveStatistics& s : *of_ranks) run.out.statistics += s;
-    for (BlockState<D>& state : run.states) {
+    for (PartState<D>& state : run.states) {
         state.mesh.mid_nodes = std::move(state.nodes);
         run.out.curved.push_back({std::move(state.mesh), state.first_edge, state.last_edge});
     }

@@ -11,7 +11,7 @@ import camber.metric;
 import camber.recipes;
 import camber.repair;
 import camber.validity;
-import :blocks;
+import :ringed_parts;
 import :ranks;
 import :rows;
 
@@ -23,7 +23,7 @@ struct BlocksGoal {
     /// The features and the shape of the boundary, which is given as a mesh without elements. Null: smooth surfaces
     /// through its vertices.
     std::function<Outcome<Boundary<D>>(const LinearMesh<D>&, const EdgeSet<D>&, const Execution&)> boundary = {};
-    /// The metric at the vertices of a block, of which the numbers in the whole mesh are given too. Null: the mesh's
+    /// The metric at the vertices of a part, of which the numbers in the whole mesh are given too. Null: the mesh's
     /// own.
     std::function<Outcome<Column<LogMetric<D>>>(const LinearMesh<D>&, std::span<const GlobalNumber>, const Execution&)>
         metric = {};
@@ -55,8 +55,8 @@ struct CurveByBlocks {
 struct CurveBlocksOptions {
     BlockOptions blocks = {};
     CurveMeshOptions curving = {};
-    /// Called when a block has been gone through: what it has may leave memory. Null: nobody minds.
-    std::function<void()> after_block = {};
+    /// Called when a part has been gone through: what it has may leave memory. Null: nobody minds.
+    std::function<void()> after_part = {};
 };
 
 /// Verdicts of a mesh in blocks, of all ranks.
@@ -69,9 +69,9 @@ struct BlocksValidation {
     [[nodiscard]] bool all_valid() const { return invalid + undecided == 0; }
 };
 
-/// A block that was curved: nodes of its unique edges, those in its rings as their owners have them.
+/// A part that was curved: nodes of its unique edges, those in its rings as their owners have them.
 template <int D>
-struct CurvedBlock {
+struct CurvedPart {
     QuadraticMesh<D> mesh;
     EdgeId first_edge, last_edge;  ///< its own are [first_edge, last_edge)
 };
@@ -79,9 +79,9 @@ struct CurvedBlock {
 /// What a rank has of a curved mesh in blocks, and what all have found.
 template <int D>
 struct CurvedBlocks {
-    Blocks<D> blocks;
-    std::vector<CurvedBlock<D>> curved;     ///< one a block of this rank
-    std::vector<GlobalNumber> first_edges;  ///< of each block of all; then the number of edges
+    RingedParts<D> parts;
+    std::vector<CurvedPart<D>> curved;      ///< one a part of this rank
+    std::vector<GlobalNumber> first_edges;  ///< of each part of all; then the number of edges
     RowCounts counts;                       ///< of the mesh
     CurveStatistics statistics;             ///< of all ranks
     BlocksValidation before, after;
@@ -89,7 +89,7 @@ struct CurvedBlocks {
     std::size_t iterations = 0;  ///< of the extension
 };
 
-/// `curve_mesh` by blocks, each rank its own: the same nodes but for rounding of sums over the mesh. All of a block's
+/// `curve_mesh` by blocks, each rank its own: the same nodes but for rounding of sums over the mesh. All of a part's
 /// work is done on it and its two rings; what is known of others is brought after each step. The mesh must be sound
 /// (see `check_blocks`). Steps: split, elevate, surface, extension, metric, curve, validate, relax. Errors: as of
 /// curve_mesh; objectives without a field, nodes of the boundary elsewhere than projected, metrics made of the mesh's

@@ -9,7 +9,7 @@ module;
 module camber.distributed;
 import camber.core;
 import camber.curving;
-import :blocks;
+import :ringed_parts;
 import :halo;
 import :ranks;
 
@@ -21,15 +21,15 @@ namespace {
 template <class Key>
 struct Asked {
     Key key;
-    std::uint64_t block = 0;  ///< its owner
+    std::uint64_t part = 0;  ///< its owner
     Halo::Row into;
 };
 
 template <class Key>
-Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const BlockLayout& layout, Ranks& ranks,
+Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const PartLayout& layout, Ranks& ranks,
                       const auto& row_of) {
     struct Question {
-        std::uint64_t block = 0;
+        std::uint64_t part = 0;
         Key key;
     };
     Halo halo;
@@ -40,7 +40,7 @@ Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const BlockLayout& 
         Buffer<Halo::Row> into;
         into.reserve(of_rank.size());
         for (const Asked<Key>& a : of_rank) {
-            questions.push_back({a.block, a.key});
+            questions.push_back({a.part, a.key});
             into.push_back(a.into);
         }
         to.push_back(bytes_of<Question>(questions));
@@ -56,8 +56,8 @@ Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const BlockLayout& 
         Buffer<Halo::Row> rows;
         rows.reserve(questions.size());
         for (const Question& q : questions) {
-            const auto block = static_cast<std::uint32_t>(q.block - begin);
-            rows.push_back({block, row_of(block, q.key)});
+            const auto part = static_cast<std::uint32_t>(q.part - begin);
+            rows.push_back({part, row_of(part, q.key)});
         }
         halo.give.push_back(std::move(rows));
     }
@@ -67,46 +67,46 @@ Outcome<Halo> halo_of(std::vector<Buffer<Asked<Key>>> asked, const BlockLayout& 
 }  // namespace
 
 template <int D>
-Outcome<Halo> vertex_halo(const Blocks<D>& blocks, Ranks& ranks) {
+Outcome<Halo> vertex_halo(const RingedParts<D>& parts, Ranks& ranks) {
     return guarded([&]() -> Outcome<Halo> {
-        const BlockLayout& layout = blocks.layout;
+        const PartLayout& layout = parts.layout;
         std::vector<Buffer<Asked<GlobalNumber>>> asked(ranks.size());
-        for (std::uint32_t b = 0; b < blocks.own.size(); ++b) {
-            const Block<D>& block = blocks.own[b];
-            for (std::uint32_t v = 0; v < block.vertices.size(); ++v) {
-                if (block.owns(VertexId(v))) continue;
-                const std::size_t owner = layout.block_of(block.vertices[v]);
-                asked[layout.rank_of(owner)].push_back({block.vertices[v], owner, {b, v}});
+        for (std::uint32_t b = 0; b < parts.own.size(); ++b) {
+            const RingedPart<D>& part = parts.own[b];
+            for (std::uint32_t v = 0; v < part.vertices.size(); ++v) {
+                if (part.owns(VertexId(v))) continue;
+                const std::size_t owner = layout.part_with(part.vertices[v]);
+                asked[layout.rank_of(owner)].push_back({part.vertices[v], owner, {b, v}});
             }
         }
         return halo_of<GlobalNumber>(std::move(asked), layout, ranks, [&](std::uint32_t b, GlobalNumber number) {
-            const Block<D>& block = blocks.own[b];
+            const RingedPart<D>& part = parts.own[b];
             const GlobalNumber first = layout.first_vertices[layout.begin_of(ranks.rank()) + b];
-            return static_cast<std::uint32_t>(block.first.index() + (number - first));
+            return static_cast<std::uint32_t>(part.first.index() + (number - first));
         });
     });
 }
 
 template <int D>
-Outcome<Halo> edge_halo(const Blocks<D>& blocks, std::span<const EdgeSet<D>> edges, Ranks& ranks) {
+Outcome<Halo> edge_halo(const RingedParts<D>& parts, std::span<const EdgeSet<D>> edges, Ranks& ranks) {
     using Ends = std::array<GlobalNumber, 2>;
     return guarded([&]() -> Outcome<Halo> {
-        const BlockLayout& layout = blocks.layout;
+        const PartLayout& layout = parts.layout;
         std::vector<Buffer<Asked<Ends>>> asked(ranks.size());
-        for (std::uint32_t b = 0; b < blocks.own.size(); ++b) {
-            const Block<D>& block = blocks.own[b];
+        for (std::uint32_t b = 0; b < parts.own.size(); ++b) {
+            const RingedPart<D>& part = parts.own[b];
             for (std::uint32_t e = 0; e < edges[b].size(); ++e) {
                 const auto& ends = edges[b].vertices[e];
-                if (block.owns(ends)) continue;
-                const Ends numbers{block.vertices[ends[0]], block.vertices[ends[1]]};
-                const std::size_t owner = layout.block_of(numbers[0]);
+                if (part.owns(ends)) continue;
+                const Ends numbers{part.vertices[ends[0]], part.vertices[ends[1]]};
+                const std::size_t owner = layout.part_with(numbers[0]);
                 asked[layout.rank_of(owner)].push_back({numbers, owner, {b, e}});
             }
         }
         return halo_of<Ends>(std::move(asked), layout, ranks, [&](std::uint32_t b, const Ends& numbers) {
-            const Block<D>& block = blocks.own[b];
+            const RingedPart<D>& part = parts.own[b];
             const auto local = [&](GlobalNumber number) {
-                return VertexId(std::ranges::lower_bound(block.vertices, number) - block.vertices.begin());
+                return VertexId(std::ranges::lower_bound(part.vertices, number) - part.vertices.begin());
             };
             return find_edge(edges[b], local(numbers[0]), local(numbers[1])).value;
         });
@@ -114,27 +114,27 @@ Outcome<Halo> edge_halo(const Blocks<D>& blocks, std::span<const EdgeSet<D>> edg
 }
 
 template <int D>
-BetweenBlocks<D>::BetweenBlocks(Ranks& ranks, const Halo& halo, std::size_t blocks)
-    : ranks_(ranks), halo_(halo), given_(blocks) {
+BetweenRingedParts<D>::BetweenRingedParts(Ranks& ranks, const Halo& halo, std::size_t parts)
+    : ranks_(ranks), halo_(halo), given_(parts) {
     for (std::uint32_t r = 0; r < halo.give.size(); ++r)
         for (std::uint32_t i = 0; i < halo.give[r].size(); ++i)
-            given_[halo.give[r][i].block].push_back({halo.give[r][i].row, r, i});
+            given_[halo.give[r][i].part].push_back({halo.give[r][i].row, r, i});
     for (auto& rows : given_) std::ranges::sort(rows, {}, &Given::row);
 }
 
 template <int D>
-Outcome<std::vector<double>> BetweenBlocks<D>::gather(Outcome<std::vector<double>> of_parts) {
+Outcome<std::vector<double>> BetweenRingedParts<D>::gather(Outcome<std::vector<double>> of_parts) {
     return gather_all<double>(ranks_, of_parts);
 }
 
 template <int D>
-std::vector<EdgeId> BetweenBlocks<D>::shared(std::size_t part, std::vector<EdgeId> edges) const {
+std::vector<EdgeId> BetweenRingedParts<D>::shared(std::size_t part, std::vector<EdgeId> edges) const {
     std::erase_if(edges, [&](EdgeId e) { return !std::ranges::binary_search(given_[part], e.value, {}, &Given::row); });
     return edges;
 }
 
 template <int D>
-Outcome<EdgesOfParts> BetweenBlocks<D>::bring(std::span<const std::span<Vec<D>>> rows, const EdgesOfParts& edges) {
+Outcome<EdgesOfParts> BetweenRingedParts<D>::bring(std::span<const std::span<Vec<D>>> rows, const EdgesOfParts& edges) {
     struct Sent {
         std::uint64_t at = 0;
         Vec<D> row;
@@ -157,8 +157,8 @@ Outcome<EdgesOfParts> BetweenBlocks<D>::bring(std::span<const std::span<Vec<D>>>
         append_values((*from)[r], received);
         for (const Sent& sent : received) {
             const Halo::Row& into = halo_.get[r][sent.at];
-            rows[into.block][into.row] = sent.row;
-            brought[into.block].emplace_back(into.row);
+            rows[into.part][into.row] = sent.row;
+            brought[into.part].emplace_back(into.row);
         }
     }
     for (auto& some : brought) std::ranges::sort(some);
@@ -166,9 +166,9 @@ Outcome<EdgesOfParts> BetweenBlocks<D>::bring(std::span<const std::span<Vec<D>>>
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                   \
-    template Outcome<Halo> vertex_halo<D>(const Blocks<D>&, Ranks&);                            \
-    template Outcome<Halo> edge_halo<D>(const Blocks<D>&, std::span<const EdgeSet<D>>, Ranks&); \
-    template class BetweenBlocks<D>;
+    template Outcome<Halo> vertex_halo<D>(const RingedParts<D>&, Ranks&);                            \
+    template Outcome<Halo> edge_halo<D>(const RingedParts<D>&, std::span<const EdgeSet<D>>, Ranks&); \
+    template class BetweenRingedParts<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -8,15 +8,15 @@ module;
 export module camber.distributed:halo;
 import camber.core;
 import camber.curving;
-import :blocks;
+import :ringed_parts;
 import :ranks;
 
 export namespace camber {
 
-/// Which rows of blocks others have in their rings: a star forest, each owner's row its root.
+/// Which rows of parts others have in their rings: a star forest, each owner's row its root.
 struct Halo {
     struct Row {
-        std::uint32_t block = 0;  ///< of this rank's, from 0
+        std::uint32_t part = 0;  ///< of this rank's, from 0
         std::uint32_t row = 0;
     };
     std::vector<Buffer<Row>> give;  ///< to each rank, in the order in which it has them in `get`
@@ -25,13 +25,13 @@ struct Halo {
 
 /// Of vertices. Errors: of any rank.
 template <int D>
-[[nodiscard]] Outcome<Halo> vertex_halo(const Blocks<D>& blocks, Ranks& ranks);
+[[nodiscard]] Outcome<Halo> vertex_halo(const RingedParts<D>& parts, Ranks& ranks);
 
-/// Of unique edges, of which each block has its own set.
+/// Of unique edges, of which each part has its own set.
 template <int D>
-[[nodiscard]] Outcome<Halo> edge_halo(const Blocks<D>& blocks, std::span<const EdgeSet<D>> edges, Ranks& ranks);
+[[nodiscard]] Outcome<Halo> edge_halo(const RingedParts<D>& parts, std::span<const EdgeSet<D>> edges, Ranks& ranks);
 
-/// Rows of owners brought into the rings of others; `columns`: one row a vertex, or an edge, of each block here.
+/// Rows of owners brought into the rings of others; `columns`: one row a vertex, or an edge, of each part here.
 /// Errors: of any rank.
 template <class T>
     requires std::is_trivially_copyable_v<T>
@@ -40,7 +40,7 @@ template <class T>
     for (std::size_t r = 0; r < to.size(); ++r) {
         if (r == ranks.rank()) continue;
         Buffer<T> rows(halo.give[r].size());
-        for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = columns[halo.give[r][i].block][halo.give[r][i].row];
+        for (std::size_t i = 0; i < rows.size(); ++i) rows[i] = columns[halo.give[r][i].part][halo.give[r][i].row];
         to[r] = bytes_of<T>({rows.data(), rows.size()});
     }
     const auto from = ranks.exchange(std::move(to));
@@ -51,9 +51,9 @@ template <class T>
         for (std::size_t i = 0; i < halo.get[r].size(); ++i) {
             const Halo::Row& into = halo.get[r][i];
             if (r != ranks.rank())
-                columns[into.block][into.row] = rows[i];
+                columns[into.part][into.row] = rows[i];
             else
-                columns[into.block][into.row] = columns[halo.give[r][i].block][halo.give[r][i].row];
+                columns[into.part][into.row] = columns[halo.give[r][i].part][halo.give[r][i].row];
         }
     }
     return Done{};
@@ -61,10 +61,10 @@ template <class T>
 
 /// The parts of a mesh that this rank has, and those that others have.
 template <int D>
-class BetweenBlocks final : public BetweenParts<D> {
+class BetweenRingedParts final : public BetweenParts<D> {
   public:
-    /// Both must outlive it. The parts here are so many blocks.
-    BetweenBlocks(Ranks& ranks, const Halo& halo, std::size_t blocks);
+    /// Both must outlive it. The parts here are so many parts.
+    BetweenRingedParts(Ranks& ranks, const Halo& halo, std::size_t parts);
 
     [[nodiscard]] Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) override;
     [[nodiscard]] std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const override;
@@ -78,7 +78,7 @@ class BetweenBlocks final : public BetweenParts<D> {
     };
     Ranks& ranks_;
     const Halo& halo_;
-    std::vector<Buffer<Given>> given_;  ///< of each block, by rising rows
+    std::vector<Buffer<Given>> given_;  ///< of each part, by rising rows
 };
 
 }  // namespace camber

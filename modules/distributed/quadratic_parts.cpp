@@ -10,7 +10,7 @@ module camber.distributed;
 import camber.core;
 import camber.bezier;
 import camber.io;
-import :blocks;
+import :ringed_parts;
 import :curve_blocks;
 import :halo;
 import :quadratic_parts;
@@ -30,15 +30,18 @@ Run part_of(Run run, std::size_t part, std::size_t parts) {
     return {run.begin + run.size() * part / parts, run.begin + run.size() * (part + 1) / parts};
 }
 
-/// Rows of a block by their numbers in the file, and the edges of each.
+/// About so many elements are made at a time.
+constexpr std::size_t elements_of_piece = std::size_t{1} << 18U;
+
+/// Rows of a part by their numbers in the file, and the edges of each.
 template <int D, int K>
-std::span<const GlobalNumber> numbers_of(const Block<D>& block) {
+std::span<const GlobalNumber> numbers_of(const RingedPart<D>& part) {
     if constexpr (K == D)
-        return block.elements.view();
+        return part.elements.view();
     else if constexpr (K == D - 1)
-        return block.facets.view();
+        return part.facets.view();
     else
-        return block.edges.view();
+        return part.edges.view();
 }
 template <int D, int K>
 std::array<EdgeId, edges_per_simplex<K>> edges_of(const EdgeSet<D>& edges, std::size_t row) {
@@ -56,25 +59,27 @@ template <int D>
 Outcome<QuadraticParts<D>> QuadraticParts<D>::make(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh, Ranks& ranks) {
     return guarded([&]() -> Outcome<QuadraticParts> {
         QuadraticParts parts(rows, mesh, ranks);
-        const BlockLayout& layout = mesh.blocks.layout;
+        const PartLayout& layout = mesh.parts.layout;
         std::vector<EdgeSet<D>> edges;
         std::vector<std::span<GlobalNumber>> columns;
         for (std::size_t b = 0; b < mesh.curved.size(); ++b) {
-            const CurvedBlock<D>& block = mesh.curved[b];
+            const CurvedPart<D>& part = mesh.curved[b];
             const GlobalNumber first = mesh.first_edges[layout.begin_of(ranks.rank()) + b];
-            Buffer<GlobalNumber> numbers(block.mesh.edges.size(), GlobalNumber{0});
-            for (EdgeId e = block.first_edge; e < block.last_edge; e = EdgeId(e.index() + 1))
-                numbers[e.index()] = first + (e.index() - block.first_edge.index());
+            Buffer<GlobalNumber> numbers(part.mesh.edges.size(), GlobalNumber{0});
+            for (EdgeId e = part.first_edge; e < part.last_edge; e = EdgeId(e.index() + 1))
+                numbers[e.index()] = first + (e.index() - part.first_edge.index());
             parts.edge_numbers_.push_back(std::move(numbers));
-            edges.push_back(block.mesh.edges);
+            edges.push_back(part.mesh.edges);
         }
         columns.reserve(parts.edge_numbers_.size());
         for (Buffer<GlobalNumber>& numbers : parts.edge_numbers_) columns.emplace_back(numbers);
-        const auto halo = edge_halo<D>(mesh.blocks, edges, ranks);
+        const auto halo = edge_halo<D>(mesh.parts, edges, ranks);
         if (!halo) return fail(halo.error());
         if (auto brought = bring_all<GlobalNumber>(*halo, ranks, columns); !brought) return fail(brought.error());
-        for (std::size_t r = 0; r < ranks.size(); ++r)
-            parts.pieces_ = std::max(parts.pieces_, layout.end_of(r) - layout.begin_of(r));
+        std::size_t most = 0;
+        for (std::size_t r = 0; r < ranks.size(); ++r) most = std::max(most, layout.end_of(r) - layout.begin_of(r));
+        parts.pieces_of_part_ = most == 0 ? 1 : mesh.counts.elements / (ranks.size() * most * elements_of_piece) + 1;
+        parts.pieces_ = most * parts.pieces_of_part_;
         return parts;
     });
 }
@@ -89,13 +94,13 @@ template <int D>
 template <int K>
 Outcome<SimplexRun<K, 2>> QuadraticParts<D>::simplices(std::size_t begin, SimplexRows<K> given) const {
     using Edges = std::array<GlobalNumber, edges_per_simplex<K>>;
-    const BlockLayout& layout = mesh_->blocks.layout;
-    std::vector<ToBlock<GlobalNumber>> questions;
+    const PartLayout& layout = mesh_->parts.layout;
+    std::vector<ToPart<GlobalNumber>> questions;
     questions.reserve(given.vertices.size());
     for (std::size_t i = 0; i < given.vertices.size(); ++i)
-        questions.push_back({layout.block_of(std::ranges::min(given.vertices[i]).value), begin + i});
+        questions.push_back({layout.part_with(std::ranges::min(given.vertices[i]).value), begin + i});
     const auto edges = ask<Edges>(*ranks_, layout, questions, [&](std::size_t b, GlobalNumber number) {
-        const auto numbers = numbers_of<D, K>(mesh_->blocks.own[b]);
+        const auto numbers = numbers_of<D, K>(mesh_->parts.own[b]);
         const auto row = static_cast<std::size_t>(std::ranges::lower_bound(numbers, number) - numbers.begin());
         Edges out{};
         const auto of_row = edges_of<D, K>(mesh_->curved[b].mesh.edges, row);
@@ -121,19 +126,24 @@ Outcome<FilePart<D, 2>> QuadraticParts<D>::piece(std::size_t piece) const {
             return part_of(part_of({0, n}, ranks_->rank(), ranks_->size()), piece, pieces_);
         };
         FilePart<D, 2> part;
-        if (piece < mesh_->curved.size()) {
-            const std::size_t block = mesh_->blocks.layout.begin_of(ranks_->rank()) + piece;
-            const Block<D>& of = mesh_->blocks.own[piece];
-            const CurvedBlock<D>& curved = mesh_->curved[piece];
+        if (const std::size_t p = piece / pieces_of_part_; p < mesh_->curved.size()) {
+            const std::size_t at = mesh_->parts.layout.begin_of(ranks_->rank()) + p;
+            const auto piece_of = [&](std::size_t begin, std::size_t end) {
+                return part_of({begin, end}, piece % pieces_of_part_, pieces_of_part_);
+            };
+            const RingedPart<D>& of = mesh_->parts.own[p];
+            const CurvedPart<D>& curved = mesh_->curved[p];
             const LinearMesh<D>& linear = curved.mesh.linear;
-            part.vertices.first = mesh_->blocks.layout.first_vertices[block];
-            for (VertexId v = of.first; v < of.last; v = VertexId(v.index() + 1)) {
-                part.vertices.points.push_back(linear.points[v]);
-                part.vertices.references.push_back(linear.point_references[v]);
+            const Run vertices = piece_of(of.first.index(), of.last.index());
+            part.vertices.first = mesh_->parts.layout.first_vertices[at] + (vertices.begin - of.first.index());
+            for (std::size_t v = vertices.begin; v < vertices.end; ++v) {
+                part.vertices.points.push_back(linear.points[VertexId(v)]);
+                part.vertices.references.push_back(linear.point_references[VertexId(v)]);
             }
-            part.mid_nodes.first = mesh_->first_edges[block];
-            for (EdgeId e = curved.first_edge; e < curved.last_edge; e = EdgeId(e.index() + 1)) {
-                part.mid_nodes.points.push_back(curved.mesh.mid_nodes[e].point);
+            const Run nodes = piece_of(curved.first_edge.index(), curved.last_edge.index());
+            part.mid_nodes.first = mesh_->first_edges[at] + (nodes.begin - curved.first_edge.index());
+            for (std::size_t e = nodes.begin; e < nodes.end; ++e) {
+                part.mid_nodes.points.push_back(curved.mesh.mid_nodes[EdgeId(e)].point);
                 part.mid_nodes.references.push_back(0);
             }
         }
@@ -160,19 +170,19 @@ Outcome<FilePart<D, 2>> QuadraticParts<D>::piece(std::size_t piece) const {
 }
 
 template <int D>
-Outcome<QuadraticMesh<D>> joined(const CurvedBlocks<D>& blocks, LinearMesh<D> linear, const Execution& execution) {
+Outcome<QuadraticMesh<D>> joined(const CurvedBlocks<D>& of, LinearMesh<D> linear, const Execution& execution) {
     return guarded([&]() -> Outcome<QuadraticMesh<D>> {
         Buffer<Vec<D>> points = take(std::move(linear.points));
-        Buffer<LagrangeNode<D>> nodes(blocks.first_edges.back());
-        for (std::size_t b = 0; b < blocks.curved.size(); ++b) {
-            const Block<D>& block = blocks.blocks.own[b];
-            const CurvedBlock<D>& curved = blocks.curved[b];
-            std::copy(curved.mesh.linear.points.begin() + block.first.index(),
-                      curved.mesh.linear.points.begin() + block.last.index(),
-                      points.begin() + static_cast<std::ptrdiff_t>(blocks.blocks.layout.first_vertices[b]));
+        Buffer<LagrangeNode<D>> nodes(of.first_edges.back());
+        for (std::size_t b = 0; b < of.curved.size(); ++b) {
+            const RingedPart<D>& part = of.parts.own[b];
+            const CurvedPart<D>& curved = of.curved[b];
+            std::copy(curved.mesh.linear.points.begin() + part.first.index(),
+                      curved.mesh.linear.points.begin() + part.last.index(),
+                      points.begin() + static_cast<std::ptrdiff_t>(of.parts.layout.first_vertices[b]));
             std::copy(curved.mesh.mid_nodes.begin() + curved.first_edge.index(),
                       curved.mesh.mid_nodes.begin() + curved.last_edge.index(),
-                      nodes.begin() + static_cast<std::ptrdiff_t>(blocks.first_edges[b]));
+                      nodes.begin() + static_cast<std::ptrdiff_t>(of.first_edges[b]));
         }
         linear.points = std::move(points);
         auto edges = unique_edges(linear, execution);

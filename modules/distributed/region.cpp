@@ -12,8 +12,9 @@ module camber.distributed;
 import camber.core;
 import camber.bezier;
 import camber.metric;
-import :block_state;
-import :blocks;
+import :moved_nodes;
+import :part_state;
+import :ringed_parts;
 import :ranks;
 import :region;
 import :routing;
@@ -31,34 +32,34 @@ struct ElementRow {
 };
 
 template <int D>
-ElementRow<D> row_of(const Block<D>& block, ElementId e) {
-    ElementRow<D> row{block.elements[e], {}, block.mesh.elements.references[e]};
-    for (int i = 0; i <= D; ++i) row.vertices[i] = block.vertices[block.mesh.elements.vertices[e][i]];
+ElementRow<D> row_of(const RingedPart<D>& part, ElementId e) {
+    ElementRow<D> row{part.elements[e], {}, part.mesh.elements.references[e]};
+    for (int i = 0; i <= D; ++i) row.vertices[i] = part.vertices[part.mesh.elements.vertices[e][i]];
     return row;
 }
 
-/// The given elements, from the blocks that own them, on all ranks: they are few, and the lowest says who repairs.
+/// The given elements, from the parts that own them, on all ranks: they are few, and the lowest says who repairs.
 template <int D>
-Outcome<std::vector<ElementRow<D>>> seeds_of(const Blocks<D>& blocks, const std::vector<GlobalNumber>& elements,
+Outcome<std::vector<ElementRow<D>>> seeds_of(const RingedParts<D>& parts, const std::vector<GlobalNumber>& elements,
                                              Ranks& ranks) {
     std::vector<ElementRow<D>> own;
-    for (const Block<D>& block : blocks.own)
-        for (std::size_t e = 0; e < block.elements.size(); ++e)
-            if (block.owns(block.mesh.elements.vertices[e]) && std::ranges::binary_search(elements, block.elements[e]))
-                own.push_back(row_of(block, ElementId(e)));
+    for (const RingedPart<D>& part : parts.own)
+        for (std::size_t e = 0; e < part.elements.size(); ++e)
+            if (part.owns(part.mesh.elements.vertices[e]) && std::ranges::binary_search(elements, part.elements[e]))
+                own.push_back(row_of(part, ElementId(e)));
     auto all = gather_all(ranks, Outcome<std::vector<ElementRow<D>>>(std::move(own)));
     if (all) std::ranges::sort(*all, {}, &ElementRow<D>::number);
     return all;
 }
 
-/// What is around these vertices, of all blocks, on the rank that asks: `mine` is empty on all others.
+/// What is around these vertices, of all parts, on the rank that asks: `mine` is empty on all others.
 template <int D>
-Outcome<std::vector<ElementRow<D>>> around_vertices(const Blocks<D>& blocks,
+Outcome<std::vector<ElementRow<D>>> around_vertices(const RingedParts<D>& parts,
                                                     std::span<const Incidence<ElementId>> balls,
                                                     const std::vector<GlobalNumber>& mine, std::size_t owner,
                                                     Ranks& ranks) {
     std::vector<std::vector<GlobalNumber>> of_ranks(ranks.size());
-    for (const GlobalNumber v : mine) of_ranks[blocks.layout.rank_of(blocks.layout.block_of(v))].push_back(v);
+    for (const GlobalNumber v : mine) of_ranks[parts.layout.rank_of(parts.layout.part_with(v))].push_back(v);
     std::vector<Bytes> to;
     to.reserve(of_ranks.size());
     for (const auto& some : of_ranks) to.push_back(bytes_of<GlobalNumber>(some));
@@ -68,10 +69,10 @@ Outcome<std::vector<ElementRow<D>>> around_vertices(const Blocks<D>& blocks,
     append_values((*asked)[owner], vertices);
     std::vector<ElementRow<D>> rows;
     for (const GlobalNumber v : vertices) {
-        const std::size_t b = blocks.layout.block_of(v) - blocks.layout.begin_of(ranks.rank());
-        const Block<D>& block = blocks.own[b];
-        const VertexId local(std::ranges::lower_bound(block.vertices, v) - block.vertices.begin());
-        for (const ElementId e : balls[b][local]) rows.push_back(row_of(block, e));
+        const std::size_t b = parts.layout.part_with(v) - parts.layout.begin_of(ranks.rank());
+        const RingedPart<D>& part = parts.own[b];
+        const VertexId local(std::ranges::lower_bound(part.vertices, v) - part.vertices.begin());
+        for (const ElementId e : balls[b][local]) rows.push_back(row_of(part, e));
     }
     std::vector<Bytes> back(ranks.size());
     back[owner] = bytes_of<ElementRow<D>>(rows);
@@ -98,7 +99,7 @@ std::vector<GlobalNumber> vertices_of(std::span<const ElementRow<D>> rows) {
     return vertices;
 }
 
-/// A vertex and an edge of a block, as their owner has them.
+/// A vertex and an edge of a part, as their owner has them.
 template <int D>
 struct VertexData {
     Vec<D> point;
@@ -112,15 +113,15 @@ struct EdgeData {
 };
 
 template <int D>
-Outcome<Done> take_vertices(const Blocks<D>& blocks, const std::vector<BlockState<D>>& states, Region<D>& region,
+Outcome<Done> take_vertices(const RingedParts<D>& parts, const std::vector<PartState<D>>& states, Region<D>& region,
                             Ranks& ranks) {
-    std::vector<ToBlock<GlobalNumber>> questions;
+    std::vector<ToPart<GlobalNumber>> questions;
     questions.reserve(region.vertices.size());
-    for (const GlobalNumber v : region.vertices) questions.push_back({blocks.layout.block_of(v), v});
-    const auto data = ask<VertexData<D>>(ranks, blocks.layout, questions, [&](std::size_t b, GlobalNumber number) {
-        const Block<D>& block = blocks.own[b];
-        const VertexId v(std::ranges::lower_bound(block.vertices, number) - block.vertices.begin());
-        return VertexData<D>{block.mesh.points[v], block.mesh.point_references[v],
+    for (const GlobalNumber v : region.vertices) questions.push_back({parts.layout.part_with(v), v});
+    const auto data = ask<VertexData<D>>(ranks, parts.layout, questions, [&](std::size_t b, GlobalNumber number) {
+        const RingedPart<D>& part = parts.own[b];
+        const VertexId v(std::ranges::lower_bound(part.vertices, number) - part.vertices.begin());
+        return VertexData<D>{part.mesh.points[v], part.mesh.point_references[v],
                              states[b].log_metrics.empty() ? LogMetric<D>{} : states[b].log_metrics[v.index()]};
     });
     if (!data) return fail(data.error());
@@ -137,24 +138,24 @@ Outcome<Done> take_vertices(const Blocks<D>& blocks, const std::vector<BlockStat
 }
 
 template <int D>
-Outcome<Done> take_edges(const Blocks<D>& blocks, const std::vector<BlockState<D>>& states, bool has_extension,
+Outcome<Done> take_edges(const RingedParts<D>& parts, const std::vector<PartState<D>>& states, bool has_extension,
                          bool has_back_nodes, Region<D>& region, Ranks& ranks) {
     using Ends = std::array<GlobalNumber, 2>;
-    std::vector<ToBlock<Ends>> questions;
+    std::vector<ToPart<Ends>> questions;
     for (const auto& [a, b] : region.mesh.edges.vertices) {
         const Ends ends{region.vertices[a.index()], region.vertices[b.index()]};
-        questions.push_back({blocks.layout.block_of(ends[0]), ends});
+        questions.push_back({parts.layout.part_with(ends[0]), ends});
     }
-    const auto data = ask<EdgeData<D>>(ranks, blocks.layout, questions, [&](std::size_t b, const Ends& ends) {
-        const Block<D>& block = blocks.own[b];
-        const BlockState<D>& state = states[b];
+    const auto data = ask<EdgeData<D>>(ranks, parts.layout, questions, [&](std::size_t b, const Ends& ends) {
+        const RingedPart<D>& part = parts.own[b];
+        const PartState<D>& state = states[b];
         const auto local = [&](GlobalNumber number) {
-            return VertexId(std::ranges::lower_bound(block.vertices, number) - block.vertices.begin());
+            return VertexId(std::ranges::lower_bound(part.vertices, number) - part.vertices.begin());
         };
         const std::size_t e = find_edge(state.mesh.edges, local(ends[0]), local(ends[1])).index();
         EdgeData<D> of{state.nodes[e], {}, {}, state.kinds[e]};
-        if (!state.extended.empty()) of.extended = state.extended[e];
-        if (!state.back_nodes.empty()) of.back_node = state.back_nodes[e];
+        if (state.extended.is_known()) of.extended = state.extended.at(state.mesh, EdgeId(e));
+        if (state.back_nodes.is_known()) of.back_node = state.back_nodes.at(state.mesh, EdgeId(e));
         return of;
     });
     if (!data) return fail(data.error());
@@ -174,17 +175,17 @@ Outcome<Done> take_edges(const Blocks<D>& blocks, const std::vector<BlockState<D
 }  // namespace
 
 template <int D>
-Outcome<Region<D>> region_around(const Blocks<D>& blocks, const std::vector<BlockState<D>>& states,
+Outcome<Region<D>> region_around(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
                                  const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks,
                                  const Execution& execution) {
-    auto rows = seeds_of(blocks, elements, ranks);
+    auto rows = seeds_of(parts, elements, ranks);
     if (!rows) return fail(rows.error());
     if (rows->empty()) return Region<D>{};
-    const std::size_t owner = blocks.layout.rank_of(blocks.layout.block_of(std::ranges::min(rows->front().vertices)));
+    const std::size_t owner = parts.layout.rank_of(parts.layout.part_with(std::ranges::min(rows->front().vertices)));
     const bool is_here = owner == ranks.rank();
     if (!is_here) rows->clear();
     std::vector<Incidence<ElementId>> around;
-    for (const BlockState<D>& state : states) {
+    for (const PartState<D>& state : states) {
         auto of = balls(state.mesh.linear, without_progress(execution));
         if (!of) return fail(of.error());
         around.push_back(std::move(*of));
@@ -194,7 +195,7 @@ Outcome<Region<D>> region_around(const Blocks<D>& blocks, const std::vector<Bloc
         const auto all = vertices_of<D>(*rows);
         std::vector<GlobalNumber> front;
         std::ranges::set_difference(all, asked, std::back_inserter(front));
-        const auto more = around_vertices<D>(blocks, around, front, owner, ranks);
+        const auto more = around_vertices<D>(parts, around, front, owner, ranks);
         if (!more) return fail(more.error());
         rows->insert(rows->end(), more->begin(), more->end());
         sort_rows(*rows);
@@ -216,25 +217,25 @@ Outcome<Region<D>> region_around(const Blocks<D>& blocks, const std::vector<Bloc
         region.elements.push_back(row.number);
     }
     region.mesh.linear.elements = {std::move(simplices), std::move(references), {}};
-    if (auto taken = take_vertices(blocks, states, region, ranks); !taken) return fail(taken.error());
+    if (auto taken = take_vertices(parts, states, region, ranks); !taken) return fail(taken.error());
     auto elevated = elevate(std::move(region.mesh.linear), without_progress(execution));
     if (!elevated) return fail(elevated.error());
     region.mesh = std::move(*elevated);
-    const auto have = [&](Buffer<LagrangeNode<D>> BlockState<D>::* rows_of) {
+    const auto have = [&](MovedNodes<D> PartState<D>::* rows_of) {
         std::vector<char> any{static_cast<char>(
-            std::ranges::any_of(states, [&](const BlockState<D>& s) { return !(s.*rows_of).empty(); }) ? 1 : 0)};
+            std::ranges::any_of(states, [&](const PartState<D>& s) { return (s.*rows_of).is_known(); }) ? 1 : 0)};
         return gather_all(ranks, Outcome<std::vector<char>>(std::move(any)));
     };
-    const auto extended = have(&BlockState<D>::extended), bent = have(&BlockState<D>::back_nodes);
+    const auto extended = have(&PartState<D>::extended), bent = have(&PartState<D>::back_nodes);
     if (!extended || !bent) return fail(extended ? bent.error() : extended.error());
     const auto any = [](const std::vector<char>& all) { return std::ranges::find(all, 1) != all.end(); };
-    if (auto taken = take_edges(blocks, states, any(*extended), any(*bent), region, ranks); !taken)
+    if (auto taken = take_edges(parts, states, any(*extended), any(*bent), region, ranks); !taken)
         return fail(taken.error());
     return region;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                         \
-    template Outcome<Region<D>> region_around<D>(const Blocks<D>&, const std::vector<BlockState<D>>&, \
+    template Outcome<Region<D>> region_around<D>(const RingedParts<D>&, const std::vector<PartState<D>>&, \
                                                  const std::vector<GlobalNumber>&, int, Ranks&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

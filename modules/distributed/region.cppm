@@ -5,8 +5,8 @@ module;
 module camber.distributed:region;
 import camber.core;
 import camber.metric;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :ranks;
 
 namespace camber {
@@ -14,19 +14,19 @@ namespace camber {
 /// Some elements of a mesh in blocks with all within some rings around them, on one rank; on others it is empty.
 template <int D>
 struct Region {
-    QuadraticMesh<D> mesh;  ///< without facets; nodes as the blocks have them
+    QuadraticMesh<D> mesh;  ///< without facets; nodes as the parts have them
     std::vector<GlobalNumber> vertices, elements;
     Buffer<std::uint8_t> outer;  ///< vertices not all of whose elements are here
     Buffer<LogMetric<D>> log_metrics;
     Column<EdgeKind> kinds;
-    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty where the blocks have none
+    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty where the parts have none
 
     [[nodiscard]] bool is_here() const { return !elements.empty(); }
 };
 
 /// Around these elements, of all ranks: all on the rank that has the lowest of them. Errors: of any rank.
 template <int D>
-[[nodiscard]] Outcome<Region<D>> region_around(const Blocks<D>& blocks, const std::vector<BlockState<D>>& states,
+[[nodiscard]] Outcome<Region<D>> region_around(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
                                                const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks,
                                                const Execution& execution);
 

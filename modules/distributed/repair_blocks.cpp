@@ -16,8 +16,8 @@ import camber.repair;
 import camber.surface;
 import camber.validity;
 import :block_run;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :ranks;
 import :region;
 import :repair_blocks;
@@ -173,7 +173,7 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
                            {}};
     const auto judged = validate(*straight, curved.proposal, options.min_scaled_jacobian, execution);
     if (!judged) return fail(judged.error());
-    const auto field = field_on(*straight, region.back_nodes, region.log_metrics, KeptGradients::all, execution);
+    const auto field = field_on(*straight, std::move(region.back_nodes), region.log_metrics, KeptGradients::all, execution);
     if (!field) return fail(field.error());
     const Column<LagrangeNode<D>> extended(Buffer<LagrangeNode<D>>(region.extended));
     const WantedNodes<D> wanted{curved, *around, extended, of.aim, &*field};
@@ -198,23 +198,23 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
 template <int D>
 void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
     for (std::size_t b = 0; b < of.states.size(); ++b) {
-        Block<D>& block = of.blocks.own[b];
-        BlockState<D>& state = of.states[b];
+        RingedPart<D>& part = of.parts.own[b];
+        PartState<D>& state = of.states[b];
         const auto local = [&](GlobalNumber v) -> std::optional<VertexId> {
-            const auto at = std::ranges::lower_bound(block.vertices, v);
-            if (at == block.vertices.end() || *at != v) return std::nullopt;
-            return VertexId(at - block.vertices.begin());
+            const auto at = std::ranges::lower_bound(part.vertices, v);
+            if (at == part.vertices.end() || *at != v) return std::nullopt;
+            return VertexId(at - part.vertices.begin());
         };
         Buffer<Vec<D>> points;
         for (const auto& move : moved.vertices) {
             const auto v = local(move.vertex);
             if (!v) continue;
-            if (points.empty()) points = Buffer<Vec<D>>(block.mesh.points.begin(), block.mesh.points.end());
+            if (points.empty()) points = Buffer<Vec<D>>(part.mesh.points.begin(), part.mesh.points.end());
             points[v->index()] = move.point;
         }
         if (!points.empty()) {
-            block.mesh.points = std::move(points);
-            state.mesh.linear.points = block.mesh.points;
+            part.mesh.points = std::move(points);
+            state.mesh.linear.points = part.mesh.points;
         }
         for (const auto& move : moved.nodes) {
             const auto a = local(move.ends[0]), c = local(move.ends[1]);
@@ -229,7 +229,7 @@ void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
 template <int D>
 Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& not_valid,
                                         const RepairOptions& options, Ranks& ranks, const Execution& execution) {
-    auto region = region_around(of.blocks, of.states, not_valid, rings_around, ranks, execution);
+    auto region = region_around(of.parts, of.states, not_valid, rings_around, ranks, execution);
     if (!region) return fail(region.error());
     Outcome<Moved<D>> moved{Moved<D>{}};
     if (region->is_here()) moved = repair_region(of, *region, options, execution);

@@ -5,18 +5,18 @@ module camber.distributed:repair_blocks;
 import camber.core;
 import camber.curving;
 import camber.repair;
-import :block_state;
-import :blocks;
+import :part_state;
+import :ringed_parts;
 import :ranks;
 import :whole_surface;
 
 namespace camber {
 
-/// What is known of blocks whose elements are to be repaired.
+/// What is known of parts whose elements are to be repaired.
 template <int D>
 struct RepairedBlocks {
-    Blocks<D>& blocks;
-    std::vector<BlockState<D>>& states;  ///< with the nodes that are wanted
+    RingedParts<D>& parts;
+    std::vector<PartState<D>>& states;  ///< with the nodes that are wanted
     const WholeSurface<D>& surface;
     CurvingAim aim;
 };

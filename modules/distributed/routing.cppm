@@ -7,33 +7,33 @@ module;
 #include <vector>
 export module camber.distributed:routing;
 import camber.core;
-import :blocks;
+import :ringed_parts;
 import :ranks;
 
 export namespace camber {
 
-/// Something for a block, wherever that is.
+/// Something for a part, wherever that is.
 template <class T>
-struct ToBlock {
-    std::uint64_t block = 0;
+struct ToPart {
+    std::uint64_t part = 0;
     T what;
 };
 
-/// Takes things to the ranks that hold their blocks: a list for each of this rank's, with what lower ranks sent first,
+/// Takes things to the ranks that hold their parts: a list for each of this rank's, with what lower ranks sent first,
 /// in the order in which it was given. Errors: of any rank.
 template <class T>
     requires std::is_trivially_copyable_v<T>
-[[nodiscard]] Outcome<std::vector<std::vector<T>>> route(Ranks& ranks, const BlockLayout& layout,
-                                                         Outcome<std::vector<ToBlock<T>>> things) {
+[[nodiscard]] Outcome<std::vector<std::vector<T>>> route(Ranks& ranks, const PartLayout& layout,
+                                                         Outcome<std::vector<ToPart<T>>> things) {
     Outcome<std::vector<Bytes>> to{std::vector<Bytes>{}};
     if (things) {
-        std::vector<std::vector<ToBlock<T>>> of_ranks(ranks.size());
+        std::vector<std::vector<ToPart<T>>> of_ranks(ranks.size());
         if (ranks.size() == 1)
             of_ranks.front() = std::move(*things);
         else
-            for (const auto& thing : *things) of_ranks[layout.rank_of(thing.block)].push_back(thing);
+            for (const auto& thing : *things) of_ranks[layout.rank_of(thing.part)].push_back(thing);
         for (auto& some : of_ranks) {
-            to->push_back(bytes_of<ToBlock<T>>(some));
+            to->push_back(bytes_of<ToPart<T>>(some));
             some = {};
         }
     } else
@@ -43,34 +43,34 @@ template <class T>
     const std::size_t begin = layout.begin_of(ranks.rank()), end = layout.end_of(ranks.rank());
     std::vector<std::vector<T>> received(end - begin);
     for (const Bytes& bytes : *from) {
-        std::vector<ToBlock<T>> some;
+        std::vector<ToPart<T>> some;
         append_values(bytes, some);
-        for (ToBlock<T>& thing : some) received[thing.block - begin].push_back(thing.what);
+        for (ToPart<T>& thing : some) received[thing.part - begin].push_back(thing.what);
     }
     return received;
 }
 
-/// Asks blocks: answer(own block, key) is called where the block is; one a question, in the order of the questions.
+/// Asks parts: answer(own part, key) is called where the part is; one a question, in the order of the questions.
 /// Errors: of any rank.
 template <class Answer, class Key, class F>
     requires std::is_trivially_copyable_v<Key> && std::is_trivially_copyable_v<Answer>
-[[nodiscard]] Outcome<std::vector<Answer>> ask(Ranks& ranks, const BlockLayout& layout,
-                                               const std::vector<ToBlock<Key>>& questions, const F& answer) {
-    std::vector<std::vector<ToBlock<Key>>> of_ranks(ranks.size());
-    for (const auto& question : questions) of_ranks[layout.rank_of(question.block)].push_back(question);
+[[nodiscard]] Outcome<std::vector<Answer>> ask(Ranks& ranks, const PartLayout& layout,
+                                               const std::vector<ToPart<Key>>& questions, const F& answer) {
+    std::vector<std::vector<ToPart<Key>>> of_ranks(ranks.size());
+    for (const auto& question : questions) of_ranks[layout.rank_of(question.part)].push_back(question);
     std::vector<Bytes> to;
     to.reserve(of_ranks.size());
-    for (const auto& some : of_ranks) to.push_back(bytes_of<ToBlock<Key>>(some));
+    for (const auto& some : of_ranks) to.push_back(bytes_of<ToPart<Key>>(some));
     auto asked = ranks.exchange(std::move(to));
     if (!asked) return fail(asked.error());
     std::vector<Bytes> answers;
     for (const Bytes& bytes : *asked) {
-        std::vector<ToBlock<Key>> some;
+        std::vector<ToPart<Key>> some;
         append_values(bytes, some);
         std::vector<Answer> given;
         given.reserve(some.size());
         for (const auto& question : some)
-            given.push_back(answer(question.block - layout.begin_of(ranks.rank()), question.what));
+            given.push_back(answer(question.part - layout.begin_of(ranks.rank()), question.what));
         answers.push_back(bytes_of<Answer>(given));
     }
     auto back = ranks.exchange(std::move(answers));
@@ -81,7 +81,7 @@ template <class Answer, class Key, class F>
     std::vector<Answer> out;
     out.reserve(questions.size());
     for (const auto& question : questions) {
-        const std::size_t r = layout.rank_of(question.block);
+        const std::size_t r = layout.rank_of(question.part);
         out.push_back(by_rank[r][next[r]++]);
     }
     return out;

@@ -10,7 +10,7 @@ module;
 #include <vector>
 module camber.distributed;
 import camber.core;
-import :blocks;
+import :ringed_parts;
 import :ranks;
 import :routing;
 import :rows;
@@ -20,7 +20,7 @@ namespace camber {
 
 namespace {
 
-/// Of a K-simplex, on its way to blocks.
+/// Of a K-simplex, on its way to parts.
 template <int K>
 struct SimplexRow {
     GlobalNumber row = 0;
@@ -76,20 +76,33 @@ Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const
     return first;
 }
 
-std::vector<std::size_t> first_blocks(std::size_t blocks, std::size_t ranks) {
-    std::vector<std::size_t> first;
-    for (std::size_t r = 0; r <= ranks; ++r) first.push_back(blocks * r / ranks);
-    return first;
+/// Blocks dealt out to ranks, and those of a rank to as few parts of like size as may be.
+PartLayout layout_of(std::vector<GlobalNumber> first_of_blocks, const BlockOptions& options, std::size_t ranks) {
+    PartLayout layout;
+    layout.first_of_blocks = std::move(first_of_blocks);
+    const std::size_t blocks = layout.blocks();
+    const std::size_t at_once = std::max<std::size_t>(1, options.elements_at_once / options.elements);
+    for (std::size_t r = 0; r < ranks; ++r) {
+        layout.first_parts.push_back(layout.first_vertices.size());
+        const Run own = run_of(blocks, r, ranks);
+        const std::size_t parts = (own.end - own.begin + at_once - 1) / at_once;
+        for (std::size_t p = 0; p < parts; ++p)
+            layout.first_vertices.push_back(
+                layout.first_of_blocks[own.begin + run_of(own.end - own.begin, p, parts).begin]);
+    }
+    layout.first_parts.push_back(layout.first_vertices.size());
+    layout.first_vertices.push_back(layout.first_of_blocks.back());
+    return layout;
 }
 
-/// The blocks of a simplex's vertices, each once.
+/// The parts of a simplex's vertices, each once.
 template <std::size_t N>
-void each_block_of(const BlockLayout& layout, const std::array<GlobalNumber, N>& vertices, const auto& visit) {
-    std::array<std::size_t, N> blocks{};
-    for (std::size_t i = 0; i < N; ++i) blocks[i] = layout.block_of(vertices[i]);
-    std::ranges::sort(blocks);
+void each_part_of(const PartLayout& layout, const std::array<GlobalNumber, N>& vertices, const auto& visit) {
+    std::array<std::size_t, N> parts{};
+    for (std::size_t i = 0; i < N; ++i) parts[i] = layout.part_with(vertices[i]);
+    std::ranges::sort(parts);
     for (std::size_t i = 0; i < N; ++i)
-        if (i == 0 || blocks[i] != blocks[i - 1]) visit(blocks[i]);
+        if (i == 0 || parts[i] != parts[i - 1]) visit(parts[i]);
 }
 
 /// Rising, each once.
@@ -100,24 +113,24 @@ void sort_rows(Buffer<SimplexRow<K>>& rows) {
     rows.erase(again.begin(), again.end());
 }
 
-/// All rows of one kind to the blocks of their vertices: read(begin, end) gives them.
+/// All rows of one kind to the parts of their vertices: read(begin, end) gives them.
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
-                                                       const BlockLayout& layout, Ranks& ranks, const Read& read) {
+                                                       const PartLayout& layout, Ranks& ranks, const Read& read) {
     std::vector<Buffer<SimplexRow<K>>> all(layout.end_of(ranks.rank()) - layout.begin_of(ranks.rank()));
     const Run own = run_of(n, ranks.rank(), ranks.size());
     const std::size_t chunks = chunks_of(n, ranks.size());
     for (std::size_t c = 0; c < chunks; ++c) {
         const Run chunk = run_of(own.end - own.begin, c, chunks);
-        const auto things = [&]() -> Outcome<std::vector<ToBlock<SimplexRow<K>>>> {
+        const auto things = [&]() -> Outcome<std::vector<ToPart<SimplexRow<K>>>> {
             const auto some = read(own.begin + chunk.begin, own.begin + chunk.end);
             if (!some) return fail(some.error());
-            std::vector<ToBlock<SimplexRow<K>>> out;
+            std::vector<ToPart<SimplexRow<K>>> out;
             for (std::size_t i = 0; i < some->vertices.size(); ++i) {
                 SimplexRow<K> row{own.begin + chunk.begin + i, {}, some->references[i]};
                 for (int v = 0; v <= K; ++v) row.vertices[v] = some->vertices[i][v].value;
                 row.required = std::ranges::binary_search(required, static_cast<std::uint32_t>(row.row)) ? 1 : 0;
-                each_block_of(layout, row.vertices, [&](std::size_t b) { out.push_back({b, row}); });
+                each_part_of(layout, row.vertices, [&](std::size_t b) { out.push_back({b, row}); });
             }
             return out;
         };
@@ -130,51 +143,51 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<
     return all;
 }
 
-/// A block that wants what is around a vertex of another.
+/// A part that wants what is around a vertex of another.
 struct Wish {
-    std::uint64_t block = 0;
+    std::uint64_t part = 0;
     GlobalNumber vertex = 0;
 };
 
-/// Of each own block the vertices of its first ring that are others', told to their owners.
+/// Of each own part the vertices of its first ring that are others', told to their owners.
 template <int D>
 Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexRow<D>>>& ring,
-                                               const BlockLayout& layout, Ranks& ranks) {
-    std::vector<ToBlock<Wish>> out;
+                                               const PartLayout& layout, Ranks& ranks) {
+    std::vector<ToPart<Wish>> out;
     for (std::size_t b = 0; b < ring.size(); ++b) {
-        const std::size_t block = layout.begin_of(ranks.rank()) + b;
+        const std::size_t part = layout.begin_of(ranks.rank()) + b;
         std::vector<GlobalNumber> others;
         for (const auto& row : ring[b])
             for (const GlobalNumber v : row.vertices)
-                if (v < layout.first_vertices[block] || v >= layout.first_vertices[block + 1]) others.push_back(v);
+                if (v < layout.first_vertices[part] || v >= layout.first_vertices[part + 1]) others.push_back(v);
         std::ranges::sort(others);
         others.erase(std::ranges::unique(others).begin(), others.end());
-        for (const GlobalNumber v : others) out.push_back({layout.block_of(v), {block, v}});
+        for (const GlobalNumber v : others) out.push_back({layout.part_with(v), {part, v}});
     }
     return route<Wish>(ranks, layout, std::move(out));
 }
 
-/// The most blocks that a rank has: so many turns go over all of them, one of each rank at a time.
-std::size_t turns_of(const BlockLayout& layout) {
+/// The most parts that a rank has: so many turns go over all of them, one of each rank at a time.
+std::size_t turns_of(const PartLayout& layout) {
     std::size_t most = 0;
-    for (std::size_t r = 0; r + 1 < layout.first_blocks.size(); ++r)
+    for (std::size_t r = 0; r + 1 < layout.first_parts.size(); ++r)
         most = std::max(most, layout.end_of(r) - layout.begin_of(r));
     return most;
 }
 
-/// Those of a block's simplices that others wish, each once for each of them.
+/// Those of a part's simplices that others wish, each once for each of them.
 template <int K>
-std::vector<ToBlock<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> rows, std::vector<Wish> wishes) {
-    std::ranges::sort(wishes, {}, [](const Wish& w) { return std::pair(w.vertex, w.block); });
-    std::vector<ToBlock<SimplexRow<K>>> out;
+std::vector<ToPart<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> rows, std::vector<Wish> wishes) {
+    std::ranges::sort(wishes, {}, [](const Wish& w) { return std::pair(w.vertex, w.part); });
+    std::vector<ToPart<SimplexRow<K>>> out;
     std::vector<std::uint64_t> told;
     for (const auto& row : rows) {
         told.clear();
         for (const GlobalNumber v : row.vertices)
-            for (const Wish& w : std::ranges::equal_range(wishes, v, {}, &Wish::vertex)) told.push_back(w.block);
+            for (const Wish& w : std::ranges::equal_range(wishes, v, {}, &Wish::vertex)) told.push_back(w.part);
         std::ranges::sort(told);
         told.erase(std::ranges::unique(told).begin(), told.end());
-        for (const std::uint64_t block : told) out.push_back({block, row});
+        for (const std::uint64_t part : told) out.push_back({part, row});
     }
     return out;
 }
@@ -182,13 +195,13 @@ std::vector<ToBlock<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> r
 /// The first ring with what is around its vertices: a ring more. Others ask for first rings alone.
 template <int K>
 Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vector<std::vector<Wish>>& wishes,
-                       const BlockLayout& layout, Ranks& ranks) {
+                       const PartLayout& layout, Ranks& ranks) {
     std::vector<std::size_t> first_rings;
     first_rings.reserve(rows.size());
     for (const auto& some : rows) first_rings.push_back(some.size());
     const std::size_t turns = turns_of(layout);
     for (std::size_t b = 0; b < turns; ++b) {
-        std::vector<ToBlock<SimplexRow<K>>> out;
+        std::vector<ToPart<SimplexRow<K>>> out;
         if (b < rows.size()) out = wished_rows<K>(std::span(rows[b]).first(first_rings[b]), wishes[b]);
         const auto received = route<SimplexRow<K>>(ranks, layout, std::move(out));
         if (!received) return fail(received.error());
@@ -236,9 +249,9 @@ Column<VertexId> local_list(const Column<VertexId>& list, std::span<const Global
     return local;
 }
 
-/// All of a block but the points of others.
+/// All of a part but the points of others.
 template <int D>
-Outcome<Block<D>> block_of(Buffer<SimplexRow<D>>& elements, Buffer<SimplexRow<D - 1>>& facets,
+Outcome<RingedPart<D>> part_of_rows(Buffer<SimplexRow<D>>& elements, Buffer<SimplexRow<D - 1>>& facets,
                            Buffer<SimplexRow<1>>& edges, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists) {
     std::vector<GlobalNumber> vertices(own.end - own.begin);
     std::iota(vertices.begin(), vertices.end(), GlobalNumber{own.begin});
@@ -256,25 +269,25 @@ Outcome<Block<D>> block_of(Buffer<SimplexRow<D>>& elements, Buffer<SimplexRow<D 
     auto points = rows.points(own.begin, own.end);
     if (!points) return fail(points.error());
     const auto first = static_cast<std::size_t>(std::ranges::lower_bound(vertices, own.begin) - vertices.begin());
-    Block<D> block;
+    RingedPart<D> part;
     Buffer<Vec<D>> places(vertices.size(), Vec<D>{});
     Buffer<Reference> references(vertices.size(), 0);
     std::ranges::copy(points->points, places.begin() + static_cast<std::ptrdiff_t>(first));
     std::ranges::copy(points->references, references.begin() + static_cast<std::ptrdiff_t>(first));
-    block.mesh.points = std::move(places);
-    block.mesh.point_references = std::move(references);
-    block.mesh.corners = local_list(lists.corners, vertices);
-    block.mesh.required_vertices = local_list(lists.required_vertices, vertices);
-    block.mesh.elements = std::move(of_elements.simplices);
-    block.mesh.facets = std::move(of_facets.simplices);
-    block.mesh.edges = std::move(of_edges.simplices);
-    block.elements = std::move(of_elements.numbers);
-    block.facets = std::move(of_facets.numbers);
-    block.edges = std::move(of_edges.numbers);
-    block.first = VertexId(first);
-    block.last = VertexId(first + (own.end - own.begin));
-    block.vertices = Buffer<GlobalNumber>(vertices.begin(), vertices.end());
-    return block;
+    part.mesh.points = std::move(places);
+    part.mesh.point_references = std::move(references);
+    part.mesh.corners = local_list(lists.corners, vertices);
+    part.mesh.required_vertices = local_list(lists.required_vertices, vertices);
+    part.mesh.elements = std::move(of_elements.simplices);
+    part.mesh.facets = std::move(of_facets.simplices);
+    part.mesh.edges = std::move(of_edges.simplices);
+    part.elements = std::move(of_elements.numbers);
+    part.facets = std::move(of_facets.numbers);
+    part.edges = std::move(of_edges.numbers);
+    part.first = VertexId(first);
+    part.last = VertexId(first + (own.end - own.begin));
+    part.vertices = Buffer<GlobalNumber>(vertices.begin(), vertices.end());
+    return part;
 }
 
 /// What is required is looked up.
@@ -298,29 +311,29 @@ struct PlacedPoint {
 
 /// The points of others, from them.
 template <int D>
-Outcome<Done> bring_points(Blocks<D>& blocks, Ranks& ranks) {
-    const BlockLayout& layout = blocks.layout;
-    std::vector<ToBlock<GlobalNumber>> questions;
-    for (const Block<D>& block : blocks.own)
-        for (std::size_t v = 0; v < block.vertices.size(); ++v)
-            if (!block.owns(VertexId(v))) questions.push_back({layout.block_of(block.vertices[v]), block.vertices[v]});
+Outcome<Done> bring_points(RingedParts<D>& parts, Ranks& ranks) {
+    const PartLayout& layout = parts.layout;
+    std::vector<ToPart<GlobalNumber>> questions;
+    for (const RingedPart<D>& part : parts.own)
+        for (std::size_t v = 0; v < part.vertices.size(); ++v)
+            if (!part.owns(VertexId(v))) questions.push_back({layout.part_with(part.vertices[v]), part.vertices[v]});
     const auto answers = ask<PlacedPoint<D>>(ranks, layout, questions, [&](std::size_t b, const GlobalNumber& number) {
-        const Block<D>& block = blocks.own[b];
-        const VertexId v(block.first.index() + (number - layout.first_vertices[layout.begin_of(ranks.rank()) + b]));
-        return PlacedPoint<D>{block.mesh.points[v], block.mesh.point_references[v]};
+        const RingedPart<D>& part = parts.own[b];
+        const VertexId v(part.first.index() + (number - layout.first_vertices[layout.begin_of(ranks.rank()) + b]));
+        return PlacedPoint<D>{part.mesh.points[v], part.mesh.point_references[v]};
     });
     if (!answers) return fail(answers.error());
     std::size_t next = 0;
-    for (Block<D>& block : blocks.own) {
-        auto points = take(std::move(block.mesh.points));
-        auto references = take(std::move(block.mesh.point_references));
+    for (RingedPart<D>& part : parts.own) {
+        auto points = take(std::move(part.mesh.points));
+        auto references = take(std::move(part.mesh.point_references));
         for (std::size_t v = 0; v < points.size(); ++v) {
-            if (block.owns(VertexId(v))) continue;
+            if (part.owns(VertexId(v))) continue;
             points[v] = (*answers)[next].point;
             references[v] = (*answers)[next++].reference;
         }
-        block.mesh.points = std::move(points);
-        block.mesh.point_references = std::move(references);
+        part.mesh.points = std::move(points);
+        part.mesh.point_references = std::move(references);
     }
     return Done{};
 }
@@ -328,19 +341,18 @@ Outcome<Done> bring_points(Blocks<D>& blocks, Ranks& ranks) {
 }  // namespace
 
 template <int D>
-Outcome<Blocks<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
+Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
                          const Execution& execution) {
-    return guarded([&]() -> Outcome<Blocks<D>> {
+    return guarded([&]() -> Outcome<RingedParts<D>> {
         if (options.elements == 0) return fail(ErrorKind::usage, "a block of no elements", {}, {}, "give at least 1");
         auto lists = rows.lists();
         if (!lists) return fail(lists.error());
         sort_required(*lists);
         auto first = first_vertices(rows, options, ranks);
         if (!first) return fail(first.error());
-        Blocks<D> blocks;
-        blocks.layout.first_vertices = std::move(*first);
-        blocks.layout.first_blocks = first_blocks(blocks.layout.size(), ranks.size());
-        const BlockLayout& layout = blocks.layout;
+        RingedParts<D> parts;
+        parts.layout = layout_of(std::move(*first), options, ranks.size());
+        const PartLayout& layout = parts.layout;
         const RowCounts counts = rows.counts();
         auto elements = first_ring<D>(counts.elements, lists->elements.required.view(), layout, ranks,
                                       [&](std::size_t b, std::size_t e) { return rows.elements(b, e); });
@@ -357,20 +369,20 @@ Outcome<Blocks<D>> split(const MeshRows<D>& rows, const BlockOptions& options, R
         if (auto added = add_ring<D - 1>(*facets, *wished, layout, ranks); !added) return fail(added.error());
         if (auto added = add_ring<1>(*edges, *wished, layout, ranks); !added) return fail(added.error());
         for (std::size_t b = 0; b < elements->size(); ++b) {
-            const std::size_t block = layout.begin_of(ranks.rank()) + b;
-            auto made = block_of<D>((*elements)[b], (*facets)[b], (*edges)[b],
-                                    {layout.first_vertices[block], layout.first_vertices[block + 1]}, rows, *lists);
+            const std::size_t part = layout.begin_of(ranks.rank()) + b;
+            auto made = part_of_rows<D>((*elements)[b], (*facets)[b], (*edges)[b],
+                                    {layout.first_vertices[part], layout.first_vertices[part + 1]}, rows, *lists);
             if (!made) return fail(made.error());
             made->mesh.groups = lists->groups;
-            blocks.own.push_back(std::move(*made));
+            parts.own.push_back(std::move(*made));
             report_progress(execution, b + 1, elements->size());
         }
-        if (auto brought = bring_points(blocks, ranks); !brought) return fail(brought.error());
-        return blocks;
+        if (auto brought = bring_points(parts, ranks); !brought) return fail(brought.error());
+        return parts;
     });
 }
 
-template Outcome<Blocks<2>> split<2>(const MeshRows<2>&, const BlockOptions&, Ranks&, const Execution&);
-template Outcome<Blocks<3>> split<3>(const MeshRows<3>&, const BlockOptions&, Ranks&, const Execution&);
+template Outcome<RingedParts<2>> split<2>(const MeshRows<2>&, const BlockOptions&, Ranks&, const Execution&);
+template Outcome<RingedParts<3>> split<3>(const MeshRows<3>&, const BlockOptions&, Ranks&, const Execution&);
 
 }  // namespace camber

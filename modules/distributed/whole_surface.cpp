@@ -11,7 +11,7 @@ module camber.distributed;
 import camber.core;
 import camber.bezier;
 import camber.recipes;
-import :blocks;
+import :ringed_parts;
 import :curve_blocks;
 import :rows;
 import :whole_surface;

@@ -5,7 +5,7 @@ module;
 export module camber.distributed:whole_surface;
 import camber.core;
 import camber.recipes;
-import :blocks;
+import :ringed_parts;
 import :curve_blocks;
 import :rows;
 

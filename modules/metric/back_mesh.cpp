@@ -95,10 +95,11 @@ Outcome<Done> check_rows(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& 
                 {}, {}, "give the metric of this mesh");
 }
 
-/// Adds the element's gradient times its volume, and the volume (both D! times), to a mean: det J ∇ξ_a are cofactors,
-/// and nothing is divided by. Slim elements are measured with care (see Frame).
+}  // namespace
+
+// det J ∇ξ_a are cofactors, and nothing is divided by. Slim elements are measured with care (see Frame).
 template <int D>
-void add_weighted_gradient(const StraightBack<D>& back, ElementId e, LogGradient<D>& sum, double& weight) {
+WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e) {
     const auto& v = back.mesh.elements.vertices[e];
     Mat<D> sides;
     double lengths_squared = 1;
@@ -111,18 +112,17 @@ void add_weighted_gradient(const StraightBack<D>& back, ElementId e, LogGradient
     if (!(lengths_squared < 1e8 * determinant * determinant)) {
         const Frame<D> frame(back.mesh, e);
         determinant = frame.determinant;
-        if (!(std::abs(determinant) > 0)) return;
+        if (!(std::abs(determinant) > 0)) return {};
         for (int a = 0; a < D; ++a) cofactor[a] = determinant * frame.gradient[a + 1];
     }
+    WeightedGradient<D> weighted{{}, std::abs(determinant)};
     const double sign = determinant < 0 ? -1 : 1;
     for (int a = 0; a < D; ++a) {
         const Sym<D> difference = back.log_metrics[v[a + 1]].l - back.log_metrics[v[0]].l;
-        for (int i = 0; i < D; ++i) sum[i] += (sign * cofactor[a][i]) * difference;
+        for (int i = 0; i < D; ++i) weighted.gradient[i] += (sign * cofactor[a][i]) * difference;
     }
-    weight += std::abs(determinant);
+    return weighted;
 }
-
-}  // namespace
 
 template <int D>
 Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back, const Incidence<ElementId>& balls,
@@ -130,7 +130,12 @@ Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back, cons
     return map_each(execution, back.mesh.points.size(), [&](std::size_t v) {
         LogGradient<D> sum{};
         double weight = 0;
-        for (const ElementId e : balls[v]) add_weighted_gradient<D>(back, e, sum, weight);
+        for (const ElementId e : balls[v]) {
+            const WeightedGradient<D> of_element = weighted_gradient(back, e);
+            if (!(of_element.volume > 0)) continue;
+            for (int i = 0; i < D; ++i) sum[i] += of_element.gradient[i];
+            weight += of_element.volume;
+        }
         if (weight > 0)
             for (Sym<D>& g : sum) g *= 1 / weight;
         return sum;
@@ -237,6 +242,7 @@ BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const
                                                             Column<LogMetric<D>>, const Execution&);                \
     template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&,              \
                                                     Column<LogMetric<D>>, const Execution&);                        \
+    template WeightedGradient<D> weighted_gradient<D>(const StraightBack<D>&, ElementId);                          \
     template Outcome<Buffer<LogGradient<D>>> mean_gradients<D>(const StraightBack<D>&, const Incidence<ElementId>&, \
                                                                const Execution&);                                   \
     template Outcome<BackMesh<D>> straight_back_mesh<D>(const BackMesh<D>&, Column<LogMetric<D>>);                  \

@@ -9,6 +9,7 @@ module camber.metric;
 import :ball_sums;
 import :packs;
 import :seen_gradients;
+import :straight_back;
 import camber.core;
 
 namespace camber {
@@ -20,10 +21,7 @@ using GradientPack = std::array<SymPack<D>, D>;
 
 /// What an element has to add at a corner to the mean there.
 template <int D>
-struct Part {
-    LogGradient<D> weighted;
-    double volume = 0;
-};
+using Part = WeightedGradient<D>;
 template <int D>
 using Parts = std::array<Part<D>, D + 1>;
 
@@ -39,10 +37,7 @@ double volume_of(const LinearMesh<D>& mesh, ElementId e) {
 /// In an element without curves the gradient is the field's own, and the map the identity.
 template <int D>
 void add_straight(const CurvedBack<D>& back, ElementId e, Parts<D>& parts) {
-    const double volume = volume_of(back.reference.mesh, e);
-    LogGradient<D> weighted = back.reference.gradient_in(e);
-    for (Sym<D>& g : weighted) g *= volume;
-    parts.fill({weighted, volume});
+    parts.fill(weighted_gradient(back.reference, e));
 }
 
 /// The eigen systems of log-metrics.
@@ -211,7 +206,7 @@ template <int D>
             for (int k = 0; k < sym_size<D>; ++k) {
                 const Pack weighted = volume * here[i].c[k];
                 for (std::size_t lane = 0; lane < n; ++lane)
-                    parts_of(begin + lane)[v].weighted[i].c[k] = weighted[lane];
+                    parts_of(begin + lane)[v].gradient[i].c[k] = weighted[lane];
             }
     }
 }
@@ -275,10 +270,10 @@ Outcome<Buffer<LogGradient<D>>> relative_gradients(const CurvedBack<D>& back, co
                 Part<D> sum{gradients[v.index()], volumes[v.index()]};
                 each_part([&](const Part<D>& part) {
                     if (!(part.volume > 0)) return;
-                    for (int i = 0; i < D; ++i) sum.weighted[i] += part.weighted[i];
+                    for (int i = 0; i < D; ++i) sum.gradient[i] += part.gradient[i];
                     sum.volume += part.volume;
                 });
-                gradients[v.index()] = sum.weighted;
+                gradients[v.index()] = sum.gradient;
                 volumes[v.index()] = sum.volume;
             });
         if (!summed) return fail(summed.error());

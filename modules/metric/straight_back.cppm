@@ -45,6 +45,15 @@ template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
 
+/// The gradient in an element times its volume, and the volume (both D! times).
+template <int D>
+struct WeightedGradient {
+    LogGradient<D> gradient{};
+    double volume = 0;
+};
+template <int D>
+[[nodiscard]] WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e);
+
 /// The gradients of a straight back mesh, of each vertex the mean over its ball, weighted by volume. Errors: memory,
 /// stopped.
 template <int D>

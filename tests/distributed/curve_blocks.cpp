@@ -46,9 +46,9 @@ std::vector<LagrangeNode<D>> nodes_of(const std::vector<Outcome<CurvedBlocks<D>>
     for (const auto& of_rank : made) {
         const CurvedBlocks<D>& blocks = must(of_rank);
         for (std::size_t b = 0; b < blocks.curved.size(); ++b) {
-            const CurvedBlock<D>& block = blocks.curved[b];
-            const Block<D>& of = blocks.blocks.own[b];
-            std::size_t number = blocks.first_edges[blocks.blocks.layout.block_of(of.vertices[of.first])];
+            const CurvedPart<D>& block = blocks.curved[b];
+            const RingedPart<D>& of = blocks.parts.own[b];
+            std::size_t number = blocks.first_edges[blocks.parts.layout.part_with(of.vertices[of.first])];
             for (EdgeId e = block.first_edge; e < block.last_edge; e = EdgeId(e.index() + 1))
                 nodes[number++] = block.mesh.mid_nodes[e];
         }
@@ -83,7 +83,7 @@ void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const Cur
     REQUIRE(nodes.size() == whole.mesh.edges.size());
     CHECK(nodes == nodes_of(three));
     const double farthest = farthest_of_chord(whole.mesh, nodes);
-    MESSAGE(mesh.elements.size(), " elements in ", must(one.front()).blocks.layout.size(), " blocks: ", farthest);
+    MESSAGE(mesh.elements.size(), " elements in ", must(one.front()).parts.layout.blocks(), " blocks: ", farthest);
     CHECK(farthest < tolerance);
     const BlocksValidation& after = must(one.front()).after;
     CHECK(after.invalid == whole.after.invalid);

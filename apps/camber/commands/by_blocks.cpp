@@ -155,7 +155,7 @@ class BlocksRun {
         if (const int error = keep_arrays_in_files(folder); error != 0)
             return fail(ErrorKind::write, "arrays cannot lie in files there: " + std::generic_category().message(error),
                         folder, {}, "write the mesh to a disk of this machine, or leave --memory out");
-        options_.after_block = [bound] {
+        options_.after_part = [bound] {
             if (static_cast<double>(resident_bytes()) > bound / 2) give_back_arrays();
         };
         return Done{};
@@ -278,7 +278,7 @@ class BlocksRun {
         run::ByBlocksReport report;
         report.dimension = D;
         report.ranks = host_.ranks->size();
-        report.blocks = curved.blocks.layout.size();
+        report.blocks = curved.parts.layout.blocks();
         report.elements_of_block = options_.blocks.elements;
         report.vertices = curved.counts.points;
         report.elements = curved.counts.elements;

@@ -4,18 +4,19 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-module camber.distributed:block_state;
+module camber.distributed:part_state;
 import camber.core;
 import camber.curving;
 import camber.metric;
-import :blocks;
+import :moved_nodes;
+import :ringed_parts;
 
 namespace camber {
 
-/// What is known of a block between two steps: rows of its vertices and unique edges, those in its rings as their
+/// What is known of a part between two steps: rows of its vertices and unique edges, those in its rings as their
 /// owners have them.
 template <int D>
-struct BlockState {
+struct PartState {
     QuadraticMesh<D> mesh;  ///< straight
     Incidence<ElementId> shells;
     OwnVertices owned;
@@ -24,10 +25,10 @@ struct BlockState {
     Column<EdgeKind> kinds_outside_planes;  ///< with edges within planes as of the volume
     Column<EdgeId> on_surface;              ///< the edge of the whole surface that each is; invalid: of the volume
     Buffer<LagrangeNode<D>> base;
-    Buffer<LagrangeNode<D>> extended;    ///< none: nothing is displaced
-    Buffer<LogMetric<D>> log_metrics;    ///< none: a field with a mesh of its own
-    Buffer<LagrangeNode<D>> back_nodes;  ///< of the field's mesh; none: straight
-    Buffer<Vec<D>> slides, offsets;
+    MovedNodes<D> extended;            ///< not known: nothing is displaced
+    Buffer<LogMetric<D>> log_metrics;  ///< none: a field with a mesh of its own
+    MovedNodes<D> back_nodes;          ///< of the field's mesh; not known: straight
+    Buffer<Vec<D>> slides, offsets;    ///< none: nothing moves
     Buffer<LagrangeNode<D>> nodes;
 
     [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }
@@ -42,9 +43,9 @@ struct BlockState {
 
 /// A column of each state, to be brought.
 template <int D, class T>
-[[nodiscard]] std::vector<std::span<T>> columns_of(std::vector<BlockState<D>>& states, Buffer<T> BlockState<D>::* of) {
+[[nodiscard]] std::vector<std::span<T>> columns_of(std::vector<PartState<D>>& states, Buffer<T> PartState<D>::* of) {
     std::vector<std::span<T>> columns;
-    for (BlockState<D>& state : states) columns.emplace_back(state.*of);
+    for (PartState<D>& state : states) columns.emplace_back(state.*of);
     return columns;
 }
 

@@ -1,0 +1,261 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.curving:extension_system;
+import camber.core;
+import :edge_energy;
+import :parts;
+
+/// The equations of extend_boundary, a row for each edge that has felt the displacement.
+namespace camber {
+
+/// Rows take part once their correction is this share of the tolerance.
+inline constexpr double joining = 0.1;
+
+/// `beside`: its residual is kept, but it has not been moved. `joined`: it moves from the next step on.
+enum class Row : std::uint8_t { beside, joined, moving };
+
+template <int D>
+Vec<D> chord_middle(const QuadraticMesh<D>& mesh, std::size_t e) {
+    const auto& [a, b] = mesh.edges.vertices[e];
+    return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
+}
+
+/// Rows that a loop takes at once, with their entries of the matrix.
+struct RowBlock {
+    std::size_t begin = 0, end = 0;
+    const EdgeId* columns = nullptr;
+    const double* values = nullptr;
+    std::vector<EdgeId> own_columns = {};  ///< where there are more than expected
+    std::vector<double> own_values = {};
+    std::vector<EdgeId> joined = {};  ///< in the last step
+};
+inline constexpr std::size_t block_rows = 256;
+inline constexpr std::size_t blocks_at_once = 4;
+
+/// Entries of the rows of a block, as they are assembled: of a row first its own, then those of edges that meet it,
+/// which two elements have, then those opposite, each of one element.
+struct Entries {
+    std::vector<EdgeId> columns = {};
+    std::vector<double> values = {};
+    std::vector<std::pair<EdgeId, double>> opposite = {};
+
+    void add_beside(std::size_t begin, EdgeId column, double value) {
+        std::size_t k = begin;
+        while (k < columns.size() && columns[k] != column) ++k;
+        if (k == columns.size()) columns.push_back(column), values.push_back(0);
+        values[k] += value;
+    }
+    void end_row() {
+        for (const auto& [column, value] : opposite) columns.push_back(column), values.push_back(value);
+        opposite.clear();
+    }
+};
+
+/// The rows of the matrix, an edge each, and their parts of the vectors. There is room for all edges; what is not used
+/// is never touched, and so no memory.
+template <int D>
+struct Rows {
+    std::size_t count = 0;
+    std::size_t entries = 0;
+    Buffer<EdgeId> edges;
+    Buffer<Row> state;
+    Buffer<double> inverse_diagonal, height;
+    Buffer<Vec<D>> u, residual, product;
+    Buffer<std::uint32_t> ends;  ///< of each row's entries in its block
+    Buffer<EdgeId> columns;
+    Buffer<double> values;
+
+    Rows(std::size_t n, std::size_t elements)
+        : edges(n),
+          state(n),
+          inverse_diagonal(n),
+          height(n),
+          u(n),
+          residual(n),
+          product(n),
+          ends(n),
+          columns(n + 3 * edges_per_simplex<D> * elements),
+          values(columns.size()) {}
+
+    [[nodiscard]] Vec<D> correction(std::size_t i) const { return inverse_diagonal[i] * residual[i]; }
+    /// Of the correction, as a share of the height.
+    [[nodiscard]] double size(std::size_t i) const { return norm(correction(i)) / height[i]; }
+};
+
+/// The system of equations, as far as the displacement has been felt: edges beyond have no row, and do not move.
+template <int D>
+struct ExtensionSystem {
+    const QuadraticMesh<D>& mesh;
+    const Column<EdgeKind>& kinds;
+    const Incidence<ElementId>& shells;
+    OwnVertices owned;
+    std::span<const LagrangeNode<D>> boundary_nodes;  ///< by edge; those of the volume do not count
+    Buffer<Vec<D>> direction;                         ///< by edge; at first what is given
+    Weighting weighting = {};
+    Buffer<std::uint32_t> began;        ///< by edge: in which round its row began, from 1; 0: it has none
+    Buffer<ElementEnergy<D>> energies;  ///< of the elements with a row; the others are never written
+    Rows<D> rows;
+    std::vector<RowBlock> blocks = {};
+    std::vector<std::vector<std::uint32_t>> of_runs = {};  ///< the blocks of each run of its own vertices
+    std::uint32_t round = 0;
+    std::vector<EdgeId> joined = {};  ///< in the last step
+
+    /// Whether the edge's row is this part's.
+    [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(mesh.edges.vertices[edge]); }
+
+    /// The part's volume edges of elements around these that had no row yet, rising.
+    Outcome<std::vector<EdgeId>> reach_out(std::span<const EdgeId> from, const Execution& execution) {
+        constexpr std::size_t grain = 1024;
+        std::vector<std::vector<EdgeId>> seen((from.size() + grain - 1) / grain);
+        auto looked = each_chunk(
+            execution, from.size(),
+            [&](std::size_t begin, std::size_t end) {
+                for (const EdgeId edge : from.subspan(begin, end - begin))
+                    for (const ElementId e : shells[edge])
+                        for (const EdgeId other : mesh.edges.of_elements[e])
+                            if (began[other.index()] == 0 && kinds[other] == EdgeKind::volume && owns(other))
+                                seen[begin / grain].push_back(other);
+            },
+            grain);
+        if (!looked) return fail(looked.error());
+        ++round;
+        std::vector<EdgeId> reached;
+        for (const auto& some : seen)
+            for (const EdgeId edge : some)
+                if (began[edge.index()] == 0) began[edge.index()] = round, reached.push_back(edge);
+        std::sort(reached.begin(), reached.end());
+        return reached;
+    }
+
+    /// Whether of all rows around the element, this edge's is the first: so each element is computed once.
+    [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
+        const auto& edges = mesh.edges.of_elements[e];
+        return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
+            const std::uint32_t in = began[other.index()];
+            return in == 0 || (in == round && edge <= other);
+        });
+    }
+
+    void begin_row(std::size_t i, EdgeId edge, Entries& entries) {
+        const std::size_t begin = entries.columns.size();
+        double height = std::numeric_limits<double>::infinity();
+        entries.columns.push_back(edge);
+        entries.values.push_back(0);
+        for (const ElementId e : shells[edge]) {
+            const auto& edges = mesh.edges.of_elements[e];
+            const ElementEnergy<D>& energy = energies[e.index()];
+            const int own = local_edge<D>(edges, edge);
+            each_row_entry<D>(energy.gradients, own, [&](int k, double value) {
+                if (k == own)
+                    entries.values[begin] += value;
+                else if (D == 3 && k == edges_beside<D>[own].opposite)
+                    entries.opposite.emplace_back(edges[k], value);
+                else
+                    entries.add_beside(begin + 1, edges[k], value);
+            });
+            height = std::min(height, energy.height);
+        }
+        entries.end_row();
+        const double diagonal = entries.values[begin];
+        rows.edges[i] = edge;
+        rows.state[i] = Row::beside;
+        rows.inverse_diagonal[i] = diagonal > 0 ? 1 / diagonal : 0;
+        rows.height[i] = height;
+        rows.u[i] = rows.residual[i] = {};
+        rows.ends[i] = static_cast<std::uint32_t>(entries.columns.size());
+    }
+
+    /// The rows of a block, with room for so many entries from `room` on.
+    void begin_block(RowBlock& block, std::span<const EdgeId> edges, std::size_t room, std::size_t expected) {
+        Entries entries;
+        entries.columns.reserve(expected);
+        entries.values.reserve(expected);
+        for (std::size_t k = 0; k < edges.size(); ++k) begin_row(block.begin + k, edges[k], entries);
+        if (entries.columns.size() > expected) {
+            block.own_columns = std::move(entries.columns);
+            block.own_values = std::move(entries.values);
+            block.columns = block.own_columns.data();
+            block.values = block.own_values.data();
+            return;
+        }
+        std::copy(entries.columns.begin(), entries.columns.end(), rows.columns.data() + room);
+        std::copy(entries.values.begin(), entries.values.end(), rows.values.data() + room);
+        block.columns = rows.columns.data() + room;
+        block.values = rows.values.data() + room;
+    }
+
+    /// All around these edges gets a row.
+    Outcome<Done> begin_rows_around(std::span<const EdgeId> from, const Execution& execution) {
+        const auto reached = reach_out(from, execution);
+        if (!reached) return fail(reached.error());
+        const std::span<const EdgeId> edges(*reached);
+        auto computed = each(execution, edges.size(), [&](std::size_t i) {
+            for (const ElementId e : shells[edges[i]])
+                if (is_first_of(edges[i], e)) energies[e.index()] = element_energy<D>(mesh.linear, e, weighting);
+        });
+        if (!computed) return fail(computed.error());
+        const std::size_t first = blocks.size(), before = rows.count;
+        const std::vector<std::size_t> room = begin_blocks(edges);
+        return each(
+            execution, blocks.size() - first,
+            [&](std::size_t b) {
+                RowBlock& block = blocks[first + b];
+                begin_block(block, edges.subspan(block.begin - before, block.end - block.begin), room[b],
+                            room[b + 1] - room[b]);
+            },
+            1);
+    }
+
+    /// Blocks of the rows of these edges, which rise, and so do their runs: none is of two. Where each has its entries.
+    std::vector<std::size_t> begin_blocks(std::span<const EdgeId> edges) {
+        of_runs.resize(owned.runs());
+        const auto run_of = [&](EdgeId edge) { return owned.run_of(mesh.edges.vertices[edge][0]); };
+        std::vector<std::size_t> room;
+        for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+            room.push_back(rows.entries);
+            const std::size_t run = run_of(edges[begin]);
+            for (; end < edges.size() && end < begin + block_rows && run_of(edges[end]) == run; ++end)
+                rows.entries += 1 + 3 * shells[edges[end]].size();  // if closed
+            of_runs[run].push_back(static_cast<std::uint32_t>(blocks.size()));
+            blocks.push_back({rows.count + begin, rows.count + end});
+        }
+        room.push_back(rows.entries);
+        rows.count += edges.size();
+        return room;
+    }
+
+    /// Of each run the sum over its blocks: accumulate(value, block).
+    template <class T>
+    Outcome<std::vector<T>> reduce_runs(const Execution& execution, const auto& accumulate) {
+        of_runs.resize(owned.runs());
+        std::vector<T> sums;
+        for (const std::vector<std::uint32_t>& of_run : of_runs) {
+            auto sum = reduce_each(
+                execution, of_run.size(), T{}, [&](T& value, std::size_t i) { accumulate(value, blocks[of_run[i]]); },
+                [](const T& a, const T& b) { return a + b; }, blocks_at_once);
+            if (!sum) return fail(sum.error());
+            sums.push_back(*sum);
+        }
+        return sums;
+    }
+
+    /// visit(row, A x) for each row of a block, x by edge.
+    template <class Visit>
+    void each_product(const RowBlock& block, std::span<const Vec<D>> x, const Visit& visit) const {
+        std::size_t k = 0;
+        for (std::size_t i = block.begin; i < block.end; ++i) {
+            Vec<D> sum;
+            for (const std::size_t end = rows.ends[i]; k < end; ++k)
+                sum += block.values[k] * x[block.columns[k].index()];
+            visit(i, sum);
+        }
+    }
+};
+
+}  // namespace camber
