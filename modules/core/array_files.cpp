@@ -1,4 +1,5 @@
 module;
+#include <atomic>
 #include <cstddef>
 #include <map>
 #include <mutex>
@@ -7,6 +8,7 @@ module;
 #ifdef __linux__
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -25,8 +27,13 @@ constexpr std::size_t smallest = std::size_t{1} << 18U;
 
 struct ArrayFiles {
     std::mutex mutex;
-    std::string folder;  ///< empty: none lie in files
-    std::map<void*, std::size_t> arrays;
+    std::string folder;                ///< empty: arrays are made in memory
+    std::atomic<bool> is_used = false;  ///< ever
+    struct Array {
+        std::size_t bytes = 0;
+        int file = -1;
+    };
+    std::map<void*, Array> arrays;
 };
 ArrayFiles& files() {
     static ArrayFiles all;
@@ -36,54 +43,78 @@ ArrayFiles& files() {
 /// -1: errno says why.
 int open_nameless(const std::string& folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
 
+/// Each array keeps its file open.
+void allow_many_files() {
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+    limit.rlim_cur = limit.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 }  // namespace
 
 int keep_arrays_in_files(const std::string& folder) {
-    const int file = open_nameless(folder);
-    if (file < 0) return errno;
-    ::close(file);
+    if (!folder.empty()) {
+        const int file = open_nameless(folder);
+        if (file < 0) return errno;
+        ::close(file);
+        allow_many_files();
+        files().is_used = true;
+    }
     const std::scoped_lock lock(files().mutex);
     files().folder = folder;
     return 0;
 }
 
 void* allocate_in_file(std::size_t bytes) {
-    if (bytes < smallest || files().folder.empty()) return nullptr;
-    const int file = open_nameless(files().folder);
+    if (bytes < smallest || !files().is_used) return nullptr;
+    std::string folder;
+    {
+        const std::scoped_lock lock(files().mutex);
+        folder = files().folder;
+    }
+    if (folder.empty()) return nullptr;
+    const int file = open_nameless(folder);
     if (file < 0) throw std::bad_alloc();
     void* array = MAP_FAILED;
     if (::ftruncate(file, static_cast<off_t>(bytes)) == 0)
         array = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
-    ::close(file);
-    if (array == MAP_FAILED) throw std::bad_alloc();
+    if (array == MAP_FAILED) {
+        ::close(file);
+        throw std::bad_alloc();
+    }
     const std::scoped_lock lock(files().mutex);
-    files().arrays.emplace(array, bytes);
+    files().arrays.emplace(array, ArrayFiles::Array{bytes, file});
     return array;
 }
 
 bool release_in_file(void* array) {
-    if (files().folder.empty()) return false;
-    std::size_t bytes = 0;
+    if (!files().is_used) return false;
+    ArrayFiles::Array gone;
     {
         const std::scoped_lock lock(files().mutex);
         const auto at = files().arrays.find(array);
         if (at == files().arrays.end()) return false;
-        bytes = at->second;
+        gone = at->second;
         files().arrays.erase(at);
     }
-    ::munmap(array, bytes);
+    ::munmap(array, gone.bytes);
+    ::close(gone.file);
     return true;
 }
 
 void give_back_arrays() {
     const std::scoped_lock lock(files().mutex);
-    for (const auto& [array, bytes] : files().arrays) ::madvise(array, bytes, MADV_PAGEOUT);
+    for (const auto& [array, of] : files().arrays) {
+        ::madvise(array, of.bytes, MADV_DONTNEED);  // of a file's pages: what is written stays with the file
+        ::sync_file_range(of.file, 0, 0, SYNC_FILE_RANGE_WRITE);
+    }
 }
 
 std::size_t bytes_in_files() {
     const std::scoped_lock lock(files().mutex);
     std::size_t sum = 0;
-    for (const auto& [array, bytes] : files().arrays) sum += bytes;
+    for (const auto& [array, of] : files().arrays) sum += of.bytes;
     return sum;
 }
 

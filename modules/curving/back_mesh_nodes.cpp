@@ -76,28 +76,24 @@ template <int D>
 Outcome<Done> limit_to_back_mesh(std::span<const PartNodes<D>> parts, BetweenParts<D>& between,
                                  const Execution& execution) {
     return guarded([&]() -> Outcome<Done> {
-        std::vector<Buffer<LagrangeNode<D>>> middles;
         std::vector<Buffer<Vec<D>>> displacements;
         std::vector<PartOffsets<D>> offsets;
         for (const PartNodes<D>& of : parts) {
-            auto middle = map_each(part_of(execution, 0, 0.25), of.nodes.size(),
-                                   [&](std::size_t e) { return middle_of(of.mesh, e); });
-            if (!middle) return fail(middle.error());
-            auto displaced = displacements_of<D>(of.mesh, of.nodes, part_of(execution, 0.25, 0.5));
+            auto displaced = displacements_of<D>(of.mesh, of.nodes, part_of(execution, 0, 0.5));
             if (!displaced) return fail(displaced.error());
-            middles.push_back(std::move(*middle));
             displacements.push_back(std::move(*displaced));
         }
         offsets.reserve(parts.size());
         for (std::size_t p = 0; p < parts.size(); ++p)
-            offsets.push_back({parts[p].mesh, middles[p], parts[p].shells, parts[p].owned, displacements[p]});
+            offsets.push_back({parts[p].mesh, {}, parts[p].shells, parts[p].owned, displacements[p]});
         const auto limited = limit_by_jacobian<D>(offsets, min_back_jacobian, between, part_of(execution, 0.5, 0.8));
         if (!limited) return fail(limited.error());
         for (std::size_t p = 0; p < parts.size(); ++p) {
             const std::span<LagrangeNode<D>> nodes = parts[p].nodes;
             auto done = each(part_of(execution, 0.8, 1), nodes.size(), [&](std::size_t e) {
                 const Vec<D>& u = displacements[p][e];
-                if (u != nodes[e].point - middles[p][e].point) nodes[e] = {middles[p][e].point + u};
+                const Vec<D> middle = middle_of(parts[p].mesh, e).point;
+                if (u != nodes[e].point - middle) nodes[e] = {middle + u};
             });
             if (!done) return done;
         }

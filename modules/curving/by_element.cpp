@@ -37,7 +37,7 @@ class Elements {
         Form element;
         for (int i = 0; i <= K; ++i) element.nodes[i] = mesh_.linear.points[vertices[i]];
         for (int k = 0; k < edges_per_simplex<K>; ++k)
-            element.nodes[K + 1 + k] = base_[edges[k].index()].point + share * offsets_[edges[k].index()];
+            element.nodes[K + 1 + k] = base_of(edges[k]) + share * offsets_[edges[k].index()];
         return element;
     }
 
@@ -74,6 +74,11 @@ class Elements {
     }
 
   private:
+    [[nodiscard]] Vec<D> base_of(EdgeId edge) const {
+        if (!base_.empty()) return base_[edge.index()].point;
+        const auto& [a, b] = mesh_.edges.vertices[edge];
+        return midpoint(mesh_.linear.points[a], mesh_.linear.points[b]);
+    }
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
@@ -102,22 +107,31 @@ void each_looked_at(const Elements<3, 2>& triangles, std::span<const ElementId> 
         visit(i, low_jacobian(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
 }
 
-/// Of the elements looked at.
+/// An element that does not bear its offsets, and the share of them that it bears.
+struct Share {
+    ElementId element;
+    double share = 1;
+};
+/// Of the elements looked at, in their order.
 template <int D, int K>
-Outcome<Buffer<double>> shares_of(const Elements<D, K>& elements, std::span<const ElementId> looked_at, double least,
-                                  const Execution& execution) {
-    return guarded([&]() -> Outcome<Buffer<double>> {
-        Buffer<double> shares(looked_at.size());
-        return each_chunk(
-                   execution, looked_at.size(),
-                   [&](std::size_t begin, std::size_t end) {
-                       each_looked_at(elements, looked_at, begin, end, [&](std::size_t i, const LowJacobian& jacobian) {
-                           shares[i] =
-                               Elements<D, K>::bears(jacobian, least) ? 1 : elements.share(looked_at[i].index(), least);
-                       });
-                   })
-            .map([&](Done) { return std::move(shares); });
-    });
+Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<const ElementId> looked_at,
+                                      double least, const Execution& execution) {
+    constexpr std::size_t grain = 4096;
+    std::vector<std::vector<Share>> of_chunks((looked_at.size() + grain - 1) / grain);
+    auto looked = each_chunk(
+        execution, looked_at.size(),
+        [&](std::size_t begin, std::size_t end) {
+            each_looked_at(elements, looked_at, begin, end, [&](std::size_t i, const LowJacobian& jacobian) {
+                if (Elements<D, K>::bears(jacobian, least)) return;
+                const double share = elements.share(looked_at[i].index(), least);
+                if (share != 1) of_chunks[begin / grain].push_back({looked_at[i], share});
+            });
+        },
+        grain);
+    if (!looked) return fail(looked.error());
+    std::vector<Share> shares;
+    for (const auto& some : of_chunks) shares.insert(shares.end(), some.begin(), some.end());
+    return shares;
 }
 
 /// A part's offsets, and what is to be looked at of it.
@@ -135,14 +149,12 @@ class PartLimit {
         const auto shares = shares_of(elements_, looked_at_, least_, execution);
         if (!shares) return fail(shares.error());
         SparseMap<EdgeId, double> asked;
-        for (std::size_t i = 0; i < looked_at_.size(); ++i) {
-            if ((*shares)[i] == 1) continue;
-            for (const EdgeId edge : elements_.edges_of(looked_at_[i].index())) {
+        for (const auto& [element, share] : *shares)
+            for (const EdgeId edge : elements_.edges_of(element.index())) {
                 if (!owns(edge)) continue;
                 const double* before = asked.find(edge);
-                asked.at(edge) = std::min(before ? *before : 1.0, (*shares)[i]);
+                asked.at(edge) = std::min(before ? *before : 1.0, share);
             }
-        }
         std::vector<EdgeId> limited;
         for (const EdgeId edge : asked.keys()) {
             Vec<D>& offset = given_.offsets[edge.index()];

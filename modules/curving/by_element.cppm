@@ -25,7 +25,7 @@ template <int D>
 template <int D>
 struct PartOffsets {
     const QuadraticMesh<D>& mesh;
-    std::span<const LagrangeNode<D>> base;
+    std::span<const LagrangeNode<D>> base;  ///< none: the middles of chords
     const Incidence<ElementId>& shells;
     OwnVertices owned;
     std::span<Vec<D>> offsets;

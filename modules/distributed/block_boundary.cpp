@@ -46,7 +46,7 @@ Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const R
     const auto& ends = state.mesh.edges.vertices;
     Buffer<EdgeKind> kinds(ends.size(), EdgeKind::volume);
     Buffer<EdgeId> on_surface(ends.size(), EdgeId{});
-    state.base = Buffer<LagrangeNode<D>>(state.mesh.mid_nodes.begin(), state.mesh.mid_nodes.end());
+    state.base = straight_nodes(state.mesh);
     const std::vector<VertexId> vertices = surface.places_of(part.vertices.view());
     for (std::size_t e = 0; e < ends.size(); ++e) {
         const VertexId a = vertices[ends[e][0].index()], b = vertices[ends[e][1].index()];
@@ -67,7 +67,7 @@ template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {
     std::vector<ExtensionPart<D>> parts;
-    auto begun = run.each_part(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
+    auto begun = run.each_part_keeping(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, state.base, state.shells, state.owned,
                                            without_progress(execution));
         if (!part) return fail(part.error());
@@ -151,10 +151,13 @@ Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution) {
             if (s.input.kinds[e] != EdgeKind::volume && s.input.base[e] != s.mesh.mid_nodes[e]) return false;
         return true;
     };
-    if (straight()) return Done{};
+    const auto let_base_go = [&] {
+        for (PartState<D>& state : run.states) state.base = {};
+    };
+    if (straight()) return let_base_go(), Done{};
     if (D == 3)
         if (auto done = extend_in_planes(run, part_of(execution, 0, 0.5)); !done) return done;
-    if (run.options.curving.curve.back_mesh != BackMeshKind::curved) return Done{};
+    if (run.options.curving.curve.back_mesh != BackMeshKind::curved) return let_base_go(), Done{};
     run.is_displaced = true;
     auto nodes = extended_nodes(run, &PartState<D>::kinds, part_of(execution, 0.5, 1));
     if (!nodes) return fail(nodes.error());
@@ -162,10 +165,9 @@ Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution) {
     if (auto brought = bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns); !brought) return brought;
     for (std::size_t p = 0; p < run.states.size(); ++p) {
         run.states[p].extended = {run.states[p].mesh, (*nodes)[p]};
-        run.states[p].base = {};
         (*nodes)[p] = {};
     }
-    return Done{};
+    return let_base_go(), Done{};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                   \

@@ -56,7 +56,9 @@ Outcome<Done> metric_of(const BlockRun<D>& run, PartState<D>& state, const Ringe
     return Done{};
 }
 
-/// Edges of the volume start at these nodes, others are where the surface has them.
+
+}  // namespace
+
 template <int D>
 Buffer<LagrangeNode<D>> starting_at(const PartState<D>& state, const WholeSurface<D>& surface,
                                     const MovedNodes<D>& nodes) {
@@ -66,8 +68,6 @@ Buffer<LagrangeNode<D>> starting_at(const PartState<D>& state, const WholeSurfac
             base[e] = surface.input.base[at];
     return base;
 }
-
-}  // namespace
 
 /// The field on a part of the mesh, of which some of its vertices and edges are.
 template <int D>
@@ -102,7 +102,7 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
         return brought;
     if (!run.is_displaced) return Done{};
     std::vector<Buffer<LagrangeNode<D>>> back_nodes;
-    done = run.each_part(part_of(execution, 0.6, 0.8), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
+    done = run.each_part_keeping(part_of(execution, 0.6, 0.8), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         const Column<LogMetric<D>> logs(Buffer<LogMetric<D>>(state.log_metrics));
         auto nodes =
             noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
@@ -123,7 +123,6 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
         PartState<D>& state = run.states[p];
         state.back_nodes = {state.mesh, back_nodes[p]};
         back_nodes[p] = {};
-        if (state.base.empty()) state.base = starting_at(state, run.by->surface, state.extended);
     }
     return Done{};
 }
@@ -131,6 +130,8 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
 #define CAMBER_INSTANTIATE(D)                                                                                \
     template Outcome<BackMesh<D>> field_on<D>(const QuadraticMesh<D>&, Buffer<LagrangeNode<D>>,              \
                                               const Buffer<LogMetric<D>>&, KeptGradients, const Execution&); \
+    template Buffer<LagrangeNode<D>> starting_at<D>(const PartState<D>&, const WholeSurface<D>&,             \
+                                                    const MovedNodes<D>&);                                   \
     template Outcome<BackMesh<D>> field_of<D>(const PartState<D>&, KeptGradients, const Execution&);        \
     template Outcome<Done> make_metric<D>(BlockRun<D>&, const Execution&);
 

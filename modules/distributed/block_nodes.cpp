@@ -21,6 +21,7 @@ import :part_state;
 import :ringed_parts;
 import :curve_blocks;
 import :halo;
+import :moved_nodes;
 import :ranks;
 import :repair_blocks;
 import :rows;
@@ -39,9 +40,12 @@ Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
         if (!field) return fail(field.error());
         CurveOptions edges = run.by->edges;
         edges.measured = MeasuredEdges::none;
-        auto curved =
-            camber::curve(state.mesh, state.own_kinds(), Column<LagrangeNode<D>>(Buffer<LagrangeNode<D>>(state.base)),
-                          state.shells, *field, edges, quiet);
+        QuadraticMesh<D> mesh = state.mesh;
+        mesh.mid_nodes = straight_nodes(mesh);
+        const Column<LagrangeNode<D>> base(state.base.empty() ? starting_at(state, run.by->surface, state.extended)
+                                                              : std::move(state.base));
+        state.base = {};
+        auto curved = camber::curve(mesh, state.own_kinds(), base, state.shells, *field, edges, quiet);
         if (!curved) return fail(curved.error());
         run.out.statistics += curved->statistics;
         state.nodes = take(std::move(curved->proposal.mid_nodes));
@@ -116,7 +120,7 @@ void place_nodes(BlockRun<D>& run, PartState<D>& state) {
         state.nodes[e].point += state.offsets[e];
         if (!state.owns(EdgeId(e))) continue;
         ++run.out.statistics.volume_edges;
-        run.out.statistics.curved_edges += state.nodes[e] != state.mesh.mid_nodes[e] ? 1 : 0;
+        run.out.statistics.curved_edges += state.nodes[e] != straight_node(state.mesh, EdgeId(e)) ? 1 : 0;
     }
     state.offsets = {};
 }
@@ -141,6 +145,7 @@ Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
         return Done{};
     });
     if (!done) return done;
+    for (PartState<D>& state : run.states) state.base = starting_at(state, run.by->surface, state.extended);
     if (done = slide_nodes(run, part_of(execution, 0.6, 0.7)); !done) return done;
     if (done = limit_offsets(run, &PartState<D>::offsets, part_of(execution, 0.7, 0.95)); !done) return done;
     return run.each_part(part_of(execution, 0.95, 1), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {

@@ -10,6 +10,7 @@ import camber.core;
 import camber.curving;
 import camber.metric;
 import camber.recipes;
+import :moved_nodes;
 import :part_state;
 import :ringed_parts;
 import :curve_blocks;
@@ -41,13 +42,25 @@ struct BlockRun {
     std::vector<GlobalNumber> not_valid = {};  ///< elements of this rank, rising
     bool is_displaced = false;                 ///< so that there is an extension, of whichever parts
 
-    /// f of each part here.
+    /// f of each part here: of what it makes the part's state is kept.
     Outcome<Done> each_part(const Execution& execution, const auto& f) {
-        for (std::size_t b = 0; b < states.size(); ++b) {
-            auto done = f(states[b], out.parts.own[b]);
+        if (!options.memory.before) return each_part_keeping(execution, f);
+        return each_part_keeping(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
+            const std::vector<const void*> before = arrays_of(state);
+            options.memory.before();
+            auto done = f(state, part);
+            options.memory.after();
+            if (done) made_anew(state, before);
+            return done;
+        });
+    }
+    /// f of each part here, which makes what is kept beside the states.
+    Outcome<Done> each_part_keeping(const Execution& execution, const auto& f) {
+        for (std::size_t p = 0; p < states.size(); ++p) {
+            auto done = f(states[p], out.parts.own[p]);
             if (!done) return fail(done.error());
-            if (options.after_part) options.after_part();
-            report_progress(execution, b + 1, states.size());
+            if (options.memory.leave) options.memory.leave();
+            report_progress(execution, p + 1, states.size());
         }
         return Done{};
     }
@@ -83,6 +96,11 @@ template <int D>
 /// The metric at the vertices, and the nodes of the mesh that it is read in.
 template <int D>
 [[nodiscard]] Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution);
+
+/// Where edges start: those of the volume at these nodes, others where the surface has them.
+template <int D>
+[[nodiscard]] Buffer<LagrangeNode<D>> starting_at(const PartState<D>& state, const WholeSurface<D>& surface,
+                                                  const MovedNodes<D>& nodes);
 
 /// The field on a part of the mesh, of which some of its vertices and edges are; on a part.
 template <int D>

@@ -31,11 +31,12 @@ namespace camber {
 namespace {
 
 template <int D>
-Outcome<Done> judge_part(BlockRun<D>& run, const PartState<D>& state, const RingedPart<D>& part, BlocksValidation& own,
+Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part, BlocksValidation& own,
                           const Execution& execution) {
     QuadraticMesh<D> mesh = state.mesh;
-    mesh.mid_nodes = Buffer<LagrangeNode<D>>(state.nodes);
+    mesh.mid_nodes = std::move(state.nodes);
     const auto validation = validate(mesh, run.options.curving.repair.min_scaled_jacobian, execution);
+    state.nodes = take(std::move(mesh.mid_nodes));
     if (!validation) return fail(validation.error());
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
         if (!part.owns(mesh.linear.elements.vertices[e])) continue;

@@ -20,7 +20,7 @@ import camber.validity;
 import :block_run;
 import :part_state;
 import :ringed_parts;
-import :check_blocks;
+import :check_part;
 import :curve_blocks;
 import :halo;
 import :ranks;
@@ -38,7 +38,8 @@ Outcome<Done> split_up(BlockRun<D>& run, const MeshRows<D>& rows, const Executio
     auto parts = split(rows, run.options.blocks, run.ranks, execution);
     if (!parts) return fail(parts.error());
     run.out.parts = std::move(*parts);
-    return check_blocks(run.out.parts, without_progress(execution));
+    run.states.resize(run.out.parts.own.size());
+    return Done{};
 }
 
 /// Who has whose edges and vertices, and how edges are numbered.
@@ -77,11 +78,11 @@ OwnVertices owned_of(const PartLayout& layout, const RingedPart<D>& part) {
 
 template <int D>
 Outcome<Done> elevate_blocks(BlockRun<D>& run, const Execution& execution) {
-    run.states.resize(run.out.parts.own.size());
     auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
-        auto mesh = elevate(part.mesh, without_progress(execution));
-        if (!mesh) return fail(mesh.error());
-        state.mesh = std::move(*mesh);
+        if (auto sound = check_part(part, without_progress(execution)); !sound) return sound;
+        auto edges = unique_edges(part.mesh, without_progress(execution));
+        if (!edges) return fail(edges.error());
+        state.mesh = {part.mesh, std::move(*edges), {}};
         auto around = shells(state.mesh.edges, without_progress(execution));
         if (!around) return fail(around.error());
         state.shells = std::move(*around);

@@ -52,11 +52,17 @@ struct CurveByBlocks {
     friend bool operator==(const CurveByBlocks&, const CurveByBlocks&) = default;
 };
 
+/// What is done around the work on a part where memory is little. Null: nobody minds.
+struct PartMemory {
+    std::function<void()> before = {};  ///< what is made from here on is let go of with the part
+    std::function<void()> after = {};   ///< and from here on it is kept
+    std::function<void()> leave = {};   ///< what is kept of the part may leave memory
+};
+
 struct CurveBlocksOptions {
     BlockOptions blocks = {};
     CurveMeshOptions curving = {};
-    /// Called when a part has been gone through: what it has may leave memory. Null: nobody minds.
-    std::function<void()> after_part = {};
+    PartMemory memory = {};
 };
 
 /// Verdicts of a mesh in blocks, of all ranks.
@@ -91,7 +97,7 @@ struct CurvedBlocks {
 
 /// `curve_mesh` by blocks, each rank its own: the same nodes but for rounding of sums over the mesh. All of a part's
 /// work is done on it and its two rings; what is known of others is brought after each step. The mesh must be sound
-/// (see `check_blocks`). Steps: split, elevate, surface, extension, metric, curve, validate, relax. Errors: as of
+/// (see `check_part`). Steps: split, elevate, surface, extension, metric, curve, validate, relax. Errors: as of
 /// curve_mesh; objectives without a field, nodes of the boundary elsewhere than projected, metrics made of the mesh's
 /// own (unsupported); of any rank.
 template <int D>

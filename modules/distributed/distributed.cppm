@@ -24,4 +24,4 @@ import :moved_nodes;
 import :part_state;
 import :region;
 import :repair_blocks;
-import :check_blocks;
+import :check_part;

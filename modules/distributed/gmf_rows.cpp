@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <string_view>
 #include <utility>
@@ -16,7 +17,8 @@ namespace {
 template <int D>
 class GmfRows final : public MeshRows<D> {
   public:
-    GmfRows(Column<std::byte> bytes, GmfRuns<D> runs) : bytes_(std::move(bytes)), runs_(std::move(runs)) {}
+    GmfRows(Column<std::byte> bytes, GmfRuns<D> runs, std::function<void()> after_rows)
+        : bytes_(std::move(bytes)), runs_(std::move(runs)), after_rows_(std::move(after_rows)) {}
 
     [[nodiscard]] RowCounts counts() const override {
         const auto [points, elements, facets, edges] = runs_.counts();
@@ -25,7 +27,7 @@ class GmfRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<PointRows<D>> points(std::size_t begin, std::size_t end) const override {
         return guarded([&]() -> Outcome<PointRows<D>> {
             PointRows<D> rows{Buffer<Vec<D>>(end - begin), Buffer<Reference>(end - begin)};
-            return runs_.points(begin, rows.points, rows.references).map([&](Done) { return std::move(rows); });
+            return read(runs_.points(begin, rows.points, rows.references), std::move(rows));
         });
     }
     [[nodiscard]] Outcome<SimplexRows<D>> elements(std::size_t begin, std::size_t end) const override {
@@ -47,14 +49,19 @@ class GmfRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<K>> simplices(std::size_t begin, std::size_t end) const {
         return guarded([&]() -> Outcome<SimplexRows<K>> {
             SimplexRows<K> rows{Buffer<SimplexVertices<K>>(end - begin), Buffer<Reference>(end - begin)};
-            return runs_.template simplices<K>(begin, rows.vertices, rows.references).map([&](Done) {
-                return std::move(rows);
-            });
+            return read(runs_.template simplices<K>(begin, rows.vertices, rows.references), std::move(rows));
         });
+    }
+    template <class Rows>
+    [[nodiscard]] Outcome<Rows> read(const Outcome<Done>& done, Rows rows) const {
+        if (after_rows_) after_rows_();
+        if (!done) return fail(done.error());
+        return rows;
     }
 
     Column<std::byte> bytes_;
     GmfRuns<D> runs_;  ///< over those
+    std::function<void()> after_rows_;
 };
 
 template <int D>
@@ -113,10 +120,11 @@ class MemoryRows final : public MeshRows<D> {
 }  // namespace
 
 template <int D>
-Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf(Column<std::byte> bytes, std::string_view name) {
+Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf(Column<std::byte> bytes, std::string_view name,
+                                                  std::function<void()> after_rows) {
     auto runs = gmf_runs<D>(bytes.view(), name);
     if (!runs) return fail(std::move(runs.error()));
-    return std::make_unique<GmfRows<D>>(std::move(bytes), std::move(*runs));
+    return std::make_unique<GmfRows<D>>(std::move(bytes), std::move(*runs), std::move(after_rows));
 }
 
 template <int D>
@@ -125,7 +133,8 @@ std::unique_ptr<MeshRows<D>> rows_of(LinearMesh<D> mesh) {
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf<D>(Column<std::byte>, std::string_view); \
+    template Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf<D>(Column<std::byte>, std::string_view,  \
+                                                                  std::function<void()>);               \
     template std::unique_ptr<MeshRows<D>> rows_of<D>(LinearMesh<D>);
 
 CAMBER_INSTANTIATE(2)

@@ -17,14 +17,14 @@ namespace camber {
 /// owners have them.
 template <int D>
 struct PartState {
-    QuadraticMesh<D> mesh;  ///< straight
+    QuadraticMesh<D> mesh;  ///< straight, without nodes
     Incidence<ElementId> shells;
     OwnVertices owned;
     EdgeId first_edge, last_edge;
     Column<EdgeKind> kinds;
     Column<EdgeKind> kinds_outside_planes;  ///< with edges within planes as of the volume
     Column<EdgeId> on_surface;              ///< the edge of the whole surface that each is; invalid: of the volume
-    Buffer<LagrangeNode<D>> base;
+    Buffer<LagrangeNode<D>> base;  ///< where nodes start, while that is of use
     MovedNodes<D> extended;            ///< not known: nothing is displaced
     Buffer<LogMetric<D>> log_metrics;  ///< none: a field with a mesh of its own
     MovedNodes<D> back_nodes;          ///< of the field's mesh; not known: straight
@@ -40,6 +40,42 @@ struct PartState {
         return own;
     }
 };
+
+/// visit(array) of all that grow with the part.
+template <int D>
+void each_array(PartState<D>& state, const auto& visit) {
+    visit(state.mesh.edges.vertices);
+    visit(state.mesh.edges.of_elements);
+    visit(state.mesh.edges.of_facets);
+    visit(state.mesh.edges.of_edges);
+    visit(state.shells.offsets);
+    visit(state.shells.items);
+    visit(state.kinds);
+    visit(state.kinds_outside_planes);
+    visit(state.on_surface);
+    visit(state.base);
+    state.extended.each_array(visit);
+    visit(state.log_metrics);
+    state.back_nodes.each_array(visit);
+    visit(state.slides);
+    visit(state.offsets);
+    visit(state.nodes);
+}
+template <int D>
+[[nodiscard]] std::vector<const void*> arrays_of(PartState<D>& state) {
+    std::vector<const void*> arrays;
+    each_array(state, [&](const auto& array) { arrays.push_back(array.data()); });
+    return arrays;
+}
+/// All arrays that are others than before, made once more.
+template <int D>
+void made_anew(PartState<D>& state, std::span<const void* const> before) {
+    std::size_t next = 0;
+    each_array(state, [&]<class Array>(Array& array) {
+        if (array.data() == before[next++] || array.empty()) return;
+        array = Array(Buffer<typename Array::value_type>(array.begin(), array.end()));
+    });
+}
 
 /// A column of each state, to be brought.
 template <int D, class T>

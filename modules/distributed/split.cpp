@@ -39,36 +39,45 @@ Run run_of(std::size_t n, std::size_t part, std::size_t parts) { return {n * par
 constexpr std::size_t chunk_rows = std::size_t{1} << 20U;
 std::size_t chunks_of(std::size_t n, std::size_t ranks) { return n / ranks / chunk_rows + 1; }
 
-template <int K>
-GlobalNumber lowest(const SimplexVertices<K>& simplex) {
-    return std::ranges::min(simplex).value;
-}
+/// What a facet counts at each of its vertices, where an element counts 1: edges near a boundary that is displaced have
+/// equations.
+constexpr std::uint64_t weight_of_facet = 20;
 
-/// Where blocks begin: counts of elements by lowest vertex, in buckets, since a bound need not be sharp.
+/// Where blocks begin: an element counts at each of its vertices, since all around these is worked on; in buckets, since
+/// a bound need not be sharp.
 template <int D>
 Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
     const RowCounts counts = rows.counts();
     constexpr std::size_t max_buckets = std::size_t{1} << 16U;
     const std::size_t width = counts.points / max_buckets + 1;
     std::vector<std::uint64_t> own(counts.points / width + 1, 0);
-    const auto count = [&]() -> Outcome<std::vector<std::uint64_t>> {
-        const Run all = run_of(counts.elements, ranks.rank(), ranks.size());
+    const auto add = [&](std::size_t n, std::uint64_t weight, const auto& read) -> Outcome<Done> {
+        const Run all = run_of(n, ranks.rank(), ranks.size());
         for (std::size_t begin = all.begin; begin < all.end; begin += chunk_rows) {
-            const auto some = rows.elements(begin, std::min(begin + chunk_rows, all.end));
+            const auto some = read(begin, std::min(begin + chunk_rows, all.end));
             if (!some) return fail(some.error());
-            for (const auto& element : some->vertices) ++own[lowest<D>(element) / width];
+            for (const auto& simplex : some->vertices)
+                for (const VertexId v : simplex) own[v.value / width] += weight;
         }
+        return Done{};
+    };
+    const auto count = [&]() -> Outcome<std::vector<std::uint64_t>> {
+        auto added = add(counts.elements, 1, [&](std::size_t b, std::size_t e) { return rows.elements(b, e); });
+        if (added)
+            added = add(counts.facets, weight_of_facet, [&](std::size_t b, std::size_t e) { return rows.facets(b, e); });
+        if (!added) return fail(added.error());
         return own;
     };
     const auto of_ranks = gather_all(ranks, count());
     if (!of_ranks) return fail(of_ranks.error());
     std::vector<GlobalNumber> first{0};
+    const std::uint64_t all = (D + 1) * counts.elements + D * weight_of_facet * counts.facets;
     std::uint64_t before = 0;
     const std::size_t blocks = std::max<std::size_t>(1, (counts.elements + options.elements / 2) / options.elements);
     for (std::size_t b = 0; b < own.size(); ++b) {
         for (std::size_t r = 0; r < ranks.size(); ++r) before += (*of_ranks)[r * own.size() + b];
         const GlobalNumber next = std::min<GlobalNumber>((b + 1) * width, counts.points);
-        if (before >= counts.elements * first.size() / blocks && next > first.back() && next < counts.points &&
+        if (before >= all * first.size() / blocks && next > first.back() && next < counts.points &&
             first.size() < blocks)
             first.push_back(next);
     }
@@ -113,12 +122,41 @@ void sort_rows(Buffer<SimplexRow<K>>& rows) {
     rows.erase(again.begin(), again.end());
 }
 
+/// Empty lists with room for the rows of each part here: lists that grow would be copied.
+template <int K, class Read>
+Outcome<std::vector<Buffer<SimplexRow<K>>>> lists_for(Run own, const PartLayout& layout, Ranks& ranks,
+                                                      const Read& read) {
+    const auto count = [&]() -> Outcome<std::vector<std::uint64_t>> {
+        std::vector<std::uint64_t> counts(layout.size(), 0);
+        for (std::size_t begin = own.begin; begin < own.end; begin += chunk_rows) {
+            const auto some = read(begin, std::min(begin + chunk_rows, own.end));
+            if (!some) return fail(some.error());
+            for (const auto& simplex : some->vertices) {
+                std::array<GlobalNumber, K + 1> vertices;
+                for (int v = 0; v <= K; ++v) vertices[v] = simplex[v].value;
+                each_part_of(layout, vertices, [&](std::size_t p) { ++counts[p]; });
+            }
+        }
+        return counts;
+    };
+    const auto of_ranks = gather_all(ranks, count());
+    if (!of_ranks) return fail(of_ranks.error());
+    std::vector<Buffer<SimplexRow<K>>> lists;
+    for (std::size_t p = layout.begin_of(ranks.rank()); p < layout.end_of(ranks.rank()); ++p) {
+        std::uint64_t rows = 0;
+        for (std::size_t r = 0; r < ranks.size(); ++r) rows += (*of_ranks)[r * layout.size() + p];
+        lists.emplace_back().reserve(rows + rows / 4);  // and some of the second ring
+    }
+    return lists;
+}
+
 /// All rows of one kind to the parts of their vertices: read(begin, end) gives them.
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
                                                        const PartLayout& layout, Ranks& ranks, const Read& read) {
-    std::vector<Buffer<SimplexRow<K>>> all(layout.end_of(ranks.rank()) - layout.begin_of(ranks.rank()));
     const Run own = run_of(n, ranks.rank(), ranks.size());
+    auto all = lists_for<K>(own, layout, ranks, read);
+    if (!all) return all;
     const std::size_t chunks = chunks_of(n, ranks.size());
     for (std::size_t c = 0; c < chunks; ++c) {
         const Run chunk = run_of(own.end - own.begin, c, chunks);
@@ -136,10 +174,9 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<
         };
         auto received = route<SimplexRow<K>>(ranks, layout, things());
         if (!received) return fail(received.error());
-        for (std::size_t b = 0; b < all.size(); ++b)
-            all[b].insert(all[b].end(), (*received)[b].begin(), (*received)[b].end());
+        for (std::size_t b = 0; b < all->size(); ++b)
+            (*all)[b].insert((*all)[b].end(), (*received)[b].begin(), (*received)[b].end());
     }
-    for (auto& some : all) sort_rows<K>(some);
     return all;
 }
 
@@ -208,7 +245,6 @@ Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vect
         for (std::size_t to = 0; to < rows.size(); ++to)
             rows[to].insert(rows[to].end(), (*received)[to].begin(), (*received)[to].end());
     }
-    for (auto& some : rows) sort_rows<K>(some);
     return Done{};
 }
 
@@ -370,6 +406,9 @@ Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& optio
         if (auto added = add_ring<1>(*edges, *wished, layout, ranks); !added) return fail(added.error());
         for (std::size_t b = 0; b < elements->size(); ++b) {
             const std::size_t part = layout.begin_of(ranks.rank()) + b;
+            sort_rows<D>((*elements)[b]);
+            sort_rows<D - 1>((*facets)[b]);
+            sort_rows<1>((*edges)[b]);
             auto made = part_of_rows<D>((*elements)[b], (*facets)[b], (*edges)[b],
                                     {layout.first_vertices[part], layout.first_vertices[part + 1]}, rows, *lists);
             if (!made) return fail(made.error());

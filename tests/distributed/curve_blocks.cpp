@@ -29,9 +29,9 @@ namespace {
 
 /// A shell between spheres with layers on the inner one, in an order in which what is near is near.
 template <int D>
-LinearMesh<D> shell(double size) {
+LinearMesh<D> shell(double size, double outer_radius = 2) {
     ShellOptions<D> options;
-    options.outer_radius = 2;
+    options.outer_radius = outer_radius;
     options.inner_size = size;
     options.outer_size = 2 * size;
     options.inner_layer = {.count = 2, .first_height = 0.1 * size, .growth = 1.5};
@@ -82,6 +82,8 @@ void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const Cur
     const auto nodes = nodes_of(one);
     REQUIRE(nodes.size() == whole.mesh.edges.size());
     CHECK(nodes == nodes_of(three));
+    by_blocks.blocks.elements_at_once = 2 * elements_of_block;
+    CHECK(nodes == nodes_of(on(2)));
     const double farthest = farthest_of_chord(whole.mesh, nodes);
     MESSAGE(mesh.elements.size(), " elements in ", must(one.front()).parts.layout.blocks(), " blocks: ", farthest);
     CHECK(farthest < tolerance);
@@ -95,6 +97,7 @@ void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const Cur
 TEST_CASE("curving by blocks is that of the whole mesh") {
     SUBCASE("2D") { compare(shell<2>(0.1), 300, {}); }
     SUBCASE("3D") { compare(shell<3>(0.25), 1500, {}); }
+    SUBCASE("2D, blocks that no curve comes near") { compare(shell<2>(0.15, 8), 150, {}); }
     SUBCASE("3D by energy") {
         CurveMeshOptions options;
         options.curve.objective = Objective::energy;

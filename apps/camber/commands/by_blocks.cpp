@@ -8,6 +8,7 @@ module;
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -34,6 +35,9 @@ import :written_together;
 namespace camber::app {
 
 namespace {
+
+/// About what working on a part takes for each of its elements: a quarter of a memory is for that.
+constexpr double bytes_of_element = 500;
 
 /// Clocks and progress around the steps of a run.
 class Steps {
@@ -92,7 +96,8 @@ template <int D>
 Outcome<Opened<D>> mapped(const std::string& path) {
     auto bytes = map_file(path);
     if (!bytes) return fail(bytes.error());
-    auto rows = rows_of_gmf<D>(std::move(*bytes), path);
+    const std::span<const std::byte> mapping = bytes->view();
+    auto rows = rows_of_gmf<D>(std::move(*bytes), path, [mapping] { give_back(mapping); });
     if (!rows) return fail(of_file(rows.error(), path));
     return Opened<D>{std::move(*rows)};
 }
@@ -134,6 +139,7 @@ class BlocksRun {
         auto options = run::options_by_blocks(pipeline_);
         if (!options) return fail(options.error());
         options_ = std::move(*options);
+        give_freed_arrays_back();
         if (auto bounded = keep_to_memory(); !bounded) return fail(bounded.error());
         if (auto outputs = check_outputs_here(); !outputs) return fail(outputs.error());
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
@@ -155,7 +161,10 @@ class BlocksRun {
         if (const int error = keep_arrays_in_files(folder); error != 0)
             return fail(ErrorKind::write, "arrays cannot lie in files there: " + std::generic_category().message(error),
                         folder, {}, "write the mesh to a disk of this machine, or leave --memory out");
-        options_.after_part = [bound] {
+        options_.blocks.elements_at_once = static_cast<std::size_t>(bound / (4 * bytes_of_element));
+        options_.memory.before = [] { (void)keep_arrays_in_files(""); };
+        options_.memory.after = [folder] { (void)keep_arrays_in_files(folder); };
+        options_.memory.leave = [bound] {
             if (static_cast<double>(resident_bytes()) > bound / 2) give_back_arrays();
         };
         return Done{};

@@ -6,6 +6,7 @@ module;
 #include <cerrno>
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 module camber.app_shell;
 import camber.core;
@@ -50,6 +51,11 @@ Outcome<Column<std::byte>> map_file(const std::string& path) {
         if (!mapping->is_there()) return unreadable(errno);
         return Column<std::byte>({static_cast<const std::byte*>(mapping->begin), size}, mapping);
     });
+}
+
+void give_back(std::span<const std::byte> of_mapped_file) {
+    if (of_mapped_file.empty()) return;
+    ::madvise(const_cast<std::byte*>(of_mapped_file.data()), of_mapped_file.size(), MADV_DONTNEED);
 }
 
 }  // namespace camber::app

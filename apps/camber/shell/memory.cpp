@@ -1,4 +1,5 @@
 module;
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -77,6 +78,13 @@ std::size_t resident_bytes() {
     std::size_t pages = 0, resident = 0;
     if (!(file >> pages >> resident)) return 0;
     return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+void give_freed_arrays_back() {
+#ifdef __GLIBC__
+    constexpr int large = 1 << 22;
+    ::mallopt(M_MMAP_THRESHOLD, large);
+#endif
 }
 
 std::string readable(std::size_t bytes) {

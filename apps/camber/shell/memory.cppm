@@ -23,6 +23,10 @@ struct MemoryLimit {
 /// Memory that the process has now; 0 where the system does not say.
 [[nodiscard]] std::size_t resident_bytes();
 
+/// From now on large arrays that are let go of leave the process at once, however large those before were (glibc learns
+/// to keep them): a tenth to a seventh of a run's peak, for a few hundredths of its time.
+void give_freed_arrays_back();
+
 /// "3.2 GiB", "17.0 MiB".
 [[nodiscard]] std::string readable(std::size_t bytes);
 
