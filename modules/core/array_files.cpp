@@ -1,6 +1,7 @@
 module;
 #include <atomic>
 #include <cstddef>
+#include <cstring>
 #include <map>
 #include <mutex>
 #include <new>
@@ -103,6 +104,27 @@ bool release_in_file(void* array) {
     return true;
 }
 
+void fill_bytes(void* array, const void* from, std::size_t bytes) {
+    const auto write_there = [&]() -> bool {
+        if (!files().is_used || bytes < smallest) return false;
+        const std::scoped_lock lock(files().mutex);
+        auto of = files().arrays.upper_bound(array);
+        if (of == files().arrays.begin()) return false;
+        --of;
+        const auto at = static_cast<std::size_t>(static_cast<char*>(array) - static_cast<char*>(of->first));
+        if (at + bytes > of->second.bytes) return false;
+        std::size_t done = 0;
+        while (done < bytes) {
+            const ssize_t n = ::pwrite(of->second.file, static_cast<const char*>(from) + done, bytes - done,
+                                       static_cast<off_t>(at + done));
+            if (n <= 0) return false;
+            done += static_cast<std::size_t>(n);
+        }
+        return true;
+    };
+    if (bytes > 0 && !write_there()) std::memcpy(array, from, bytes);
+}
+
 void give_back_arrays() {
     const std::scoped_lock lock(files().mutex);
     for (const auto& [array, of] : files().arrays) {
@@ -123,6 +145,9 @@ std::size_t bytes_in_files() {
 int keep_arrays_in_files(const std::string&) { return 95; }  // no system but Linux has files without a name
 void* allocate_in_file(std::size_t) { return nullptr; }
 bool release_in_file(void*) { return false; }
+void fill_bytes(void* array, const void* from, std::size_t bytes) {
+    if (bytes > 0) std::memcpy(array, from, bytes);
+}
 void give_back_arrays() {}
 std::size_t bytes_in_files() { return 0; }
 

@@ -44,12 +44,12 @@ struct BlockRun {
 
     /// f of each part here: of what it makes the part's state is kept.
     Outcome<Done> each_part(const Execution& execution, const auto& f) {
-        if (!options.memory.before) return each_part_keeping(execution, f);
+        if (!options.blocks.memory.before) return each_part_keeping(execution, f);
         return each_part_keeping(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
             const std::vector<const void*> before = arrays_of(state);
-            options.memory.before();
+            options.blocks.memory.before();
             auto done = f(state, part);
-            options.memory.after();
+            options.blocks.memory.after();
             if (done) made_anew(state, before);
             return done;
         });
@@ -59,7 +59,7 @@ struct BlockRun {
         for (std::size_t p = 0; p < states.size(); ++p) {
             auto done = f(states[p], out.parts.own[p]);
             if (!done) return fail(done.error());
-            if (options.memory.leave) options.memory.leave();
+            if (options.blocks.memory.leave) options.blocks.memory.leave();
             report_progress(execution, p + 1, states.size());
         }
         return Done{};

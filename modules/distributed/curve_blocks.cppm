@@ -52,17 +52,9 @@ struct CurveByBlocks {
     friend bool operator==(const CurveByBlocks&, const CurveByBlocks&) = default;
 };
 
-/// What is done around the work on a part where memory is little. Null: nobody minds.
-struct PartMemory {
-    std::function<void()> before = {};  ///< what is made from here on is let go of with the part
-    std::function<void()> after = {};   ///< and from here on it is kept
-    std::function<void()> leave = {};   ///< what is kept of the part may leave memory
-};
-
 struct CurveBlocksOptions {
     BlockOptions blocks = {};
     CurveMeshOptions curving = {};
-    PartMemory memory = {};
 };
 
 /// Verdicts of a mesh in blocks, of all ranks.

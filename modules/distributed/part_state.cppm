@@ -61,21 +61,6 @@ void each_array(PartState<D>& state, const auto& visit) {
     visit(state.offsets);
     visit(state.nodes);
 }
-template <int D>
-[[nodiscard]] std::vector<const void*> arrays_of(PartState<D>& state) {
-    std::vector<const void*> arrays;
-    each_array(state, [&](const auto& array) { arrays.push_back(array.data()); });
-    return arrays;
-}
-/// All arrays that are others than before, made once more.
-template <int D>
-void made_anew(PartState<D>& state, std::span<const void* const> before) {
-    std::size_t next = 0;
-    each_array(state, [&]<class Array>(Array& array) {
-        if (array.data() == before[next++] || array.empty()) return;
-        array = Array(Buffer<typename Array::value_type>(array.begin(), array.end()));
-    });
-}
 
 /// A column of each state, to be brought.
 template <int D, class T>

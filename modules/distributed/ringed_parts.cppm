@@ -3,8 +3,10 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 export module camber.distributed:ringed_parts;
 import camber.core;
@@ -15,10 +17,20 @@ export namespace camber {
 /// A vertex, an element … of a mesh in blocks, from 0: there may be more than 32 bits count.
 using GlobalNumber = std::uint64_t;
 
+/// What is done around the work on a part where memory is little. Null: nobody minds.
+struct PartMemory {
+    std::function<void()> before = {};  ///< what is made from here on is let go of with the part
+    std::function<void()> after = {};   ///< and from here on it is kept
+    std::function<void()> leave = {};   ///< what is kept of the part may leave memory
+};
+
+inline constexpr std::size_t default_block_elements = std::size_t{1} << 18U;
+
 struct BlockOptions {
-    std::size_t elements = std::size_t{1} << 18U;  ///< about so many in a block
+    std::size_t elements = default_block_elements;  ///< about so many in a block
     /// At most so many in a part, if that is a block: a rank goes through its blocks by parts. No matter to results.
     std::size_t elements_at_once = std::numeric_limits<std::size_t>::max();
+    PartMemory memory = {};
 };
 
 /// Which vertices are a block's, and who has which blocks: runs of rising numbers. An edge, a facet and an element
@@ -59,6 +71,41 @@ struct RingedPart {
         return owns(std::ranges::min(simplex));
     }
 };
+
+/// visit(array) of all that grow with the part.
+template <int D>
+void each_array(RingedPart<D>& part, const auto& visit) {
+    const auto visit_simplices = [&](auto& simplices) {
+        visit(simplices.vertices);
+        visit(simplices.references);
+    };
+    visit(part.mesh.points);
+    visit(part.mesh.point_references);
+    visit_simplices(part.mesh.elements);
+    visit_simplices(part.mesh.facets);
+    visit_simplices(part.mesh.edges);
+    visit(part.vertices);
+    visit(part.elements);
+    visit(part.facets);
+    visit(part.edges);
+}
+/// The arrays of what has them, and those that are others than before made once more: where what is kept is made.
+template <class T>
+[[nodiscard]] std::vector<const void*> arrays_of(T& thing) {
+    std::vector<const void*> arrays;
+    each_array(thing, [&](const auto& array) { arrays.push_back(array.data()); });
+    return arrays;
+}
+template <class T>
+void made_anew(T& thing, std::span<const void* const> before) {
+    std::size_t next = 0;
+    each_array(thing, [&]<class Array>(Array& array) {
+        if (array.data() == before[next++] || array.empty()) return;
+        Buffer<typename Array::value_type> again(array.size());
+        fill_array<typename Array::value_type>(again, {array.data(), array.size()});
+        array = std::move(again);
+    });
+}
 
 /// What a rank holds of a mesh in blocks.
 template <int D>

@@ -114,12 +114,31 @@ void each_part_of(const PartLayout& layout, const std::array<GlobalNumber, N>& v
         if (i == 0 || parts[i] != parts[i - 1]) visit(parts[i]);
 }
 
-/// Rising, each once.
+/// Rising, each once. They come in a few runs that rise: these are merged.
 template <int K>
-void sort_rows(Buffer<SimplexRow<K>>& rows) {
-    std::ranges::sort(rows, {}, &SimplexRow<K>::row);
+Buffer<SimplexRow<K>> in_order(const Buffer<SimplexRow<K>>& given) {
+    Buffer<SimplexRow<K>> rows(given.begin(), given.end());
+    const auto precedes = [](const SimplexRow<K>& a, const SimplexRow<K>& b) { return a.row < b.row; };
+    std::vector<std::size_t> runs{0};
+    for (std::size_t i = 1; i < rows.size(); ++i)
+        if (precedes(rows[i], rows[i - 1])) runs.push_back(i);
+    runs.push_back(rows.size());
+    const auto at = [&](std::size_t run) { return rows.begin() + static_cast<std::ptrdiff_t>(runs[run]); };
+    const std::size_t last = runs.size() - 1;
+    for (std::size_t width = 1; width < last; width *= 2)
+        for (std::size_t r = 0; r + width < last; r += 2 * width)
+            std::inplace_merge(at(r), at(r + width), at(std::min(r + 2 * width, last)), precedes);
     const auto again = std::ranges::unique(rows, {}, &SimplexRow<K>::row);
     rows.erase(again.begin(), again.end());
+    return rows;
+}
+
+/// Rows at the end of a list.
+template <int K>
+void append(Buffer<SimplexRow<K>>& list, const std::vector<SimplexRow<K>>& rows) {
+    const std::size_t before = list.size();
+    list.resize(before + rows.size());
+    fill_array<SimplexRow<K>>(std::span(list).subspan(before), rows);
 }
 
 /// Empty lists with room for the rows of each part here: lists that grow would be copied.
@@ -174,8 +193,7 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<
         };
         auto received = route<SimplexRow<K>>(ranks, layout, things());
         if (!received) return fail(received.error());
-        for (std::size_t b = 0; b < all->size(); ++b)
-            (*all)[b].insert((*all)[b].end(), (*received)[b].begin(), (*received)[b].end());
+        for (std::size_t b = 0; b < all->size(); ++b) append<K>((*all)[b], (*received)[b]);
     }
     return all;
 }
@@ -215,13 +233,19 @@ std::size_t turns_of(const PartLayout& layout) {
 /// Those of a part's simplices that others wish, each once for each of them.
 template <int K>
 std::vector<ToPart<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> rows, std::vector<Wish> wishes) {
-    std::ranges::sort(wishes, {}, [](const Wish& w) { return std::pair(w.vertex, w.part); });
     std::vector<ToPart<SimplexRow<K>>> out;
+    if (wishes.empty()) return out;
+    std::ranges::sort(wishes, {}, [](const Wish& w) { return std::pair(w.vertex, w.part); });
+    const GlobalNumber first = wishes.front().vertex, last = wishes.back().vertex;
+    std::vector<bool> is_wished(last - first + 1, false);  // most are not
+    for (const Wish& w : wishes) is_wished[w.vertex - first] = true;
     std::vector<std::uint64_t> told;
     for (const auto& row : rows) {
         told.clear();
         for (const GlobalNumber v : row.vertices)
-            for (const Wish& w : std::ranges::equal_range(wishes, v, {}, &Wish::vertex)) told.push_back(w.part);
+            if (v >= first && v <= last && is_wished[v - first])
+                for (const Wish& w : std::ranges::equal_range(wishes, v, {}, &Wish::vertex)) told.push_back(w.part);
+        if (told.empty()) continue;
         std::ranges::sort(told);
         told.erase(std::ranges::unique(told).begin(), told.end());
         for (const std::uint64_t part : told) out.push_back({part, row});
@@ -242,11 +266,45 @@ Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vect
         if (b < rows.size()) out = wished_rows<K>(std::span(rows[b]).first(first_rings[b]), wishes[b]);
         const auto received = route<SimplexRow<K>>(ranks, layout, std::move(out));
         if (!received) return fail(received.error());
-        for (std::size_t to = 0; to < rows.size(); ++to)
-            rows[to].insert(rows[to].end(), (*received)[to].begin(), (*received)[to].end());
+        for (std::size_t to = 0; to < rows.size(); ++to) append<K>(rows[to], (*received)[to]);
     }
     return Done{};
 }
+
+/// The vertices of a part: a run of its own, and some of others before and behind.
+class LocalVertices {
+  public:
+    LocalVertices(Run own, std::vector<GlobalNumber> others) : own_(own), others_(std::move(others)) {
+        std::ranges::sort(others_);
+        others_.erase(std::ranges::unique(others_).begin(), others_.end());
+        before_ = static_cast<std::size_t>(std::ranges::lower_bound(others_, own.begin) - others_.begin());
+    }
+    [[nodiscard]] bool owns(GlobalNumber v) const { return v >= own_.begin && v < own_.end; }
+    [[nodiscard]] std::size_t size() const { return count() + others_.size(); }
+    [[nodiscard]] VertexId first() const { return VertexId(before_); }
+    [[nodiscard]] VertexId last() const { return VertexId(before_ + count()); }
+    /// Invalid: it is not among them.
+    [[nodiscard]] VertexId find(GlobalNumber v) const {
+        if (owns(v)) return VertexId(before_ + (v - own_.begin));
+        const auto at = std::ranges::lower_bound(others_, v);
+        if (at == others_.end() || *at != v) return VertexId{};
+        const auto place = static_cast<std::size_t>(at - others_.begin());
+        return VertexId(place < before_ ? place : place + count());
+    }
+    [[nodiscard]] Buffer<GlobalNumber> numbers() const {
+        Buffer<GlobalNumber> all(others_.begin(), others_.begin() + static_cast<std::ptrdiff_t>(before_));
+        all.resize(before_ + count());
+        std::iota(all.begin() + static_cast<std::ptrdiff_t>(before_), all.end(), GlobalNumber{own_.begin});
+        all.insert(all.end(), others_.begin() + static_cast<std::ptrdiff_t>(before_), others_.end());
+        return all;
+    }
+
+  private:
+    [[nodiscard]] std::size_t count() const { return own_.end - own_.begin; }
+    Run own_;
+    std::vector<GlobalNumber> others_;  ///< rising
+    std::size_t before_ = 0;
+};
 
 /// Local simplices of global rows.
 template <int K>
@@ -255,74 +313,100 @@ struct LocalSimplices {
     Column<GlobalNumber> numbers;
 };
 template <int K>
-LocalSimplices<K> local_simplices(const Buffer<SimplexRow<K>>& rows, std::span<const GlobalNumber> vertices) {
+Outcome<LocalSimplices<K>> local_simplices(const Buffer<SimplexRow<K>>& rows, const LocalVertices& vertices,
+                                           const Execution& execution) {
     Buffer<SimplexVertices<K>> simplices(rows.size());
     Buffer<Reference> references(rows.size());
-    Buffer<std::uint32_t> required;
     Buffer<GlobalNumber> numbers(rows.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        for (int v = 0; v <= K; ++v)
-            simplices[i][v] = VertexId(std::ranges::lower_bound(vertices, rows[i].vertices[v]) - vertices.begin());
+    auto done = each(execution, rows.size(), [&](std::size_t i) {
+        for (int v = 0; v <= K; ++v) simplices[i][v] = vertices.find(rows[i].vertices[v]);
         references[i] = rows[i].reference;
-        if (rows[i].required != 0) required.push_back(static_cast<std::uint32_t>(i));
         numbers[i] = rows[i].row;
-    }
-    return {{std::move(simplices), std::move(references), std::move(required)}, std::move(numbers)};
+    });
+    if (!done) return fail(done.error());
+    Buffer<std::uint32_t> required;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (rows[i].required != 0) required.push_back(static_cast<std::uint32_t>(i));
+    return LocalSimplices<K>{{std::move(simplices), std::move(references), std::move(required)}, std::move(numbers)};
 }
 
 template <int K>
-void add_vertices(const Buffer<SimplexRow<K>>& rows, std::vector<GlobalNumber>& vertices) {
-    for (const auto& row : rows) vertices.insert(vertices.end(), row.vertices.begin(), row.vertices.end());
+void add_others(const Buffer<SimplexRow<K>>& rows, Run own, std::vector<GlobalNumber>& others) {
+    for (const auto& row : rows)
+        for (const GlobalNumber v : row.vertices)
+            if (v < own.begin || v >= own.end) others.push_back(v);
 }
 
 /// A list of vertices, as far as they are local.
-Column<VertexId> local_list(const Column<VertexId>& list, std::span<const GlobalNumber> vertices) {
+Column<VertexId> local_list(const Column<VertexId>& list, const LocalVertices& vertices) {
     Buffer<VertexId> local;
-    for (const VertexId v : list) {
-        const auto at = std::ranges::lower_bound(vertices, GlobalNumber{v.value});
-        if (at != vertices.end() && *at == v.value) local.emplace_back(at - vertices.begin());
-    }
+    for (const VertexId v : list)
+        if (const VertexId at = vertices.find(v.value); at.valid()) local.push_back(at);
     return local;
 }
 
+/// What a part is made of: rows of the file.
+template <int D>
+struct PartRows {
+    Buffer<SimplexRow<D>> elements;
+    Buffer<SimplexRow<D - 1>> facets;
+    Buffer<SimplexRow<1>> edges;
+};
+
 /// All of a part but the points of others.
 template <int D>
-Outcome<RingedPart<D>> part_of_rows(Buffer<SimplexRow<D>>& elements, Buffer<SimplexRow<D - 1>>& facets,
-                           Buffer<SimplexRow<1>>& edges, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists) {
-    std::vector<GlobalNumber> vertices(own.end - own.begin);
-    std::iota(vertices.begin(), vertices.end(), GlobalNumber{own.begin});
-    add_vertices<D>(elements, vertices);
-    add_vertices<D - 1>(facets, vertices);
-    add_vertices<1>(edges, vertices);
-    std::ranges::sort(vertices);
-    vertices.erase(std::ranges::unique(vertices).begin(), vertices.end());
-    auto of_elements = local_simplices<D>(elements, vertices);
-    elements = {};
-    auto of_facets = local_simplices<D - 1>(facets, vertices);
-    facets = {};
-    auto of_edges = local_simplices<1>(edges, vertices);
-    edges = {};
+Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRows<D>& rows,
+                                    const LinearMesh<D>& lists, const Execution& execution) {
+    std::vector<GlobalNumber> others;
+    add_others<D>(of.elements, own, others);
+    add_others<D - 1>(of.facets, own, others);
+    add_others<1>(of.edges, own, others);
+    const LocalVertices vertices(own, std::move(others));
+    auto elements = local_simplices<D>(of.elements, vertices, execution);
+    if (!elements) return fail(elements.error());
+    auto facets = local_simplices<D - 1>(of.facets, vertices, execution);
+    if (!facets) return fail(facets.error());
+    auto edges = local_simplices<1>(of.edges, vertices, execution);
+    if (!edges) return fail(edges.error());
     auto points = rows.points(own.begin, own.end);
     if (!points) return fail(points.error());
-    const auto first = static_cast<std::size_t>(std::ranges::lower_bound(vertices, own.begin) - vertices.begin());
     RingedPart<D> part;
+    part.first = vertices.first();
+    part.last = vertices.last();
     Buffer<Vec<D>> places(vertices.size(), Vec<D>{});
     Buffer<Reference> references(vertices.size(), 0);
-    std::ranges::copy(points->points, places.begin() + static_cast<std::ptrdiff_t>(first));
-    std::ranges::copy(points->references, references.begin() + static_cast<std::ptrdiff_t>(first));
+    const auto first = static_cast<std::ptrdiff_t>(part.first.index());
+    std::ranges::copy(points->points, places.begin() + first);
+    std::ranges::copy(points->references, references.begin() + first);
     part.mesh.points = std::move(places);
     part.mesh.point_references = std::move(references);
     part.mesh.corners = local_list(lists.corners, vertices);
     part.mesh.required_vertices = local_list(lists.required_vertices, vertices);
-    part.mesh.elements = std::move(of_elements.simplices);
-    part.mesh.facets = std::move(of_facets.simplices);
-    part.mesh.edges = std::move(of_edges.simplices);
-    part.elements = std::move(of_elements.numbers);
-    part.facets = std::move(of_facets.numbers);
-    part.edges = std::move(of_edges.numbers);
-    part.first = VertexId(first);
-    part.last = VertexId(first + (own.end - own.begin));
-    part.vertices = Buffer<GlobalNumber>(vertices.begin(), vertices.end());
+    part.mesh.elements = std::move(elements->simplices);
+    part.mesh.facets = std::move(facets->simplices);
+    part.mesh.edges = std::move(edges->simplices);
+    part.mesh.groups = lists.groups;
+    part.elements = std::move(elements->numbers);
+    part.facets = std::move(facets->numbers);
+    part.edges = std::move(edges->numbers);
+    part.vertices = vertices.numbers();
+    return part;
+}
+
+/// The same of rows in any order, where memory may be little.
+template <int D>
+Outcome<RingedPart<D>> kept_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
+                                 const PartMemory& memory, const Execution& execution) {
+    if (memory.before) memory.before();
+    of = {in_order<D>(of.elements), in_order<D - 1>(of.facets), in_order<1>(of.edges)};
+    auto part = part_of_rows<D>(of, own, rows, lists, execution);
+    of = {};
+    if (memory.after) {
+        memory.after();
+        RingedPart<D> none;
+        if (part) made_anew(*part, arrays_of(none));
+    }
+    if (memory.leave) memory.leave();
     return part;
 }
 
@@ -404,17 +488,14 @@ Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& optio
         if (auto added = add_ring<D>(*elements, *wished, layout, ranks); !added) return fail(added.error());
         if (auto added = add_ring<D - 1>(*facets, *wished, layout, ranks); !added) return fail(added.error());
         if (auto added = add_ring<1>(*edges, *wished, layout, ranks); !added) return fail(added.error());
-        for (std::size_t b = 0; b < elements->size(); ++b) {
-            const std::size_t part = layout.begin_of(ranks.rank()) + b;
-            sort_rows<D>((*elements)[b]);
-            sort_rows<D - 1>((*facets)[b]);
-            sort_rows<1>((*edges)[b]);
-            auto made = part_of_rows<D>((*elements)[b], (*facets)[b], (*edges)[b],
-                                    {layout.first_vertices[part], layout.first_vertices[part + 1]}, rows, *lists);
+        for (std::size_t p = 0; p < elements->size(); ++p) {
+            const std::size_t at = layout.begin_of(ranks.rank()) + p;
+            PartRows<D> of{std::move((*elements)[p]), std::move((*facets)[p]), std::move((*edges)[p])};
+            auto made = kept_part<D>(std::move(of), {layout.first_vertices[at], layout.first_vertices[at + 1]}, rows,
+                                     *lists, options.memory, without_progress(execution));
             if (!made) return fail(made.error());
-            made->mesh.groups = lists->groups;
             parts.own.push_back(std::move(*made));
-            report_progress(execution, b + 1, elements->size());
+            report_progress(execution, p + 1, elements->size());
         }
         if (auto brought = bring_points(parts, ranks); !brought) return fail(brought.error());
         return parts;

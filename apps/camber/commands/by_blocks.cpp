@@ -162,9 +162,9 @@ class BlocksRun {
             return fail(ErrorKind::write, "arrays cannot lie in files there: " + std::generic_category().message(error),
                         folder, {}, "write the mesh to a disk of this machine, or leave --memory out");
         options_.blocks.elements_at_once = static_cast<std::size_t>(bound / (4 * bytes_of_element));
-        options_.memory.before = [] { (void)keep_arrays_in_files(""); };
-        options_.memory.after = [folder] { (void)keep_arrays_in_files(folder); };
-        options_.memory.leave = [bound] {
+        options_.blocks.memory.before = [] { (void)keep_arrays_in_files(""); };
+        options_.blocks.memory.after = [folder] { (void)keep_arrays_in_files(folder); };
+        options_.blocks.memory.leave = [bound] {
             if (static_cast<double>(resident_bytes()) > bound / 2) give_back_arrays();
         };
         return Done{};

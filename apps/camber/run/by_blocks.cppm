@@ -16,7 +16,7 @@ import :stages;
 export namespace camber::run {
 
 /// Elements in a block where a run on several ranks does not say.
-inline constexpr std::size_t elements_of_block = BlockOptions{}.elements;
+inline constexpr std::size_t elements_of_block = default_block_elements;
 
 /// Whether a pipeline asks for blocks.
 [[nodiscard]] bool asks_for_blocks(const config::Pipeline& pipeline);
