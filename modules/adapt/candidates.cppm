@@ -167,17 +167,16 @@ void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, Orde
             if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
 }
 
-/// The same for elements by their shape, of a pass.
+/// The same for elements by their shape, which is known, of a pass.
 template <int D, class OrderOf>
-[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, AskingPass pass,
-                                                       const KeptShapes<D>& shapes, OrderOf&& order_of,
+[[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, AskingPass pass, OrderOf&& order_of,
                                                        const Execution& execution) {
     return reduce_each(
         execution, r.mesh.elements.size(), std::vector<Task>{},
         [&](std::vector<Task>& tasks, std::size_t e) {
             const ElementId id(e);
             if (r.mesh.is_free(id)) return;
-            const double order = order_of(shapes[id]);
+            const double order = order_of(r.shapes[e]);
             if (order < infinite_order && !r.refusals.stands(pass, id, std::span(r.mesh.elements.vertices[id])))
                 tasks.push_back(task(order, id));
         },

@@ -68,7 +68,7 @@ class Collapses final : public Pass<D> {
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
         refuse<EdgeTag>(r, AskingPass::collapse, tasks, r.mesh.edges.size());
     }
-    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 

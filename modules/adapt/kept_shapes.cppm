@@ -12,37 +12,33 @@ import camber.operation;
 
 namespace camber {
 
-/// The shape of each element of a mesh that changes. Taken from the state, measured where it is not known there, and
-/// given back for the next pass.
+/// The state comes to know the shape of each element, measured where it does not yet.
 template <int D>
-class KeptShapes {
-  public:
-    [[nodiscard]] static Outcome<KeptShapes> taken_from(Adaptation<D>& r, const Execution& execution) {
-        KeptShapes kept;
-        kept.shapes_ = take(std::exchange(r.shapes, {}));
-        kept.shapes_.resize(r.mesh.elements.size(), -1.0);
-        auto measured = each(execution, kept.shapes_.size(), [&](std::size_t e) {
-            if (!r.mesh.is_free(ElementId(e)) && kept.shapes_[e] < 0) kept.shapes_[e] = shape_of(r, ElementId(e));
-        });
-        if (!measured) return fail(measured.error());
-        return kept;
-    }
-    void give_to(Adaptation<D>& r) && { r.shapes = std::move(shapes_); }
-    void follow(const Adaptation<D>& r, const TopologyChanges& changes) {
-        shapes_.resize(r.mesh.elements.size());
-        for (const ElementId e : changes.elements.created)
-            if (!r.mesh.is_free(e)) shapes_[e.index()] = shape_of(r, e);
-    }
-    [[nodiscard]] double operator[](ElementId e) const { return shapes_[e.index()]; }
-    [[nodiscard]] std::span<const double> all() const { return shapes_; }
-    [[nodiscard]] double worst(std::span<const ElementId> elements) const {
-        double worst = std::numeric_limits<double>::infinity();
-        for (const ElementId e : elements) worst = std::min(worst, shapes_[e.index()]);
-        return worst;
-    }
+[[nodiscard]] Outcome<Done> know_shapes(Adaptation<D>& r, const Execution& execution) {
+    auto shapes = take(std::move(r.shapes));
+    shapes.resize(r.mesh.elements.size(), -1.0);
+    auto measured = each(execution, shapes.size(), [&](std::size_t e) {
+        if (!r.mesh.is_free(ElementId(e)) && shapes[e] < 0) shapes[e] = shape_of(r, ElementId(e));
+    });
+    r.shapes = std::move(shapes);
+    return measured;
+}
+/// The same of elements that a commit made.
+template <int D>
+void know_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
+    if (!r.mesh.is_curved()) return;  // the judge's
+    auto shapes = take(std::move(r.shapes));
+    for (const ElementId e : created)
+        if (!r.mesh.is_free(e)) shapes[e.index()] = shape_of(r, e);
+    r.shapes = std::move(shapes);
+}
 
-  private:
-    Buffer<double> shapes_;
-};
+/// Of elements whose shapes are known: the worst.
+template <int D>
+[[nodiscard]] double worst_known_shape_of(const Adaptation<D>& r, std::span<const ElementId> elements) {
+    double worst = std::numeric_limits<double>::infinity();
+    for (const ElementId e : elements) worst = std::min(worst, r.shapes[e.index()]);
+    return worst;
+}
 
 }  // namespace camber

@@ -71,7 +71,7 @@ class Removals final : public Pass<D> {
         request.join_to(r, into);
         return candidate;
     }
-    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         for (const ElementId e : changes.elements.created) add_tasks(r, e, tasks);
     }
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {

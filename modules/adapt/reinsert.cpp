@@ -32,7 +32,7 @@ class Reinsertions final : public Pass<D> {
         if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
         return candidate_at(r, task, share);
     }
-    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }

@@ -23,13 +23,12 @@ namespace {
 template <int D>
 class Moves final : public Pass<D> {
   public:
-    Moves(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SmoothOptions& options, KeptShapes<D> shapes)
+    Moves(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SmoothOptions& options)
         : goal_(goal),
           wanted_(wanted_shape(r, options.wanted)),
           gain_(shape_of_quality(options.gain, D)),
           poor_(shape_of_quality(0.3, D)),
-          worst_(shape_of_quality(0.2, D)),
-          shapes_(std::move(shapes)) {}
+          worst_(shape_of_quality(0.2, D)) {}
 
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         const VertexId v(std::size_t{task.id});
@@ -39,11 +38,11 @@ class Moves final : public Pass<D> {
         CavityRequest<D>& request = candidate.request;
         PatchLimits& limits = candidate.limits;
         cavity_around(r.mesh, v, request.cavity);
-        const double before = shapes_.worst(request.cavity.elements);
+        const double before = worst_known_shape_of(r, request.cavity.elements);
         if (!(before < wanted_)) return {};
         ConeShapes<D> cones(r, goal_);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        const std::size_t worst = worst_of(request.cavity.elements);
+        const std::size_t worst = worst_of(r, request.cavity.elements);
         cones.begin_with(worst);
         cones.place(cone_point(r, v));
         const double here = r.mesh.is_curved() ? cones.worst(0) : std::max(before, 0.0);
@@ -73,9 +72,8 @@ class Moves final : public Pass<D> {
         limits.corrections = 0;
         return candidate;
     }
-    [[nodiscard]] KeptShapes<D> shapes() && { return std::move(shapes_); }
-    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
-        shapes_.follow(r, changes);
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>&) override {
+        know_shapes<D>(r, changes.elements.created);
     }
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
         refuse<VertexTag>(r, AskingPass::smooth, tasks, r.mesh.points.size());
@@ -84,7 +82,7 @@ class Moves final : public Pass<D> {
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
         std::vector<std::uint8_t> is_asked(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
-            if (!r.mesh.is_free(ElementId(e)) && shapes_[ElementId(e)] < wanted_)
+            if (!r.mesh.is_free(ElementId(e)) && r.shapes[e] < wanted_)
                 for (const VertexId v : r.mesh.elements.vertices[e]) is_asked[v.index()] = 1;
         std::vector<Task> tasks;
         for (std::size_t i = 0; i < is_asked.size(); ++i) {
@@ -102,9 +100,10 @@ class Moves final : public Pass<D> {
         return !r.mesh.is_curved() && !r.mesh.is_surface();
     }
     /// Which of these elements has the worst shape.
-    [[nodiscard]] std::size_t worst_of(const std::vector<ElementId>& elements) const {
+    [[nodiscard]] static std::size_t worst_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
         return static_cast<std::size_t>(
-            std::ranges::min_element(elements, {}, [&](ElementId e) { return shapes_[e]; }) - elements.begin());
+            std::ranges::min_element(elements, {}, [&](ElementId e) { return r.shapes[e.index()]; }) -
+            elements.begin());
     }
     struct BestPlace {
         BoundaryPlace<D> place;
@@ -216,7 +215,6 @@ class Moves final : public Pass<D> {
 
     const AdaptationGoal<D>& goal_;
     double wanted_, gain_, poor_, worst_;  ///< of shapes
-    KeptShapes<D> shapes_;
 };
 
 }  // namespace
@@ -228,10 +226,9 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
     return guarded([&]() -> Outcome<Adapted<D>> {
         const auto snap = snap_to_geometry(state, goal, without_progress(execution));
         if (!snap) return fail(snap.error());
-        auto shapes = KeptShapes<D>::taken_from(state, without_progress(execution));
-        if (!shapes) return fail(shapes.error());
+        if (auto known = know_shapes(state, without_progress(execution)); !known) return fail(known.error());
         state.refusals.begin(AskingPass::smooth, {options.wanted, options.gain});
-        Moves<D> pass(state, goal, options, std::move(*shapes));
+        Moves<D> pass(state, goal, options);
         Adapted<D> out{std::move(state), *snap};
         for (int sweep = 0; sweep < options.sweeps; ++sweep) {
             auto statistics = run_pass<D>(out.state, goal, pass, pass.tasks(out.state), execution);
@@ -239,7 +236,6 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
             out.statistics += *statistics;
             if (statistics->accepted == 0) break;
         }
-        std::move(pass).shapes().give_to(out.state);
         if (options.nodes == SmoothedNodes::distortion) {
             const auto moves = smooth_nodes(out.state, options, execution);
             if (!moves) return fail(moves.error());

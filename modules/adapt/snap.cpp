@@ -26,7 +26,7 @@ class Snaps final : public Pass<D> {
                                                         double share) const override {
         return share > 0 ? candidate_at(r, task, share) : std::nullopt;
     }
-    void follow(const Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
+    void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
 
   private:
     /// `share`: how far the vertex goes.

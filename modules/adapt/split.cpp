@@ -42,7 +42,7 @@ class Splits final : public Pass<D> {
         return candidate;
     }
     [[nodiscard]] static bool has_stood(const Adaptation<D>&, EdgeId) { return false; }  // cavities grow far
-    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
         add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
     }
 

@@ -28,21 +28,18 @@ struct BestSwap {
 template <int D>
 class Swaps final : public Pass<D> {
   public:
-    Swaps(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SwapOptions& options, KeptShapes<D> shapes)
+    Swaps(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const SwapOptions& options)
         : goal_(goal),
           distance_(options.distance),
           wanted_(wanted_shape(r, options.wanted)),
-          gain_(shape_of_quality(options.gain, D)),
-          shapes_(std::move(shapes)) {}
+          gain_(shape_of_quality(options.gain, D)) {}
 
-    [[nodiscard]] const KeptShapes<D>& shapes() const& { return shapes_; }
-    [[nodiscard]] KeptShapes<D> shapes() && { return std::move(shapes_); }
     [[nodiscard]] double order_of(double shape) const { return shape < wanted_ ? shape : infinite_order; }
 
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         const ElementId e(std::size_t{task.id});
         if (r.mesh.is_free(e)) return {};
-        const double shape = shapes_[e];
+        const double shape = r.shapes[e.index()];
         if (!(shape < wanted_)) return {};
         BestSwap<D> best;
         best.gain = gain_;
@@ -66,20 +63,21 @@ class Swaps final : public Pass<D> {
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
         refuse<ElementTag>(r, AskingPass::swap, tasks, r.mesh.elements.size());
     }
-    void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
-        shapes_.follow(r, changes);
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        know_shapes<D>(r, changes.elements.created);
         for (const ElementId e : changes.elements.created)
             if (!r.mesh.is_free(e))
-                if (const double order = order_of(shapes_[e]); order < infinite_order) tasks.push_back(task(order, e));
+                if (const double order = order_of(r.shapes[e.index()]); order < infinite_order)
+                    tasks.push_back(task(order, e));
     }
 
   private:
     /// The shapes of the elements across an element's faces.
-    [[nodiscard]] std::array<double, D + 1> shapes_beside(const Adaptation<D>& r, ElementId e) const {
+    [[nodiscard]] static std::array<double, D + 1> shapes_beside(const Adaptation<D>& r, ElementId e) {
         std::array<double, D + 1> shapes{};
         for (int face = 0; face <= D; ++face) {
             const ElementId next = element_across(r.mesh, e, face);
-            shapes[face] = next.valid() ? shapes_[next] : infinite_order;
+            shapes[face] = next.valid() ? r.shapes[next.index()] : infinite_order;
         }
         return shapes;
     }
@@ -100,14 +98,14 @@ class Swaps final : public Pass<D> {
         if constexpr (D == 3)
             if (!r.mesh.is_curved() && has_end_inside(r, e, k)) {
                 EdgeRing ring;
-                const EdgeRing::Walk walk = ring.walk(r.mesh, shapes_.all(), e, k);
+                const EdgeRing::Walk walk = ring.walk(r.mesh, r.shapes.view(), e, k);
                 if (walk == EdgeRing::Walk::closed) look_at_ring(r, e, ring, best);
                 if (walk != EdgeRing::Walk::open) return;
             }
         look_at_any_edge(r, e, k, cones, best);
     }
     void look_at_ring(const Adaptation<3>& r, ElementId e, const EdgeRing& ring, BestSwap<3>& best) const {
-        const double before = shapes_[e];
+        const double before = r.shapes[e.index()];
         const EdgeRing::Best found = ring.best(r, best.gain * before);
         if (!found.point.valid()) return;
         best.cavity.clear();
@@ -122,7 +120,7 @@ class Swaps final : public Pass<D> {
         Cavity<D> cavity;
         cavity_of_edge(r.mesh, e, k, cavity);
         if (D == 2 && !cavity.facets.empty()) return;
-        if (shapes_.worst(cavity.elements) < shapes_[e]) return;
+        if (worst_known_shape_of(r, cavity.elements) < r.shapes[e.index()]) return;
         const double before = worst_bent(r, cavity.elements, e);
         const VertexId a = r.mesh.elements.vertices[e][local_edges<D>[k][0]];
         const VertexId b = r.mesh.elements.vertices[e][local_edges<D>[k][1]];
@@ -146,7 +144,7 @@ class Swaps final : public Pass<D> {
     /// The worst shape of a cavity in which e is the worst element, as ConeShapes has it; what is as good as inverted
     /// is worth little, not nothing.
     [[nodiscard]] double worst_bent(const Adaptation<D>& r, const std::vector<ElementId>& elements, ElementId e) const {
-        if (!r.mesh.is_curved()) return shapes_[e];
+        if (!r.mesh.is_curved()) return r.shapes[e.index()];
         constexpr double little = 1e-3;
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId s : elements) worst = std::min(worst, bent_shape_of(r, s));
@@ -173,7 +171,7 @@ class Swaps final : public Pass<D> {
     void look_at_straight_face(const Adaptation<3>& r, ElementId e, int face, BestSwap<3>& best) const {
         const FaceNeighbour across = r.mesh.face_neighbours[e][face];
         if (!across.is_element()) return;
-        const double before = shapes_[e];
+        const double before = r.shapes[e.index()];
         const double least = best.gain * before;
         const double after = worst_without_face(r, e, face, across.element(), least);
         if (!(after > least)) return;
@@ -186,7 +184,6 @@ class Swaps final : public Pass<D> {
     const AdaptationGoal<D>& goal_;
     double distance_;
     double wanted_, gain_;  ///< of shapes
-    KeptShapes<D> shapes_;
 };
 
 }  // namespace
@@ -196,16 +193,13 @@ Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, con
                          const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     state.refusals.begin(AskingPass::swap, {options.wanted, options.gain, options.distance});
-    auto shapes = KeptShapes<D>::taken_from(state, without_progress(execution));
-    if (!shapes) return fail(shapes.error());
-    Swaps<D> pass(state, goal, options, std::move(*shapes));
+    if (auto known = know_shapes(state, without_progress(execution)); !known) return fail(known.error());
+    Swaps<D> pass(state, goal, options);
     auto tasks = element_tasks(
-        state, AskingPass::swap, pass.shapes(), [&](double shape) { return pass.order_of(shape); },
-        without_progress(execution));
+        state, AskingPass::swap, [&](double shape) { return pass.order_of(shape); }, without_progress(execution));
     if (!tasks) return fail(tasks.error());
     auto statistics = run_pass<D>(state, goal, pass, std::move(*tasks), execution);
     if (!statistics) return fail(statistics.error());
-    std::move(pass).shapes().give_to(state);
     return Adapted<D>{std::move(state), *statistics};
 }
 

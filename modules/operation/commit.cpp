@@ -14,11 +14,12 @@ namespace camber {
 namespace {
 
 template <int D>
-void forget_shapes(Adaptation<D>& state, std::span<const ElementId> of) {
+void follow_shapes(Adaptation<D>& state, std::span<const ElementId> created, std::span<const double> judged) {
     if (state.shapes.empty()) return;
     auto shapes = take(std::move(state.shapes));
     shapes.resize(state.mesh.elements.size(), -1.0);
-    for (const ElementId e : of) shapes[e.index()] = -1;
+    for (std::size_t i = 0; i < created.size(); ++i)
+        shapes[created[i].index()] = state.mesh.is_curved() ? -1 : judged[i];
     state.shapes = std::move(shapes);
 }
 
@@ -29,10 +30,12 @@ Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D
     return guarded([&]() -> Outcome<CommittedState<D>> {
         std::vector<VertexRow<D>> rows;
         std::vector<bool> are_short;
+        std::vector<double> shapes;  // of what is created, one patch after the other
         std::vector<Patch<D>> patches;
         for (JudgedPatch<D>& patch : judged) {
             rows.push_back(patch.vertex());
             are_short.push_back(patch.is_short_of_geometry());
+            shapes.insert(shapes.end(), patch.shapes().begin(), patch.shapes().end());
             patches.push_back(std::move(patch).take_patch());
         }
         auto changed = replace_cavities<D>(std::move(state.mesh), patches);
@@ -45,7 +48,7 @@ Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D
             if (are_short[i]) off_geometry.push_back(changes.points[i]);
         state.off_geometry = std::move(off_geometry);
         state.refusals.follow(state.mesh, std::span(std::as_const(changes.elements.created)));
-        forget_shapes(state, changes.elements.created);
+        follow_shapes<D>(state, changes.elements.created, shapes);
         follow_walls(state.walls, state.mesh, changes.facets);
         return CommittedState<D>{std::move(state), std::move(changes)};
     });

@@ -1,5 +1,7 @@
 module;
+#include <span>
 #include <utility>
+#include <vector>
 export module camber.operation:judged_patch;
 import camber.core;
 import camber.cavity;
@@ -17,6 +19,8 @@ class JudgedPatch {
     [[nodiscard]] const VertexRow<D>& vertex() const { return vertex_; }
     /// Whether its point went a part of its way to the geometry only.
     [[nodiscard]] bool is_short_of_geometry() const { return is_short_; }
+    /// Of its elements, in the order of the star's `joined`, shape_of. None in a mesh of degree 2.
+    [[nodiscard]] std::span<const double> shapes() const { return shapes_; }
     /// Its patch, out of it.
     [[nodiscard]] Patch<D> take_patch() && { return std::move(patch_); }
 
@@ -26,6 +30,7 @@ class JudgedPatch {
 
     Patch<D> patch_;
     VertexRow<D> vertex_;
+    std::vector<double> shapes_;
     bool is_short_ = false;
 };
 

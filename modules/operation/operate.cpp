@@ -103,6 +103,8 @@ class Operating {
         if (fault.reason != RejectionReason::none) return fault;
         if (is_corrected && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         nodes.give(out_);
+        judged_.shapes_.clear();
+        if (Nodes::degree == 1) judged_.shapes_ = w_.shapes;
         result_.drawn_back = nodes.has_drawn_back();
         result_.bends_around = !out_.following.empty();
         result_.worst_shape = fault.worst_shape;
@@ -113,7 +115,7 @@ class Operating {
     }
     [[nodiscard]] StarFault judge_elements(Nodes& nodes, QualityBar<D>& bar) const {
         nodes.judge_elements();
-        return first_fault<D>(out_.star.joined.size(), nodes, bar);
+        return first_fault<D>(out_.star.joined.size(), nodes, bar, w_.shapes);
     }
     /// What is asked of the patch as a whole: it makes the star no better to ask for it earlier.
     [[nodiscard]] RejectionReason judge_patch() {

@@ -25,6 +25,7 @@ struct OperationWorkspace {
     StarWorkspace<D> star;
     Cavity<D> cavity;
     std::vector<std::size_t> pieces;  ///< of the cavity's facets
+    std::vector<double> shapes;       ///< of the star's elements, as far as they were judged
     CurvedWorkspace<D> curved;
 };
 

@@ -24,4 +24,5 @@ import :node_gain;
 import :old_map;
 import :star_judge;
 import :straight_nodes;
+import :task_queue;
 import :walls;

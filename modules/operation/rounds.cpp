@@ -14,6 +14,7 @@ import camber.metric;
 import camber.crossing;
 import camber.cavity;
 import camber.surface;
+import :task_queue;
 
 namespace camber {
 
@@ -69,9 +70,7 @@ class Rounds {
   public:
     Rounds(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass, std::vector<Task> tasks,
            const Execution& execution)
-        : r_(r), goal_(goal), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {
-        std::make_heap(tasks_.begin(), tasks_.end(), later);
-    }
+        : r_(r), goal_(goal), pass_(pass), tasks_(std::move(tasks)), execution_(execution) {}
 
     [[nodiscard]] Outcome<PassStatistics> run() {
         const Execution quiet = without_progress(execution_);
@@ -88,18 +87,10 @@ class Rounds {
     }
 
   private:
-    static bool later(const Task& a, const Task& b) { return b < a; }
-    void put(const Task& task) {
-        tasks_.push_back(task);
-        std::push_heap(tasks_.begin(), tasks_.end(), later);
-    }
     void take_front() {
         front_.clear();
-        for (std::size_t n = std::min(window_of(r_.mesh.element_count()), tasks_.size()); n > 0; --n) {
-            std::pop_heap(tasks_.begin(), tasks_.end(), later);
-            front_.push_back(tasks_.back());
-            tasks_.pop_back();
-        }
+        for (std::size_t n = std::min(window_of(r_.mesh.element_count()), tasks_.size()); n > 0; --n)
+            front_.push_back(tasks_.take_first());
         by_id_.resize(front_.size());
         std::iota(by_id_.begin(), by_id_.end(), std::size_t{0});
         std::ranges::sort(by_id_, {}, [&](std::size_t i) { return front_[i].id; });
@@ -151,7 +142,7 @@ class Rounds {
             if (result.rejected == RejectionReason::none &&
                 !(claims_.take(r_.mesh, patch.patch()) && new_walls_.take(r_.mesh, patch.patch()))) {
                 result.rejected = RejectionReason::waits;
-                put(front_[i]);
+                tasks_.put(front_[i]);
             }
             count(result, patch.is_short_of_geometry());
             if (result.rejected == RejectionReason::none)
@@ -168,7 +159,7 @@ class Rounds {
         if (r_.mesh.element_count() > goal_.max_elements) return fail(too_many_elements());
         std::vector<Task> followers;
         pass_.follow(r_, committed->changes, followers);
-        for (const Task& task : followers) put(task);
+        for (const Task& task : followers) tasks_.put(task);
         return Done{};
     }
 
@@ -203,7 +194,8 @@ class Rounds {
     Adaptation<D>& r_;
     const AdaptationGoal<D>& goal_;
     Pass<D>& pass_;
-    std::vector<Task> tasks_, front_, refused_;
+    TaskQueue tasks_;
+    std::vector<Task> front_, refused_;
     std::vector<std::size_t> by_id_;  ///< of the front: neighbours in memory are planned one after the other
     const Execution& execution_;
     Claims claims_;

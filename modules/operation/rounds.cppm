@@ -90,7 +90,7 @@ class Pass {
     }
     /// Told of requests that were refused, or for which there was no reason, in the mesh as it is.
     virtual void refused(Adaptation<D>&, std::span<const Task>) const {}
-    virtual void follow(const Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
+    virtual void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
   protected:
     Pass() = default;

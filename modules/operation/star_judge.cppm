@@ -3,6 +3,7 @@ module;
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <vector>
 module camber.operation:star_judge;
 import camber.core;
 import camber.cavity;
@@ -50,9 +51,11 @@ template <int D>
 }
 
 /// The first fault of a star's elements: of the first element that has one, or, where corrections ask for it, the
-/// gravest one.
+/// gravest one. `shapes`: of the elements, where there is none.
 template <int D, class Nodes>
-[[nodiscard]] StarFault first_fault(std::size_t elements, const Nodes& nodes, QualityBar<D>& bar) {
+[[nodiscard]] StarFault first_fault(std::size_t elements, const Nodes& nodes, QualityBar<D>& bar,
+                                    std::vector<double>& shapes) {
+    shapes.clear();
     StarFault found;
     const auto rank = [](RejectionReason reason) {
         return reason == RejectionReason::volume ? 0 : reason == RejectionReason::height ? 1 : 2;
@@ -61,6 +64,7 @@ template <int D, class Nodes>
         const ElementState element = nodes.element(j);
         const RejectionReason reason = fault_of(element, bar);
         if (reason == RejectionReason::none) {
+            shapes.push_back(element.shape);
             found.worst_shape = std::min(found.worst_shape, element.shape);
             continue;
         }
