@@ -23,7 +23,7 @@ struct SplitOptions {
     double longest = longest_unit_edge;
     /// No edge shorter than this is made; of an edge longer than 2 none shorter than 2/length of it: what is short a
     /// collapse mends, and what stands in the way of a split nothing.
-    double shortest = 0.6;
+    double shortest = 0.61;
     double min_quality = 0.05;  ///< of new elements, unless what they replace is worse
 
     [[nodiscard]] static constexpr auto options() {

@@ -70,6 +70,7 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
     loose.longest = std::max(loose.longest, options.loose_longest);
     SplitOptions loose_split = options.split;
     loose_split.longest = std::max(loose_split.longest, options.loose_split);
+    loose_split.shortest = std::max(loose_split.shortest, options.loose_shortest);
     bool is_last = false;
     while (!is_last && s.rounds < options.rounds) {
         is_last = is_converged || s.rounds + 1 == options.rounds;

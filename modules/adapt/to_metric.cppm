@@ -14,16 +14,18 @@ export namespace camber {
 /// Rounds of collapse, split, swap and smooth; bad elements are mended at last. In all rounds but the last a collapse
 /// may make edges that are longer than its options say: the split behind halves them, and where none may be longer than
 /// √2 most short edges would stay. And splits leave edges somewhat longer than their options say: of those in between
-/// most come to be shorter by what goes on around them, and halves of them would make the mean length less than 1.
+/// most come to be shorter by what goes on around them, and halves of them would make the mean length less than 1. Nor
+/// do splits make edges there that a collapse would have to remove.
 struct ToMetricOptions {
-    double loose_longest = 1.8;
+    double loose_longest = 2;
     double loose_split = 1.55;
+    double loose_shortest = 0.7;
     CollapseOptions collapse = {};
     SplitOptions split = {};
     SwapOptions swap = {};
     SmoothOptions smooth = {};
     MendOptions mend = {};
-    int rounds = 6;
+    int rounds = 4;
     double min_change = 0.002;
 
     [[nodiscard]] static constexpr auto options() {
@@ -35,6 +37,10 @@ struct ToMetricOptions {
                 .at_least(0),
             option("loose_split", &S::loose_split,
                    "the longest edges that splits leave in all rounds but the last, if split/longest is less")
+                .unit("lengths in the metric")
+                .at_least(0),
+            option("loose_shortest", &S::loose_shortest,
+                   "the shortest edges that splits make in all rounds but the last, if split/shortest is less")
                 .unit("lengths in the metric")
                 .at_least(0),
             option("collapse", &S::collapse, "the options of the stage collapse"),

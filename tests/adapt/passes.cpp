@@ -227,8 +227,8 @@ TEST_CASE("an edge that is much too long is split beside a vertex in its way") {
         const auto [r, told] = must(split<2>(begun(mesh, goal), goal, {.longest = 1.9}, alone));
         return told.accepted;
     };
-    CHECK(splits(1.95) == 0);  // 0.45 is shorter than 0.6
-    CHECK(splits(3) == 1);     // but not than 0.6 · 2/3
+    CHECK(splits(1.95) == 0);  // 0.45 is shorter than 0.61
+    CHECK(splits(3) == 1);     // but not than 0.61 · 2/3
 }
 
 TEST_CASE("options out of range are refused") {

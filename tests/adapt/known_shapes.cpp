@@ -1,0 +1,73 @@
+// The shapes that go along with a mesh from pass to pass are those of its elements: of degree 1 the judge's, to the
+// bit.
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include <doctest/doctest.h>
+
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+import camber.adapt;
+
+#include "bowed.hpp"
+#include "dice.hpp"
+#include "domains.hpp"
+#include "goals.hpp"
+#include "property.hpp"
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+/// As far as they are known; how many are.
+template <int D>
+std::size_t expect_right_shapes(const Adaptation<D>& r) {
+    std::size_t known = 0;
+    for (std::size_t e = 0; e < r.shapes.size(); ++e) {
+        if (r.mesh.is_free(ElementId(e)) || r.shapes[e] < 0) continue;
+        RC_ASSERT(r.shapes[e] == shape_of(r, ElementId(e)));
+        ++known;
+    }
+    return known;
+}
+
+template <int D>
+void expect_shapes(Adaptation<D> r, const AdaptationGoal<D>& goal) {
+    for (int round = 0; round < 2; ++round) {
+        r = must(swap<D>(std::move(r), goal, {.wanted = 1}, alone)).state;
+        RC_ASSERT(expect_right_shapes(r) == r.mesh.element_count());
+        r = must(smooth<D>(std::move(r), goal, {.wanted = 1}, alone)).state;
+        RC_ASSERT(expect_right_shapes(r) == r.mesh.element_count());
+        r = must(collapse<D>(std::move(r), goal, {}, alone)).state;
+        expect_right_shapes(r);
+        r = must(split<D>(std::move(r), goal, {}, alone)).state;
+        expect_right_shapes(r);
+    }
+}
+
+template <int D>
+void of_straight(std::uint64_t seed) {
+    Dice dice(seed);
+    const LinearMesh<D> mesh = random_domain<D>(seed);
+    const AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.5, 1.5), dice);
+    expect_shapes(begun(mesh, goal), goal);
+}
+
+template <int D>
+void of_curved(std::uint64_t seed) {
+    Dice dice(seed);
+    BowedDomain<D> domain = bowed_domain(random_domain<D>(seed), dice);
+    expect_shapes(std::move(domain.state), domain.goal);
+}
+
+}  // namespace
+
+TEST_CASE("shapes that are known are those of the elements") {
+    property("2D", [](std::uint64_t seed) { of_straight<2>(seed); }, {.count = 20});
+    property("3D", [](std::uint64_t seed) { of_straight<3>(seed); }, {.count = 6});
+    property("2D, degree 2", [](std::uint64_t seed) { of_curved<2>(seed); }, {.count = 6});
+}
