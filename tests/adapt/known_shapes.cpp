@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 
 import camber.core;
+import camber.bezier;
 import camber.metric;
 import camber.cavity;
 import camber.operation;
