@@ -182,24 +182,25 @@ class Moves final : public Pass<D> {
         const Vec<D> here = r.mesh.points[v];
         Vec<D> sum{};
         double weights = 0;
-        const auto add = [&](VertexId w, double weight) {
-            const auto corners = cones.vertices();
-            const auto i = static_cast<std::size_t>(std::ranges::find(corners, w, &ConeShapes<D>::Corner::vertex) -
-                                                    corners.begin());
+        const auto corners = cones.vertices();
+        const auto add = [&](std::size_t i, double weight) {
             const double length = cones.length_to(i);
             if (!(length > min_length)) return;  // it asks for a place far beyond all others
             // Of a curve its tangent here, at the end of which w would be.
-            const Vec<D> end = r.mesh.is_curved() ? here + cones.tangent_to(i) : r.mesh.points[w];
+            const Vec<D> end = r.mesh.is_curved() ? here + cones.tangent_to(i) : corners[i].place;
             sum += weight * (end + (1 / length) * (here - end));
             weights += weight;
         };
         const auto add_others = [&](const auto& simplex) {
             for (const VertexId w : simplex)
-                if (w != v) add(w, 1);
+                if (w != v)
+                    add(static_cast<std::size_t>(std::ranges::find(corners, w, &ConeShapes<D>::Corner::vertex) -
+                                                 corners.begin()),
+                        1);
         };
         switch (r.mesh.states[v].place) {
             case VertexPlace::inside:
-                for (const auto& corner : cones.vertices()) add(corner.vertex, corner.faces);
+                for (std::size_t i = 0; i < corners.size(); ++i) add(i, corners[i].faces);
                 break;
             case VertexPlace::surface:
                 for (const FacetId f : around.facets) add_others(r.mesh.facets.vertices[f]);
