@@ -20,6 +20,7 @@ import argparse
 import re
 import sys
 from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 MODULE = re.compile(r"^(export )?module (camber[\w.]*)(:\w+)?;")
@@ -27,7 +28,7 @@ IMPORT = re.compile(r"^(?:export )?import ")
 PARTITION = re.compile(r"^(export )?import (:\w+);")
 INCLUDE = re.compile(r'^#include ([<"])([^>"]+)[>"]')
 LOCAL_TYPE = re.compile(r"^(?:template <[^>]*>\s*)?(?:(?:struct|class|enum class|enum|union|concept)\s+(\w+)\b(?!\s*;)|using (\w+) =)")
-LOCAL_VALUE = re.compile(r"^(?:static |inline |constexpr |const )+[\w:<>, ]+?\s(\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
+LOCAL_VALUE = re.compile(r"^(?:static |inline |constexpr |const )+[\w:<>,*& ]+?[\s*&](\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
 INSTANTIATED = re.compile(r"^(?:#define CAMBER_INSTANTIATE\(D\))?\s*template (?:class (\w+)<|[^<(].*?\s(\w+)<\w+>::)")  # a class, or a member of it: not both in one text
 DECLARED = re.compile(r"[\w>&*\]] [&*]?(\w+)\s*(?=[=;,){\[:])")  # a variable or a parameter, perhaps
 USED = re.compile(r"(?<![\w.>:])(\w+)\s*(?=[(<{])")  # a function or a type, perhaps; `a.b(`, `a->b(` and `a::b(` are looked up elsewhere
@@ -100,6 +101,35 @@ class Source:
         return found
 
 
+@cache
+def declares(header: Path) -> tuple:
+    """Names at the start of a line of a header and of those that it includes: all of them, and those of variables."""
+    names, values = set(), set()
+    for line in header.read_text().splitlines():
+        if match := LOCAL_VALUE.match(line):
+            values.add(match[1])
+        elif (match := LOCAL_TYPE.match(line)) or not line.startswith((" ", "#", "/", "}", "template", "return")) and (match := LOCAL_FUNCTION.match(line)):
+            names.add(match[1] or match[match.lastindex])
+    inner = [declares(path) for path in own_headers(Source(header, header.read_text().splitlines()))]
+    return frozenset(names | values).union(*(one[0] for one in inner)), frozenset(values).union(*(one[1] for one in inner))
+
+
+def own_headers(unit: Source) -> list:
+    """The headers of ours that it includes: beside it, or what tests support each other with."""
+    folders = unit.path.parent, unit.path.parent.parent / "support"
+    found = (match[2] for line in unit.lines if (match := INCLUDE.match(line)) and match[1] == '"')
+    return [path for name in found if (path := next((folder / name for folder in folders if (folder / name).exists()), None))]
+
+
+def in_the_way(unit: Source, other: Source) -> bool:
+    """Whether a header that the one includes, and the other does not, declares what the other does."""
+    for header in set(own_headers(unit)) - set(own_headers(other)):
+        names, values = declares(header)
+        if names & other.locals() or values & other.declared():
+            return True
+    return False
+
+
 @dataclass
 class Text:
     units: list = field(default_factory=list)
@@ -113,6 +143,8 @@ class Text:
 
     def takes(self, unit: Source) -> bool:
         """Whether no name is in the way."""
+        if not unit.of and any(in_the_way(unit, other) or in_the_way(other, unit) for other in self.units):
+            return False
         return not (self.names & (unit.locals() | unit.used()) or self.used & unit.locals()
                     or self.values & unit.declared() or self.declared & unit.values())
 
@@ -183,7 +215,7 @@ def texts_of(units: list, key, most: int) -> list:
 def key_of(beside: list):
     """What units that may go together have in common."""
     seen = frozenset(line for source in beside for line in source.imports())
-    return lambda unit: (unit.module, unit.imports() - seen if unit.module else None, unit.headers())
+    return lambda unit: (unit.module, unit.imports() - seen, unit.headers()) if unit.module else ("",)
 
 
 def hidden(unit: Source) -> Source:
@@ -210,12 +242,12 @@ def united(units: list, declaration: str) -> list:
         begins = unit.begins()
         for i, line in enumerate(unit.lines):
             where = (unit.path, i + 1)
+            match = INCLUDE.match(line)
+            if match and match[1] == '"' and (unit.path.parent / match[2]).exists():
+                line = f'#include "{(unit.path.parent / match[2]).resolve()}"'
             if IMPORT.match(line):
                 imports.append((line, where))
             elif i < begins:
-                match = INCLUDE.match(line)
-                if match and match[1] == '"' and (unit.path.parent / match[2]).exists():
-                    line = f'#include "{(unit.path.parent / match[2]).resolve()}"'
                 head += [(line, where)] if line.strip() and line != "module;" and not MODULE.match(line) and not line.startswith("//") else []
             else:
                 rest.append((line, where))

@@ -81,6 +81,17 @@ class Together(unittest.TestCase):
         self.assertTrue((self.folder / "stamp").exists())
         self.written("far", code=1)
 
+    def test_units_of_no_module_go_together_unless_a_header_is_in_the_way_of_who_does_not_include_it(self):
+        self.path("waves.hpp").write_text("#pragma once\ninline constexpr double depth = 9;\nint waves();\n")
+        self.path("one.cpp").write_text('#include "waves.hpp"\nimport camber.core;\nTEST_CASE("one") { waves(); }\n')
+        texts = {}
+        for name, line in {"neither": "int two = 2;", "shadowed": "int depth = 2;", "overloaded": "static int waves(int);"}.items():
+            body = line if name == "overloaded" else f'TEST_CASE("two") {{\n    {line}\n}}'
+            self.path("two.cpp").write_text(f"import camber.io;\n{body}\n")
+            units = [together.read_source(self.path(unit)) for unit in ("one.cpp", "two.cpp")]
+            texts[name] = len(together.texts_of(units, together.key_of([]), 100))
+        self.assertEqual(texts, {"neither": 1, "shadowed": 2, "overloaded": 2})
+
     def test_partitions_that_import_each_other_are_an_error(self):
         self.path("inner").write_text(UNITS["inner"].replace("import camber.core;", "import :outer;"))
         with self.assertRaises(SystemExit):
