@@ -8,10 +8,12 @@ With modules clang-tidy walks for each unit through all that it imports, the sta
 what lint cost. So it walks once for many:
 
 - Interface units are no runs of their own: one text imports all modules, and the filter of headers lets the diagnostics of what it imports
-  pass. A unit that no module's interface reaches is linted alone. Named by a PATH, they are linted as the text that they were compiled as.
-- Implementation units of one module are put together into one text under BUILD/lint/, as for compiling (cmake/together.py), more of them:
-  what they import is united. Diagnostics are told where they are in the sources. Where a text does not compile all the same, its units are
-  linted one by one. So what goes together is a matter of time alone.
+  pass. Those of a partition that no module's interface reaches pass in a text that imports it. Named by a PATH, interface units are linted
+  as the text that they were compiled as.
+- Other units of one module, or of none and compiled alike, are put together into one text under BUILD/lint/, as for compiling
+  (cmake/together.py), more of them: what they import is united, and a local name that another unit writes, too, is given its unit's for a
+  surname. Diagnostics are told where they are in the sources. Where a text does not compile all the same, its units are linted one by
+  one. So what goes together is a matter of time alone.
 
 What only the preprocessor sees (readability-duplicate-include) is looked for here, in the text of each file.
 """
@@ -22,8 +24,9 @@ import re
 import shlex
 import subprocess
 import sys
+from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -32,6 +35,7 @@ sys.path.insert(0, str(ROOT / "cmake"))
 import together  # noqa: E402
 
 LINES = 2500  # of one text, about: more of them leave one processor waiting at the end
+WORD = re.compile(r"[A-Za-z_]\w*")
 DIAGNOSTIC = re.compile(r"^(/[^:\n]+):(\d+):(\d+): (warning|error|note): ")
 
 
@@ -45,8 +49,9 @@ class Unit(together.Source):
 
 @dataclass
 class Text(together.Text):
-    """One run of clang-tidy: of its units, or of all that they import."""
+    """One run of clang-tidy: of its units, or of all that they import. Told is also of the parts, which its units import."""
     all_imports: bool = False
+    parts: list = field(default_factory=list)
 
 
 def files_of(entry: dict) -> list:
@@ -95,6 +100,63 @@ def write_text(text: Text, path: Path) -> list:
     return [where for _, where in lines]
 
 
+@cache
+def elsewhere() -> tuple:
+    """The words of interface units, and the functions of headers."""
+    found = []
+    for kind, word in ("*.cppm", WORD), ("*.hpp", re.compile(r"(\w+)\(")):
+        paths = (path for folder in ("modules", "apps") for path in (ROOT / folder).rglob(kind))
+        lines = (line for path in paths for line in path.read_text().splitlines() if not line.lstrip().startswith("//"))
+        found.append({name for line in lines for name in word.findall(line)})
+    return tuple(found)
+
+
+def with_surnames(units: list) -> list:
+    """The units of one text, perhaps, with local names that are in nobody's way: one that is another unit's word, or an interface's, becomes
+    NAME_of_UNIT."""
+    texts = ["\n".join(unit.lines) for unit in units]
+    writers = Counter(word for text in texts for word in set(WORD.findall(text)))
+    return [renamed(unit, [name for name in unit.locals()
+                           if (writers[name] > 1 or name in elsewhere()[0]) and may_be_renamed(name, unit, text)])
+            for unit, text in zip(units, texts)]
+
+
+def may_be_renamed(name: str, unit: Unit, text: str) -> bool:
+    """Not where a member is called so, or what is instantiated, what the function overloads, or what a header declares; macros neither."""
+    interfaces, headers = elsewhere()
+    instantiated = (name in match.groups() for match in map(together.INSTANTIATED.match, unit.lines) if match)
+    overloads = unit.module and name in interfaces and re.search(rf"\b{name}\(", text)
+    return not (name.isupper() or overloads or name in headers or any(instantiated) or re.search(rf"(?:[.~]|->|::){name}\b", text))
+
+
+def renamed(unit: Unit, names: list) -> Unit:
+    if not names:
+        return unit
+    written = re.compile(rf"\b({'|'.join(names)})\b")
+    surname = re.sub(r"\W", "_", unit.path.stem if unit.of else unit.path.parent.name + "_" + unit.path.stem)
+    return replace(unit, lines=[line if together.INCLUDE.match(line) or together.IMPORT.match(line) else written.sub(rf"\1_of_{surname}", line)
+                                for line in unit.lines])
+
+
+def together_in_texts(units: list) -> list:
+    """Units of one module, or of none, that are compiled alike."""
+    alike = defaultdict(list)
+    for unit in units:
+        alike[unit.module, *unit.command].append(unit)
+    return [Text(text.units) for some in alike.values() for text in together.texts_of(with_surnames(some), lambda unit: None, LINES)]
+
+
+def give_parts(texts: list, parts: list) -> list:
+    """Texts for all parts: one of those that import it, else its own."""
+    for part in parts:
+        reader = next((text for text in texts if any(part.output in unit.given.values() for unit in text.units)), None)
+        if reader:
+            reader.parts.append(part)
+        else:
+            texts = [*texts, Text([part])]
+    return texts
+
+
 def asked_for(told: str, text: Text) -> bool:
     """Not of a unit that is only compiled in the same text."""
     return (not DIAGNOSTIC.match(told) or "[clang-diagnostic-error" in told
@@ -106,7 +168,7 @@ def run(arguments, text: Text, number: int) -> tuple:
     first = text.units[0]
     source, places = first.compiled, []
     imports = {name: file for unit in text.units for name, file in unit.given.items()}
-    header_filter = ""
+    header_filter = "|".join(f"^{re.escape(str(part.compiled))}$" for part in text.parts)
     command = [*first.command, *(f"-iquote{folder}" for folder in sorted({str(unit.path.parent) for unit in text.units}))]
     if text.all_imports:
         source = arguments.build / "lint" / "interfaces.cpp"
@@ -181,13 +243,11 @@ def main() -> int:
     modules = [unit for unit in units if unit.exported]
     reached = {file for unit in modules for file in [unit.output, *unit.given.values()]}
     alone = [unit for unit in units if not unit.output]
-    texts = [Text(text.units)
-             for text in together.texts_of(alone, lambda unit: (unit.module or str(unit.path), *unit.command), LINES)]
-    texts += [Text([unit]) for unit in units if unit.output and unit.output not in reached]
     if arguments.paths:
         texts = [Text([unit]) for unit in alone]
         texts += [Text([unit for unit in units if unit.output == output]) for output in dict.fromkeys(unit.output for unit in units) if output]
     else:
+        texts = give_parts(together_in_texts(alone), [unit for unit in units if unit.output and unit.output not in reached])
         texts.append(Text(list(modules), all_imports=True))
     texts.sort(key=lambda text: -text.size())
 
