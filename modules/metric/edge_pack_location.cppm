@@ -136,7 +136,7 @@ template <int D>
 [[nodiscard, gnu::always_inline]] inline std::array<Pack, D + 1> coordinates_in(const StraightBack<D>& back,
                                                                                 const ElementsPack<D>& e,
                                                                                 const VecPack<D>& x) {
-    std::array<Pack, D + 1> u;
+    std::array<Pack, D + 1> u;  // NOLINT(*-pro-type-member-init): filled right after
     VecPack<D> from;
     for (int i = 0; i < D; ++i) from[i] = x[i] - e.corner[0][i];
     u[0] = packed(1);
