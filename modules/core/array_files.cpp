@@ -28,7 +28,7 @@ constexpr std::size_t smallest = std::size_t{1} << 18U;
 
 struct ArrayFiles {
     std::mutex mutex;
-    std::string folder;                ///< empty: arrays are made in memory
+    std::string folder;                 ///< empty: arrays are made in memory
     std::atomic<bool> is_used = false;  ///< ever
     struct Array {
         std::size_t bytes = 0;

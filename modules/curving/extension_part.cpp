@@ -96,7 +96,8 @@ Outcome<Done> ExtensionPart<D>::begin(double mean, double stiffening, const Exec
 }
 
 template <int D>
-Outcome<std::vector<ExtensionSums>> ExtensionPart<D>::step(double length, double tolerance, const Execution& execution) {
+Outcome<std::vector<ExtensionSums>> ExtensionPart<D>::step(double length, double tolerance,
+                                                           const Execution& execution) {
     ExtensionSystem<D>& x = *impl_;
     return x.template reduce_runs<ExtensionSums>(execution, [&](ExtensionSums& sums, RowBlock& block) {
         Rows<D>& rows = x.rows;

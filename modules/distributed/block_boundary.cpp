@@ -67,13 +67,14 @@ template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {
     std::vector<ExtensionPart<D>> parts;
-    auto begun = run.each_part_keeping(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
-        auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, state.base, state.shells, state.owned,
-                                           without_progress(execution));
-        if (!part) return fail(part.error());
-        parts.push_back(std::move(*part));
-        return Done{};
-    });
+    auto begun =
+        run.each_part_keeping(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
+            auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, state.base, state.shells, state.owned,
+                                               without_progress(execution));
+            if (!part) return fail(part.error());
+            parts.push_back(std::move(*part));
+            return Done{};
+        });
     if (!begun) return fail(begun.error());
     const auto solved = solve_extension<D>(parts, *run.between, {}, execution);
     if (!solved) return fail(solved.error());
@@ -140,7 +141,7 @@ Outcome<Done> find_surface(BlockRun<D>& run, const MeshRows<D>& rows, const Exec
     if (!surface) return fail(surface.error());
     run.by.emplace(CurvingBy<D>{std::move(*surface), edges_by(run)});
     return run.each_part(part_of(execution, 0.8, 1),
-                          [&](PartState<D>& state, RingedPart<D>& part) { return take_boundary(run, state, part); });
+                         [&](PartState<D>& state, RingedPart<D>& part) { return take_boundary(run, state, part); });
 }
 
 template <int D>

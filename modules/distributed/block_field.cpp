@@ -56,7 +56,6 @@ Outcome<Done> metric_of(const BlockRun<D>& run, PartState<D>& state, const Ringe
     return Done{};
 }
 
-
 }  // namespace
 
 template <int D>
@@ -102,17 +101,18 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
         return brought;
     if (!run.is_displaced) return Done{};
     std::vector<Buffer<LagrangeNode<D>>> back_nodes;
-    done = run.each_part_keeping(part_of(execution, 0.6, 0.8), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
-        const Column<LogMetric<D>> logs(Buffer<LogMetric<D>>(state.log_metrics));
-        auto nodes =
-            noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
-        if (!nodes) return fail(nodes.error());
-        // Searches begin where the back mesh has their edges; nodes for accuracy follow walls that hardly sag, too.
-        if (run.by->edges.aim != CurvingAim::accuracy)
-            state.base = starting_at(state, run.by->surface, MovedNodes<D>(state.mesh, *nodes));
-        back_nodes.push_back(std::move(*nodes));
-        return Done{};
-    });
+    done =
+        run.each_part_keeping(part_of(execution, 0.6, 0.8), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
+            const Column<LogMetric<D>> logs(Buffer<LogMetric<D>>(state.log_metrics));
+            auto nodes =
+                noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
+            if (!nodes) return fail(nodes.error());
+            // Searches begin where the back mesh has their edges; nodes for accuracy follow walls that hardly sag, too.
+            if (run.by->edges.aim != CurvingAim::accuracy)
+                state.base = starting_at(state, run.by->surface, MovedNodes<D>(state.mesh, *nodes));
+            back_nodes.push_back(std::move(*nodes));
+            return Done{};
+        });
     if (!done) return done;
     std::vector<PartNodes<D>> parts;
     parts.reserve(run.states.size());
@@ -132,7 +132,7 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
                                               const Buffer<LogMetric<D>>&, KeptGradients, const Execution&); \
     template Buffer<LagrangeNode<D>> starting_at<D>(const PartState<D>&, const WholeSurface<D>&,             \
                                                     const MovedNodes<D>&);                                   \
-    template Outcome<BackMesh<D>> field_of<D>(const PartState<D>&, KeptGradients, const Execution&);        \
+    template Outcome<BackMesh<D>> field_of<D>(const PartState<D>&, KeptGradients, const Execution&);         \
     template Outcome<Done> make_metric<D>(BlockRun<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

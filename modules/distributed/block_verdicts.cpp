@@ -32,7 +32,7 @@ namespace {
 
 template <int D>
 Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part, BlocksValidation& own,
-                          const Execution& execution) {
+                         const Execution& execution) {
     QuadraticMesh<D> mesh = state.mesh;
     mesh.mid_nodes = std::move(state.nodes);
     const auto validation = validate(mesh, run.options.curving.repair.min_scaled_jacobian, execution);

@@ -132,9 +132,9 @@ std::unique_ptr<MeshRows<D>> rows_of(LinearMesh<D> mesh) {
     return std::make_unique<MemoryRows<D>>(std::move(mesh));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf<D>(Column<std::byte>, std::string_view,  \
-                                                                  std::function<void()>);               \
+#define CAMBER_INSTANTIATE(D)                                                                          \
+    template Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf<D>(Column<std::byte>, std::string_view, \
+                                                                  std::function<void()>);              \
     template std::unique_ptr<MeshRows<D>> rows_of<D>(LinearMesh<D>);
 
 CAMBER_INSTANTIATE(2)

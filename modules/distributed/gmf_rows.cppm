@@ -9,8 +9,9 @@ import :rows;
 
 export namespace camber {
 
-/// Of the bytes of a binary .meshb of degree 1: each call decodes its own rows, and touches no other bytes. `after_rows`
-/// is called when some have been read: bytes that are mapped may leave memory. Errors: input, unsupported (io:gmf_runs).
+/// Of the bytes of a binary .meshb of degree 1: each call decodes its own rows, and touches no other bytes.
+/// `after_rows` is called when some have been read: bytes that are mapped may leave memory. Errors: input, unsupported
+/// (io:gmf_runs).
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf(Column<std::byte> bytes, std::string_view name,
                                                                 std::function<void()> after_rows = {});

@@ -165,7 +165,7 @@ Outcome<EdgesOfParts> BetweenRingedParts<D>::bring(std::span<const std::span<Vec
     return brought;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                   \
+#define CAMBER_INSTANTIATE(D)                                                                        \
     template Outcome<Halo> vertex_halo<D>(const RingedParts<D>&, Ranks&);                            \
     template Outcome<Halo> edge_halo<D>(const RingedParts<D>&, std::span<const EdgeSet<D>>, Ranks&); \
     template class BetweenRingedParts<D>;

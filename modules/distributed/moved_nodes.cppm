@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 module camber.distributed:moved_nodes;
 import camber.core;

@@ -24,11 +24,11 @@ struct PartState {
     Column<EdgeKind> kinds;
     Column<EdgeKind> kinds_outside_planes;  ///< with edges within planes as of the volume
     Column<EdgeId> on_surface;              ///< the edge of the whole surface that each is; invalid: of the volume
-    Buffer<LagrangeNode<D>> base;  ///< where nodes start, while that is of use
-    MovedNodes<D> extended;            ///< not known: nothing is displaced
-    Buffer<LogMetric<D>> log_metrics;  ///< none: a field with a mesh of its own
-    MovedNodes<D> back_nodes;          ///< of the field's mesh; not known: straight
-    Buffer<Vec<D>> slides, offsets;    ///< none: nothing moves
+    Buffer<LagrangeNode<D>> base;           ///< where nodes start, while that is of use
+    MovedNodes<D> extended;                 ///< not known: nothing is displaced
+    Buffer<LogMetric<D>> log_metrics;       ///< none: a field with a mesh of its own
+    MovedNodes<D> back_nodes;               ///< of the field's mesh; not known: straight
+    Buffer<Vec<D>> slides, offsets;         ///< none: nothing moves
     Buffer<LagrangeNode<D>> nodes;
 
     [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }

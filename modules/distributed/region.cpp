@@ -234,7 +234,7 @@ Outcome<Region<D>> region_around(const RingedParts<D>& parts, const std::vector<
     return region;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                         \
+#define CAMBER_INSTANTIATE(D)                                                                             \
     template Outcome<Region<D>> region_around<D>(const RingedParts<D>&, const std::vector<PartState<D>>&, \
                                                  const std::vector<GlobalNumber>&, int, Ranks&, const Execution&);
 

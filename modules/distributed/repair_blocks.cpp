@@ -173,7 +173,8 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
                            {}};
     const auto judged = validate(*straight, curved.proposal, options.min_scaled_jacobian, execution);
     if (!judged) return fail(judged.error());
-    const auto field = field_on(*straight, std::move(region.back_nodes), region.log_metrics, KeptGradients::all, execution);
+    const auto field =
+        field_on(*straight, std::move(region.back_nodes), region.log_metrics, KeptGradients::all, execution);
     if (!field) return fail(field.error());
     const Column<LagrangeNode<D>> extended(Buffer<LagrangeNode<D>>(region.extended));
     const WantedNodes<D> wanted{curved, *around, extended, of.aim, &*field};

@@ -43,8 +43,8 @@ std::size_t chunks_of(std::size_t n, std::size_t ranks) { return n / ranks / chu
 /// equations.
 constexpr std::uint64_t weight_of_facet = 20;
 
-/// Where blocks begin: an element counts at each of its vertices, since all around these is worked on; in buckets, since
-/// a bound need not be sharp.
+/// Where blocks begin: an element counts at each of its vertices, since all around these is worked on; in buckets,
+/// since a bound need not be sharp.
 template <int D>
 Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
     const RowCounts counts = rows.counts();
@@ -64,7 +64,8 @@ Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const
     const auto count = [&]() -> Outcome<std::vector<std::uint64_t>> {
         auto added = add(counts.elements, 1, [&](std::size_t b, std::size_t e) { return rows.elements(b, e); });
         if (added)
-            added = add(counts.facets, weight_of_facet, [&](std::size_t b, std::size_t e) { return rows.facets(b, e); });
+            added =
+                add(counts.facets, weight_of_facet, [&](std::size_t b, std::size_t e) { return rows.facets(b, e); });
         if (!added) return fail(added.error());
         return own;
     };
@@ -206,8 +207,8 @@ struct Wish {
 
 /// Of each own part the vertices of its first ring that are others', told to their owners.
 template <int D>
-Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexRow<D>>>& ring,
-                                               const PartLayout& layout, Ranks& ranks) {
+Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexRow<D>>>& ring, const PartLayout& layout,
+                                               Ranks& ranks) {
     std::vector<ToPart<Wish>> out;
     for (std::size_t b = 0; b < ring.size(); ++b) {
         const std::size_t part = layout.begin_of(ranks.rank()) + b;
@@ -355,8 +356,8 @@ struct PartRows {
 
 /// All of a part but the points of others.
 template <int D>
-Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRows<D>& rows,
-                                    const LinearMesh<D>& lists, const Execution& execution) {
+Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
+                                    const Execution& execution) {
     std::vector<GlobalNumber> others;
     add_others<D>(of.elements, own, others);
     add_others<D - 1>(of.facets, own, others);
@@ -462,7 +463,7 @@ Outcome<Done> bring_points(RingedParts<D>& parts, Ranks& ranks) {
 
 template <int D>
 Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
-                         const Execution& execution) {
+                              const Execution& execution) {
     return guarded([&]() -> Outcome<RingedParts<D>> {
         if (options.elements == 0) return fail(ErrorKind::usage, "a block of no elements", {}, {}, "give at least 1");
         auto lists = rows.lists();

@@ -242,7 +242,7 @@ BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const
                                                             Column<LogMetric<D>>, const Execution&);                \
     template Outcome<BackMesh<D>> make_back_mesh<D>(const LinearMesh<D>&, const Incidence<ElementId>&,              \
                                                     Column<LogMetric<D>>, const Execution&);                        \
-    template WeightedGradient<D> weighted_gradient<D>(const StraightBack<D>&, ElementId);                          \
+    template WeightedGradient<D> weighted_gradient<D>(const StraightBack<D>&, ElementId);                           \
     template Outcome<Buffer<LogGradient<D>>> mean_gradients<D>(const StraightBack<D>&, const Incidence<ElementId>&, \
                                                                const Execution&);                                   \
     template Outcome<BackMesh<D>> straight_back_mesh<D>(const BackMesh<D>&, Column<LogMetric<D>>);                  \

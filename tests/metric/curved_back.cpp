@@ -107,34 +107,36 @@ void location_laws() {
 
 template <int D>
 void kept_laws() {
-    property("edges away from all bends see what they see in the straight mesh, to the last bit", [](std::uint64_t seed) {
-        Dice dice(seed);
-        auto mesh = must(elevate(unit_box<D>(3, seed + 1), alone));
-        const std::size_t moved = dice.below(mesh.edges.size());
-        auto nodes = take(std::move(mesh.mid_nodes));
-        nodes[moved].point += dice.vector<D>(-1e-3, 1e-3);
-        mesh.mid_nodes = std::move(nodes);
-        const auto around = must(balls(mesh.linear, alone));
-        const auto shell = must(shells(mesh.edges, alone));
-        const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
-        const auto curved = must(make_curved_back_mesh(mesh, around, logs, alone, KeptGradients::seen));
-        const auto straight = must(make_back_mesh(mesh.linear, around, logs, alone));
-        const auto is_near = [&](VertexId v) {
-            return std::ranges::any_of(around[v], [&](ElementId e) {
-                return std::ranges::find(mesh.edges.of_elements[e], EdgeId(moved)) != mesh.edges.of_elements[e].end();
-            });
-        };
-        for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-            const auto& [a, b] = mesh.edges.vertices[e];
-            if (is_near(a) || is_near(b)) continue;
-            const BackEdge edge{a, b, shell[EdgeId(e)]};
-            EdgeEnds<D> seen, expected;
-            curved->see({&edge, 1}, {&seen, 1});
-            straight->see({&edge, 1}, {&expected, 1});
-            RC_ASSERT(seen.a.gradient == expected.a.gradient);
-            RC_ASSERT(seen.b.gradient == expected.b.gradient);
-        }
-    });
+    property("edges away from all bends see what they see in the straight mesh, to the last bit",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 auto mesh = must(elevate(unit_box<D>(3, seed + 1), alone));
+                 const std::size_t moved = dice.below(mesh.edges.size());
+                 auto nodes = take(std::move(mesh.mid_nodes));
+                 nodes[moved].point += dice.vector<D>(-1e-3, 1e-3);
+                 mesh.mid_nodes = std::move(nodes);
+                 const auto around = must(balls(mesh.linear, alone));
+                 const auto shell = must(shells(mesh.edges, alone));
+                 const auto logs = rough_logs<D>(mesh.linear.points.size(), dice);
+                 const auto curved = must(make_curved_back_mesh(mesh, around, logs, alone, KeptGradients::seen));
+                 const auto straight = must(make_back_mesh(mesh.linear, around, logs, alone));
+                 const auto is_near = [&](VertexId v) {
+                     return std::ranges::any_of(around[v], [&](ElementId e) {
+                         return std::ranges::find(mesh.edges.of_elements[e], EdgeId(moved)) !=
+                                mesh.edges.of_elements[e].end();
+                     });
+                 };
+                 for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+                     const auto& [a, b] = mesh.edges.vertices[e];
+                     if (is_near(a) || is_near(b)) continue;
+                     const BackEdge edge{a, b, shell[EdgeId(e)]};
+                     EdgeEnds<D> seen, expected;
+                     curved->see({&edge, 1}, {&seen, 1});
+                     straight->see({&edge, 1}, {&expected, 1});
+                     RC_ASSERT(seen.a.gradient == expected.a.gradient);
+                     RC_ASSERT(seen.b.gradient == expected.b.gradient);
+                 }
+             });
     property(
         "gradients that are kept are the same whatever else is, and for any number of threads", [](std::uint64_t seed) {
             Dice dice(seed);
