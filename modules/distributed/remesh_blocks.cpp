@@ -35,6 +35,7 @@ ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
     if (turn.lengths == BlockTurn::Lengths::loose) {
         options.collapse.longest = std::max(options.collapse.longest, options.loose_longest);
         options.split.longest = std::max(options.split.longest, options.loose_split);
+        options.split.shortest = std::max(options.split.shortest, options.loose_shortest);
         options.mend.sweeps = 0;  // what is bad then changes anyway
     }
     options.split.longest *= turn.coarser;
@@ -214,7 +215,7 @@ template <int D>
 std::vector<BlockTurn> block_turns(const ToMetricOptions& options) {
     using enum BlockTurn::Lengths;
     const int few = std::min(options.rounds, 2), one = std::min(options.rounds, 1);
-    return {{.shift = shift_of<D>(0), .rounds = (options.rounds + 1) / 2, .lengths = loose},
+    return {{.shift = shift_of<D>(0), .rounds = (options.rounds + 2) / 2, .lengths = loose},
             {.shift = shift_of<D>(1), .rounds = few, .lengths = loose},
             {.shift = shift_of<D>(2), .rounds = few, .lengths = strict},
             {.shift = shift_of<D>(3), .rounds = one, .lengths = strict},
