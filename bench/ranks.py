@@ -95,14 +95,15 @@ def on_paper(report, elements, ranks):
     times = {t["stage"]: t["seconds"] for t in report["stages"]}
     share = report["ranks"]["number"]
     processor = sum(report["ranks"]["processor_seconds"])
-    of_surface = times["surface"] * share  # each rank makes all of it
+    surface_of_rank = times["surface"] * min(1, (os.cpu_count() or 1) / share)  # by the clock, on processors that ranks share
+    of_surface = surface_of_rank * share  # each rank makes all of it
     of_block = (processor - of_surface) / blocks
     facets = mesh["facets"] * (elements / mesh["elements"]) ** (2 / 3)
     blocks_there = elements / report["blocks"]["elements"]
     per_rank = -(-blocks_there // ranks)
     sent = largest(report["ranks"]["sent_bytes"]) / max(1, blocks / share) * per_rank
     peak = largest(report["ranks"]["peak_bytes"]) / max(1, blocks / share) * per_rank
-    surface = times["surface"] * facets / mesh["facets"]
+    surface = surface_of_rank * facets / mesh["facets"]
     rounds = report["ranks"]["rounds"]
     latency = rounds * ranks * 1e-6  # an all-to-all of sizes: about a microsecond a rank
     print(f"\n{elements:.0e} elements on {ranks} ranks, from {mesh['elements']} on {share}\n\n| | |\n|---|---|")

@@ -215,7 +215,7 @@ template <int D>
 std::vector<BlockTurn> block_turns(const ToMetricOptions& options) {
     using enum BlockTurn::Lengths;
     const int few = std::min(options.rounds, 2), one = std::min(options.rounds, 1);
-    return {{.shift = shift_of<D>(0), .rounds = (options.rounds + 2) / 2, .lengths = loose},
+    return {{.shift = shift_of<D>(0), .rounds = std::min(options.rounds, options.rounds / 2 + 1), .lengths = loose},
             {.shift = shift_of<D>(1), .rounds = few, .lengths = loose},
             {.shift = shift_of<D>(2), .rounds = few, .lengths = strict},
             {.shift = shift_of<D>(3), .rounds = one, .lengths = strict},
