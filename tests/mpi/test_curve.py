@@ -48,6 +48,13 @@ class Curve(unittest.TestCase):
             self.assertGreater(max(report["ranks"]["sent_bytes"]), 0)
             self.assertEqual(report["validity"], json.loads((self.folder / "blocks.json").read_text())["validity"])
 
+    def test_the_same_bytes_within_a_memory(self):
+        self.camber("generate", "shell", "--structure", "prisms", "--elements", 1e5, "--set", "inner_layer/count=3", "-o", "large.meshb")
+        self.camber("curve", "large.meshb", "-o", "in-memory.meshb", "--blocks", 20000)
+        self.camber("curve", "large.meshb", "-o", "within.meshb", "--blocks", 20000, "--memory", "80M")
+        self.assertEqual((self.folder / "in-memory.meshb").read_bytes(), (self.folder / "within.meshb").read_bytes())
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["in-memory.meshb", "large.meshb", "shell.meshb", "within.meshb"])
+
     def test_the_mesh_is_that_of_curving_as_a_whole(self):
         self.camber("curve", "shell.meshb", "-o", "blocks.meshb", "--blocks", 1500)
         self.camber("curve", "shell.meshb", "-o", "whole.meshb")
