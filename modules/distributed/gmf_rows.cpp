@@ -27,7 +27,8 @@ class GmfRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<PointRows<D>> points(std::size_t begin, std::size_t end) const override {
         return guarded([&]() -> Outcome<PointRows<D>> {
             PointRows<D> rows{Buffer<Vec<D>>(end - begin), Buffer<Reference>(end - begin)};
-            return read(runs_.points(begin, rows.points, rows.references), std::move(rows));
+            const auto done = runs_.points(begin, rows.points, rows.references);
+            return read(done, std::move(rows));
         });
     }
     [[nodiscard]] Outcome<SimplexRows<D>> elements(std::size_t begin, std::size_t end) const override {
@@ -49,7 +50,8 @@ class GmfRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<K>> simplices(std::size_t begin, std::size_t end) const {
         return guarded([&]() -> Outcome<SimplexRows<K>> {
             SimplexRows<K> rows{Buffer<SimplexVertices<K>>(end - begin), Buffer<Reference>(end - begin)};
-            return read(runs_.template simplices<K>(begin, rows.vertices, rows.references), std::move(rows));
+            const auto done = runs_.template simplices<K>(begin, rows.vertices, rows.references);
+            return read(done, std::move(rows));
         });
     }
     template <class Rows>

@@ -152,7 +152,7 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> lists_for(Run own, const PartLayout&
             const auto some = read(begin, std::min(begin + chunk_rows, own.end));
             if (!some) return fail(some.error());
             for (const auto& simplex : some->vertices) {
-                std::array<GlobalNumber, K + 1> vertices;
+                std::array<GlobalNumber, K + 1> vertices{};
                 for (int v = 0; v <= K; ++v) vertices[v] = simplex[v].value;
                 each_part_of(layout, vertices, [&](std::size_t p) { ++counts[p]; });
             }
