@@ -16,19 +16,12 @@ import :halo;
 import :quadratic_parts;
 import :ranks;
 import :routing;
+import :row_runs;
 import :rows;
 
 namespace camber {
 
 namespace {
-
-struct Run {
-    std::size_t begin = 0, end = 0;
-    [[nodiscard]] std::size_t size() const { return end - begin; }
-};
-Run part_of(Run run, std::size_t part, std::size_t parts) {
-    return {run.begin + run.size() * part / parts, run.begin + run.size() * (part + 1) / parts};
-}
 
 /// About so many elements are made at a time.
 constexpr std::size_t elements_of_piece = std::size_t{1} << 18U;

@@ -18,43 +18,36 @@ import :ringed_parts;
 import :ranks;
 import :region;
 import :routing;
+import :simplex_row;
 
 namespace camber {
 
 namespace {
 
-/// An element as one says it to others.
 template <int D>
-struct ElementRow {
-    GlobalNumber number = 0;
-    std::array<GlobalNumber, D + 1> vertices{};
-    Reference reference = 0;
-};
-
-template <int D>
-ElementRow<D> row_of(const RingedPart<D>& part, ElementId e) {
-    ElementRow<D> row{part.elements[e], {}, part.mesh.elements.references[e]};
+SimplexRow<D> row_of(const RingedPart<D>& part, ElementId e) {
+    SimplexRow<D> row{part.elements[e], {}, part.mesh.elements.references[e]};
     for (int i = 0; i <= D; ++i) row.vertices[i] = part.vertices[part.mesh.elements.vertices[e][i]];
     return row;
 }
 
 /// The given elements, from the parts that own them, on all ranks: they are few, and the lowest says who repairs.
 template <int D>
-Outcome<std::vector<ElementRow<D>>> seeds_of(const RingedParts<D>& parts, const std::vector<GlobalNumber>& elements,
+Outcome<std::vector<SimplexRow<D>>> seeds_of(const RingedParts<D>& parts, const std::vector<GlobalNumber>& elements,
                                              Ranks& ranks) {
-    std::vector<ElementRow<D>> own;
+    std::vector<SimplexRow<D>> own;
     for (const RingedPart<D>& part : parts.own)
         for (std::size_t e = 0; e < part.elements.size(); ++e)
             if (part.owns(part.mesh.elements.vertices[e]) && std::ranges::binary_search(elements, part.elements[e]))
                 own.push_back(row_of(part, ElementId(e)));
-    auto all = gather_all(ranks, Outcome<std::vector<ElementRow<D>>>(std::move(own)));
-    if (all) std::ranges::sort(*all, {}, &ElementRow<D>::number);
+    auto all = gather_all(ranks, Outcome<std::vector<SimplexRow<D>>>(std::move(own)));
+    if (all) std::ranges::sort(*all, {}, &SimplexRow<D>::row);
     return all;
 }
 
 /// What is around these vertices, of all parts, on the rank that asks: `mine` is empty on all others.
 template <int D>
-Outcome<std::vector<ElementRow<D>>> around_vertices(const RingedParts<D>& parts,
+Outcome<std::vector<SimplexRow<D>>> around_vertices(const RingedParts<D>& parts,
                                                     std::span<const Incidence<ElementId>> balls,
                                                     const std::vector<GlobalNumber>& mine, std::size_t owner,
                                                     Ranks& ranks) {
@@ -67,7 +60,7 @@ Outcome<std::vector<ElementRow<D>>> around_vertices(const RingedParts<D>& parts,
     if (!asked) return fail(asked.error());
     std::vector<GlobalNumber> vertices;
     append_values((*asked)[owner], vertices);
-    std::vector<ElementRow<D>> rows;
+    std::vector<SimplexRow<D>> rows;
     for (const GlobalNumber v : vertices) {
         const std::size_t b = parts.layout.part_with(v) - parts.layout.begin_of(ranks.rank());
         const RingedPart<D>& part = parts.own[b];
@@ -75,23 +68,23 @@ Outcome<std::vector<ElementRow<D>>> around_vertices(const RingedParts<D>& parts,
         for (const ElementId e : balls[b][local]) rows.push_back(row_of(part, e));
     }
     std::vector<Bytes> back(ranks.size());
-    back[owner] = bytes_of<ElementRow<D>>(rows);
+    back[owner] = bytes_of<SimplexRow<D>>(rows);
     const auto answers = ranks.exchange(std::move(back));
     if (!answers) return fail(answers.error());
-    std::vector<ElementRow<D>> all;
+    std::vector<SimplexRow<D>> all;
     for (const Bytes& bytes : *answers) append_values(bytes, all);
     return all;
 }
 
 template <int D>
-void sort_rows(std::vector<ElementRow<D>>& rows) {
-    std::ranges::sort(rows, {}, &ElementRow<D>::number);
-    const auto again = std::ranges::unique(rows, {}, &ElementRow<D>::number);
+void sort_rows(std::vector<SimplexRow<D>>& rows) {
+    std::ranges::sort(rows, {}, &SimplexRow<D>::row);
+    const auto again = std::ranges::unique(rows, {}, &SimplexRow<D>::row);
     rows.erase(again.begin(), again.end());
 }
 
 template <int D>
-std::vector<GlobalNumber> vertices_of(std::span<const ElementRow<D>> rows) {
+std::vector<GlobalNumber> vertices_of(std::span<const SimplexRow<D>> rows) {
     std::vector<GlobalNumber> vertices;
     for (const auto& row : rows) vertices.insert(vertices.end(), row.vertices.begin(), row.vertices.end());
     std::ranges::sort(vertices);
@@ -214,7 +207,7 @@ Outcome<Region<D>> region_around(const RingedParts<D>& parts, const std::vector<
             simplex[i] = VertexId(std::ranges::lower_bound(region.vertices, row.vertices[i]) - region.vertices.begin());
         simplices.push_back(simplex);
         references.push_back(row.reference);
-        region.elements.push_back(row.number);
+        region.elements.push_back(row.row);
     }
     region.mesh.linear.elements = {std::move(simplices), std::move(references), {}};
     if (auto taken = take_vertices(parts, states, region, ranks); !taken) return fail(taken.error());

@@ -3,107 +3,24 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 module camber.distributed;
 import camber.core;
-import :ringed_parts;
+import :kept_part;
+import :part_layout;
 import :ranks;
+import :ringed_parts;
 import :routing;
+import :row_runs;
 import :rows;
+import :simplex_row;
 import :split;
 
 namespace camber {
 
 namespace {
-
-/// Of a K-simplex, on its way to parts.
-template <int K>
-struct SimplexRow {
-    GlobalNumber row = 0;
-    std::array<GlobalNumber, K + 1> vertices{};
-    Reference reference = 0;
-    std::uint32_t required = 0;
-};
-
-/// So many of n rows from where to where a rank reads, or a chunk of it.
-struct Run {
-    std::size_t begin = 0, end = 0;
-};
-Run run_of(std::size_t n, std::size_t part, std::size_t parts) { return {n * part / parts, n * (part + 1) / parts}; }
-
-/// Rows are read in chunks, so that what is on its way is little beside what is there.
-constexpr std::size_t chunk_rows = std::size_t{1} << 20U;
-std::size_t chunks_of(std::size_t n, std::size_t ranks) { return n / ranks / chunk_rows + 1; }
-
-/// What a facet counts at each of its vertices, where an element counts 1: edges near a boundary that is displaced have
-/// equations.
-constexpr std::uint64_t weight_of_facet = 20;
-
-/// Where blocks begin: an element counts at each of its vertices, since all around these is worked on; in buckets,
-/// since a bound need not be sharp.
-template <int D>
-Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
-    const RowCounts counts = rows.counts();
-    constexpr std::size_t max_buckets = std::size_t{1} << 16U;
-    const std::size_t width = counts.points / max_buckets + 1;
-    std::vector<std::uint64_t> own(counts.points / width + 1, 0);
-    const auto add = [&](std::size_t n, std::uint64_t weight, const auto& read) -> Outcome<Done> {
-        const Run all = run_of(n, ranks.rank(), ranks.size());
-        for (std::size_t begin = all.begin; begin < all.end; begin += chunk_rows) {
-            const auto some = read(begin, std::min(begin + chunk_rows, all.end));
-            if (!some) return fail(some.error());
-            for (const auto& simplex : some->vertices)
-                for (const VertexId v : simplex) own[v.value / width] += weight;
-        }
-        return Done{};
-    };
-    const auto count = [&]() -> Outcome<std::vector<std::uint64_t>> {
-        auto added = add(counts.elements, 1, [&](std::size_t b, std::size_t e) { return rows.elements(b, e); });
-        if (added)
-            added =
-                add(counts.facets, weight_of_facet, [&](std::size_t b, std::size_t e) { return rows.facets(b, e); });
-        if (!added) return fail(added.error());
-        return own;
-    };
-    const auto of_ranks = gather_all(ranks, count());
-    if (!of_ranks) return fail(of_ranks.error());
-    std::vector<GlobalNumber> first{0};
-    const std::uint64_t all = (D + 1) * counts.elements + D * weight_of_facet * counts.facets;
-    std::uint64_t before = 0;
-    const std::size_t blocks = std::max<std::size_t>(1, (counts.elements + options.elements / 2) / options.elements);
-    for (std::size_t b = 0; b < own.size(); ++b) {
-        for (std::size_t r = 0; r < ranks.size(); ++r) before += (*of_ranks)[r * own.size() + b];
-        const GlobalNumber next = std::min<GlobalNumber>((b + 1) * width, counts.points);
-        if (before >= all * first.size() / blocks && next > first.back() && next < counts.points &&
-            first.size() < blocks)
-            first.push_back(next);
-    }
-    first.push_back(counts.points);
-    return first;
-}
-
-/// Blocks dealt out to ranks, and those of a rank to as few parts of like size as may be.
-PartLayout layout_of(std::vector<GlobalNumber> first_of_blocks, const BlockOptions& options, std::size_t ranks) {
-    PartLayout layout;
-    layout.first_of_blocks = std::move(first_of_blocks);
-    const std::size_t blocks = layout.blocks();
-    const std::size_t at_once = std::max<std::size_t>(1, options.elements_at_once / options.elements);
-    for (std::size_t r = 0; r < ranks; ++r) {
-        layout.first_parts.push_back(layout.first_vertices.size());
-        const Run own = run_of(blocks, r, ranks);
-        const std::size_t parts = (own.end - own.begin + at_once - 1) / at_once;
-        for (std::size_t p = 0; p < parts; ++p)
-            layout.first_vertices.push_back(
-                layout.first_of_blocks[own.begin + run_of(own.end - own.begin, p, parts).begin]);
-    }
-    layout.first_parts.push_back(layout.first_vertices.size());
-    layout.first_vertices.push_back(layout.first_of_blocks.back());
-    return layout;
-}
 
 /// The parts of a simplex's vertices, each once.
 template <std::size_t N>
@@ -113,33 +30,6 @@ void each_part_of(const PartLayout& layout, const std::array<GlobalNumber, N>& v
     std::ranges::sort(parts);
     for (std::size_t i = 0; i < N; ++i)
         if (i == 0 || parts[i] != parts[i - 1]) visit(parts[i]);
-}
-
-/// Rising, each once. They come in a few runs that rise: these are merged.
-template <int K>
-Buffer<SimplexRow<K>> in_order(const Buffer<SimplexRow<K>>& given) {
-    Buffer<SimplexRow<K>> rows(given.begin(), given.end());
-    const auto precedes = [](const SimplexRow<K>& a, const SimplexRow<K>& b) { return a.row < b.row; };
-    std::vector<std::size_t> runs{0};
-    for (std::size_t i = 1; i < rows.size(); ++i)
-        if (precedes(rows[i], rows[i - 1])) runs.push_back(i);
-    runs.push_back(rows.size());
-    const auto at = [&](std::size_t run) { return rows.begin() + static_cast<std::ptrdiff_t>(runs[run]); };
-    const std::size_t last = runs.size() - 1;
-    for (std::size_t width = 1; width < last; width *= 2)
-        for (std::size_t r = 0; r + width < last; r += 2 * width)
-            std::inplace_merge(at(r), at(r + width), at(std::min(r + 2 * width, last)), precedes);
-    const auto again = std::ranges::unique(rows, {}, &SimplexRow<K>::row);
-    rows.erase(again.begin(), again.end());
-    return rows;
-}
-
-/// Rows at the end of a list.
-template <int K>
-void append(Buffer<SimplexRow<K>>& list, const std::vector<SimplexRow<K>>& rows) {
-    const std::size_t before = list.size();
-    list.resize(before + rows.size());
-    fill_array<SimplexRow<K>>(std::span(list).subspan(before), rows);
 }
 
 /// Empty lists with room for the rows of each part here: lists that grow would be copied.
@@ -174,18 +64,18 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> lists_for(Run own, const PartLayout&
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
                                                        const PartLayout& layout, Ranks& ranks, const Read& read) {
-    const Run own = run_of(n, ranks.rank(), ranks.size());
+    const Run own = part_of({0, n}, ranks.rank(), ranks.size());
     auto all = lists_for<K>(own, layout, ranks, read);
     if (!all) return all;
-    const std::size_t chunks = chunks_of(n, ranks.size());
+    const std::size_t chunks = n / ranks.size() / chunk_rows + 1;
     for (std::size_t c = 0; c < chunks; ++c) {
-        const Run chunk = run_of(own.end - own.begin, c, chunks);
+        const Run chunk = part_of(own, c, chunks);
         const auto things = [&]() -> Outcome<std::vector<ToPart<SimplexRow<K>>>> {
-            const auto some = read(own.begin + chunk.begin, own.begin + chunk.end);
+            const auto some = read(chunk.begin, chunk.end);
             if (!some) return fail(some.error());
             std::vector<ToPart<SimplexRow<K>>> out;
             for (std::size_t i = 0; i < some->vertices.size(); ++i) {
-                SimplexRow<K> row{own.begin + chunk.begin + i, {}, some->references[i]};
+                SimplexRow<K> row{chunk.begin + i, {}, some->references[i]};
                 for (int v = 0; v <= K; ++v) row.vertices[v] = some->vertices[i][v].value;
                 row.required = std::ranges::binary_search(required, static_cast<std::uint32_t>(row.row)) ? 1 : 0;
                 each_part_of(layout, row.vertices, [&](std::size_t b) { out.push_back({b, row}); });
@@ -272,145 +162,6 @@ Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vect
     return Done{};
 }
 
-/// The vertices of a part: a run of its own, and some of others before and behind.
-class LocalVertices {
-  public:
-    LocalVertices(Run own, std::vector<GlobalNumber> others) : own_(own), others_(std::move(others)) {
-        std::ranges::sort(others_);
-        others_.erase(std::ranges::unique(others_).begin(), others_.end());
-        before_ = static_cast<std::size_t>(std::ranges::lower_bound(others_, own.begin) - others_.begin());
-    }
-    [[nodiscard]] bool owns(GlobalNumber v) const { return v >= own_.begin && v < own_.end; }
-    [[nodiscard]] std::size_t size() const { return count() + others_.size(); }
-    [[nodiscard]] VertexId first() const { return VertexId(before_); }
-    [[nodiscard]] VertexId last() const { return VertexId(before_ + count()); }
-    /// Invalid: it is not among them.
-    [[nodiscard]] VertexId find(GlobalNumber v) const {
-        if (owns(v)) return VertexId(before_ + (v - own_.begin));
-        const auto at = std::ranges::lower_bound(others_, v);
-        if (at == others_.end() || *at != v) return VertexId{};
-        const auto place = static_cast<std::size_t>(at - others_.begin());
-        return VertexId(place < before_ ? place : place + count());
-    }
-    [[nodiscard]] Buffer<GlobalNumber> numbers() const {
-        Buffer<GlobalNumber> all(others_.begin(), others_.begin() + static_cast<std::ptrdiff_t>(before_));
-        all.resize(before_ + count());
-        std::iota(all.begin() + static_cast<std::ptrdiff_t>(before_), all.end(), GlobalNumber{own_.begin});
-        all.insert(all.end(), others_.begin() + static_cast<std::ptrdiff_t>(before_), others_.end());
-        return all;
-    }
-
-  private:
-    [[nodiscard]] std::size_t count() const { return own_.end - own_.begin; }
-    Run own_;
-    std::vector<GlobalNumber> others_;  ///< rising
-    std::size_t before_ = 0;
-};
-
-/// Local simplices of global rows.
-template <int K>
-struct LocalSimplices {
-    Simplices<K> simplices;
-    Column<GlobalNumber> numbers;
-};
-template <int K>
-Outcome<LocalSimplices<K>> local_simplices(const Buffer<SimplexRow<K>>& rows, const LocalVertices& vertices,
-                                           const Execution& execution) {
-    Buffer<SimplexVertices<K>> simplices(rows.size());
-    Buffer<Reference> references(rows.size());
-    Buffer<GlobalNumber> numbers(rows.size());
-    auto done = each(execution, rows.size(), [&](std::size_t i) {
-        for (int v = 0; v <= K; ++v) simplices[i][v] = vertices.find(rows[i].vertices[v]);
-        references[i] = rows[i].reference;
-        numbers[i] = rows[i].row;
-    });
-    if (!done) return fail(done.error());
-    Buffer<std::uint32_t> required;
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        if (rows[i].required != 0) required.push_back(static_cast<std::uint32_t>(i));
-    return LocalSimplices<K>{{std::move(simplices), std::move(references), std::move(required)}, std::move(numbers)};
-}
-
-template <int K>
-void add_others(const Buffer<SimplexRow<K>>& rows, Run own, std::vector<GlobalNumber>& others) {
-    for (const auto& row : rows)
-        for (const GlobalNumber v : row.vertices)
-            if (v < own.begin || v >= own.end) others.push_back(v);
-}
-
-/// A list of vertices, as far as they are local.
-Column<VertexId> local_list(const Column<VertexId>& list, const LocalVertices& vertices) {
-    Buffer<VertexId> local;
-    for (const VertexId v : list)
-        if (const VertexId at = vertices.find(v.value); at.valid()) local.push_back(at);
-    return local;
-}
-
-/// What a part is made of: rows of the file.
-template <int D>
-struct PartRows {
-    Buffer<SimplexRow<D>> elements;
-    Buffer<SimplexRow<D - 1>> facets;
-    Buffer<SimplexRow<1>> edges;
-};
-
-/// All of a part but the points of others.
-template <int D>
-Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
-                                    const Execution& execution) {
-    std::vector<GlobalNumber> others;
-    add_others<D>(of.elements, own, others);
-    add_others<D - 1>(of.facets, own, others);
-    add_others<1>(of.edges, own, others);
-    const LocalVertices vertices(own, std::move(others));
-    auto elements = local_simplices<D>(of.elements, vertices, execution);
-    if (!elements) return fail(elements.error());
-    auto facets = local_simplices<D - 1>(of.facets, vertices, execution);
-    if (!facets) return fail(facets.error());
-    auto edges = local_simplices<1>(of.edges, vertices, execution);
-    if (!edges) return fail(edges.error());
-    auto points = rows.points(own.begin, own.end);
-    if (!points) return fail(points.error());
-    RingedPart<D> part;
-    part.first = vertices.first();
-    part.last = vertices.last();
-    Buffer<Vec<D>> places(vertices.size(), Vec<D>{});
-    Buffer<Reference> references(vertices.size(), 0);
-    const auto first = static_cast<std::ptrdiff_t>(part.first.index());
-    std::ranges::copy(points->points, places.begin() + first);
-    std::ranges::copy(points->references, references.begin() + first);
-    part.mesh.points = std::move(places);
-    part.mesh.point_references = std::move(references);
-    part.mesh.corners = local_list(lists.corners, vertices);
-    part.mesh.required_vertices = local_list(lists.required_vertices, vertices);
-    part.mesh.elements = std::move(elements->simplices);
-    part.mesh.facets = std::move(facets->simplices);
-    part.mesh.edges = std::move(edges->simplices);
-    part.mesh.groups = lists.groups;
-    part.elements = std::move(elements->numbers);
-    part.facets = std::move(facets->numbers);
-    part.edges = std::move(edges->numbers);
-    part.vertices = vertices.numbers();
-    return part;
-}
-
-/// The same of rows in any order, where memory may be little.
-template <int D>
-Outcome<RingedPart<D>> kept_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
-                                 const PartMemory& memory, const Execution& execution) {
-    if (memory.before) memory.before();
-    of = {in_order<D>(of.elements), in_order<D - 1>(of.facets), in_order<1>(of.edges)};
-    auto part = part_of_rows<D>(of, own, rows, lists, execution);
-    of = {};
-    if (memory.after) {
-        memory.after();
-        RingedPart<D> none;
-        if (part) made_anew(*part, arrays_of(none));
-    }
-    if (memory.leave) memory.leave();
-    return part;
-}
-
 /// What is required is looked up.
 template <int D>
 void sort_required(LinearMesh<D>& lists) {
@@ -469,10 +220,9 @@ Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& optio
         auto lists = rows.lists();
         if (!lists) return fail(lists.error());
         sort_required(*lists);
-        auto first = first_vertices(rows, options, ranks);
-        if (!first) return fail(first.error());
-        RingedParts<D> parts;
-        parts.layout = layout_of(std::move(*first), options, ranks.size());
+        auto laid_out = part_layout(rows, options, ranks);
+        if (!laid_out) return fail(laid_out.error());
+        RingedParts<D> parts{std::move(*laid_out), {}};
         const PartLayout& layout = parts.layout;
         const RowCounts counts = rows.counts();
         auto elements = first_ring<D>(counts.elements, lists->elements.required.view(), layout, ranks,
