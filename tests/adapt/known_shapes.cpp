@@ -52,10 +52,8 @@ void expect_shapes(Adaptation<D> r, const AdaptationGoal<D>& goal) {
 
 template <int D>
 void of_straight(std::uint64_t seed) {
-    Dice dice(seed);
-    const LinearMesh<D> mesh = random_domain<D>(seed);
-    const AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.5, 1.5), dice);
-    expect_shapes(begun(mesh, goal), goal);
+    const auto [state, goal] = straight_domain<D>(seed);
+    expect_shapes(state, goal);
 }
 
 template <int D>

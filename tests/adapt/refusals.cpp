@@ -58,11 +58,9 @@ void expect_right(Adaptation<D> r, const AdaptationGoal<D>& goal) {
 
 template <int D>
 void of_straight(std::uint64_t seed) {
-    Dice dice(seed);
-    const LinearMesh<D> mesh = random_domain<D>(seed);
-    const AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.5, 1.5), dice);
-    expect_right(begun(mesh, goal), goal);
-    settled<D, MendOptions>(begun(mesh, goal), goal, &mend<D>);
+    const auto [state, goal] = straight_domain<D>(seed);
+    expect_right(state, goal);
+    settled<D, MendOptions>(state, goal, &mend<D>);
 }
 
 template <int D>

@@ -44,4 +44,18 @@ Adaptation<D> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal) {
     return must(begin_adaptation(mesh, must(unique_edges(mesh, alone)), {}, goal, alone));
 }
 
+/// A random domain that is to be brought to a metric over it.
+template <int D>
+struct StraightDomain {
+    Adaptation<D> state;
+    AdaptationGoal<D> goal;
+};
+template <int D>
+StraightDomain<D> straight_domain(std::uint64_t seed) {
+    Dice dice(seed);
+    const LinearMesh<D> mesh = random_domain<D>(seed);
+    AdaptationGoal<D> goal = goal_over(mesh, dice.uniform(0.5, 1.5), dice);
+    return {begun(mesh, goal), std::move(goal)};
+}
+
 }  // namespace camber::testing
