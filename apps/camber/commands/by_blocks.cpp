@@ -6,9 +6,7 @@ module;
 #include <filesystem>
 #include <functional>
 #include <iterator>
-#include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -24,12 +22,12 @@ import camber.distributed;
 import camber.io;
 import camber.ordering;
 import camber.run;
-import camber.soundness;
 import :by_blocks;
 import :ending;
 import :execute;
 import :formats;
 import :given;
+import :opened_rows;
 import :written_together;
 
 namespace camber::app {
@@ -75,50 +73,11 @@ class Steps {
     Progress progress_;
 };
 
-/// A mesh to be curved: rows that are read as they are asked for, or those of a mesh in memory.
-template <int D>
-struct Opened {
-    std::unique_ptr<MeshRows<D>> rows;
-    std::optional<LinearMesh<D>> mesh = {};  ///< in memory, in the order to work in
-    std::optional<BetterOrder> order = {};   ///< how that came of the file's
-    std::optional<Lift> lift = {};
-};
-
 bool is_meshb(const std::string& path) { return path.ends_with(".meshb"); }
 
 /// The output of a run that is written by parts.
 bool writes_parts(const config::Pipeline& pipeline) {
     return is_meshb(pipeline.output.mesh) && pipeline.output.format.empty();
-}
-
-/// A file whose rows several read: none of it is held.
-template <int D>
-Outcome<Opened<D>> mapped(const std::string& path) {
-    auto bytes = map_file(path);
-    if (!bytes) return fail(bytes.error());
-    const std::span<const std::byte> mapping = bytes->view();
-    auto rows = rows_of_gmf<D>(std::move(*bytes), path, [mapping] { give_back(mapping); });
-    if (!rows) return fail(of_file(rows.error(), path));
-    return Opened<D>{std::move(*rows)};
-}
-
-/// A mesh of degree 1 in memory, made sound, in an order in which what is near is near.
-template <int D>
-Outcome<Opened<D>> prepared(LinearMesh<D> given, std::vector<std::string>& notices, const Execution& execution) {
-    auto sound = prepare(std::move(given), execution);
-    if (!sound) return fail(sound.error());
-    notices.insert(notices.end(), sound->notices.begin(), sound->notices.end());
-    Opened<D> opened{nullptr, std::move(sound->mesh)};
-    auto order = better_order(*opened.mesh, {}, execution);
-    if (!order) return fail(order.error());
-    if (*order) {
-        auto better = renumbered(std::move(*opened.mesh), (*order)->renumbering, execution);
-        if (!better) return fail(better.error());
-        opened.mesh = std::move(*better);
-        opened.order = std::move(*order);
-    }
-    opened.rows = rows_of(*opened.mesh);
-    return opened;
 }
 
 /// One run by blocks.
