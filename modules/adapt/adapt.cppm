@@ -2,6 +2,7 @@
 /// smooth, mend; and the paper's global algorithm, which puts every vertex in again.
 export module camber.adapt;
 export import :bent_spokes;
+export import :bent_swaps;
 export import :cone_shapes;
 export import :delaunay;
 export import :passes;

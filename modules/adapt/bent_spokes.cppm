@@ -35,6 +35,12 @@ template <int D>
     const double length = bent_length<D>(end_of(a), end_of(b), chord, offset);
     return 2 * length * length;
 }
+/// The same of an edge of degree 2 as it is.
+template <int D>
+[[nodiscard]] double squares_of(const Adaptation<D>& r, EdgeId edge) {
+    const double length = length_of(r, edge);
+    return 2 * length * length;
+}
 
 /// The edges that a point would get to vertices: straight ones, or in degree 2 the curves that the closed form of
 /// accuracy gives them (edge_accuracy), which is what the star takes for the nodes of new edges; chords where an edge
@@ -47,12 +53,14 @@ class BentSpokes {
         to_.reserve(usual_vertices);
         chords_.reserve(usual_vertices);
         squares_.reserve(usual_vertices);
+        if (!r.mesh.is_curved()) return;
+        offsets_.reserve(usual_vertices);
+        ends_.reserve(usual_vertices);
     }
 
     void begin(const ConePoint<D>& point) {
         point_ = point;
-        ends_.clear();
-        measures_.clear();
+        offsets_.clear();
         chords_.clear();
         squares_.clear();
         to_.clear();
@@ -61,24 +69,32 @@ class BentSpokes {
         to_.push_back({v, &metric});
         chords_.push_back(place - point_.place);
     }
-    /// Behind the last `add`.
+    /// Behind the last `add`; those that are bent already stay so.
     void bend() {
+        const std::size_t first = squares_.size(), added = to_.size() - first;
+        squares_.resize(to_.size(), unknown);
+        if (!r_.mesh.is_curved()) return;
+        offsets_.resize(to_.size());
+        ends_.clear();
+        for (std::size_t i = first; i < to_.size(); ++i)
+            ends_.push_back({sight_of(*point_.metric, *point_.gradient),
+                             sight_of(*to_[i].metric, r_.vertices.gradients[to_[i].vertex])});
+        bent_edges<D>(std::span(chords_).last(added), ends_, goal_.accuracy, std::span(offsets_).last(added),
+                      std::span(squares_).last(added));
+        for (double& length : std::span(squares_).last(added)) length *= 2 * length;
+        straighten_boundary(first);
+    }
+    /// Instead: of degree 2 the mesh's own edges to them, one each; chords where `bend` has these, so that places are
+    /// compared alike.
+    void take_edges(std::span<const EdgeId> edges) {
         squares_.assign(to_.size(), unknown);
         if (!r_.mesh.is_curved()) return;
-        offsets_.assign(to_.size(), Vec<D>{});
-        for (const To& to : to_) {
-            ends_.push_back({{point_.metric->log_metric, *point_.gradient},
-                             {to.metric->log_metric, r_.vertices.gradients[to.vertex]}});
-            measures_.push_back({&point_.metric->measure, &to.metric->measure});
-        }
-        bent_edges<D>(chords_, ends_, measures_, goal_.accuracy, offsets_, squares_);
-        for (double& length : squares_) length *= 2 * length;
-        if (point_.lies == VertexPlace::inside) return;
+        offsets_.resize(to_.size());
         for (std::size_t i = 0; i < to_.size(); ++i) {
-            if (r_.mesh.states[to_[i].vertex].place == VertexPlace::inside) continue;
-            offsets_[i] = {};
-            squares_[i] = unknown;
+            offsets_[i] = offset_of(r_.mesh, edges[i]);
+            squares_[i] = squares_of(r_, edges[i]);
         }
+        straighten_boundary(0);
     }
 
     [[nodiscard]] const ConePoint<D>& point() const { return point_; }
@@ -102,6 +118,16 @@ class BentSpokes {
     }
 
   private:
+    /// Chords where an edge of the boundary is likely, from the first that is asked.
+    void straighten_boundary(std::size_t first) {
+        if (point_.lies == VertexPlace::inside) return;
+        for (std::size_t i = first; i < to_.size(); ++i) {
+            if (r_.mesh.states[to_[i].vertex].place == VertexPlace::inside) continue;
+            offsets_[i] = {};
+            squares_[i] = unknown;
+        }
+    }
+
     static constexpr double unknown = -1;
     struct To {
         VertexId vertex;
@@ -113,8 +139,7 @@ class BentSpokes {
     ConePoint<D> point_;
     std::vector<To> to_;
     std::vector<Vec<D>> chords_, offsets_;  ///< offsets of degree 2
-    std::vector<EdgeEnds<D>> ends_;
-    std::vector<EndMeasures<D>> measures_;
+    std::vector<EndSights<D>> ends_;
     std::vector<double> squares_;
 };
 

@@ -17,6 +17,25 @@ import :bent_spokes;
 
 export namespace camber {
 
+/// The shape of a simplex of degree 2 as ConeShapes has it, by the tangents of its edges, [i][j] at i, towards j, as
+/// long as chords; the product of the densities at its vertices; and the squares of its edges.
+template <int D>
+[[nodiscard]] double bent_shape(const std::array<std::array<Vec<D>, D + 1>, D + 1>& tangents, double density,
+                                double squares) {
+    double measure = 0;
+    for (int i = 0; i <= D; ++i) {
+        Mat<D> sides;
+        for (int j = 1; j <= D; ++j) sides.column[j - 1] = tangents[i][i == j ? 0 : j];
+        const double at_corner = i == 0 ? det(sides) : -det(sides);
+        if (!(at_corner > 0)) return 0;
+        measure += at_corner / (D + 1);
+    }
+    squares /= 2;
+    if (!(squares > 0)) return 0;
+    if constexpr (D == 2) return 2 * std::sqrt(3.0) * measure * density / squares;
+    return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
+}
+
 /// Shapes of the simplices that faces make with one point: metric_shape, in a mesh of degree 2 with edges as the curves
 /// that they are or would get (BentSpokes). What the faces share is looked up and measured once, so each further place
 /// costs little more than the volumes, and the lengths to it of those vertices that are asked for. The faces are those
@@ -31,9 +50,7 @@ class ConeShapes {
         faces_.reserve(usual_faces);
         vertices_.reserve(usual_vertices);
         vertex_ids_.reserve(usual_vertices);
-        if (!r.mesh.is_curved()) return;
-        edges_.reserve(usual_vertices + usual_faces);
-        edge_keys_.reserve(usual_vertices + usual_faces);
+        if (r.mesh.is_curved()) edges_.reserve(usual_vertices);
     }
 
     void clear() {
@@ -42,7 +59,16 @@ class ConeShapes {
         vertices_.clear();
         vertex_ids_.clear();
         edges_.clear();
-        edge_keys_.clear();
+    }
+    /// What the faces of these elements are measured with, of degree 2: edges are scattered in memory.
+    void fetch_ahead(std::span<const ElementId> elements) const {
+        if (!r_.mesh.is_curved()) return;
+        for (const ElementId e : elements) __builtin_prefetch(&r_.mesh.edges_of[e]);
+        for (const ElementId e : elements)
+            for (const EdgeId edge : r_.mesh.edges_of[e]) {
+                __builtin_prefetch(&r_.mesh.nodes[edge]);
+                __builtin_prefetch(&r_.lengths[edge]);
+            }
     }
     /// The face opposite a local vertex of an element.
     void add(ElementId e, int opposite) {
@@ -51,10 +77,7 @@ class ConeShapes {
             if (r_.mesh.is_surface()) return add_edge(triangle_of(r_.mesh.elements.vertices[e]), opposite);
         const auto outward = face_opposite<D>(opposite);
         for (int i = 0; i < D; ++i) face.corners[i] = index_of(r_.mesh.elements.vertices[e][outward[i]]);
-        for (int k = 0; k < face_edges && r_.mesh.is_curved(); ++k) {
-            const auto& [i, j] = local_edges<D - 1>[k];
-            face.edges[k] = index_of_edge(face.corners[i], face.corners[j], e, edge_between<D>[outward[i]][outward[j]]);
-        }
+        if (r_.mesh.is_curved()) take_edges(face, r_.mesh.edges_of[e], opposite);
         faces_.push_back(face);
     }
 
@@ -69,11 +92,13 @@ class ConeShapes {
 
     /// Where the point is; its metric and gradient are asked as long as it is there.
     void place(const ConePoint<D>& point) {
-        for (; placed_ < vertices_.size(); ++placed_)
-            vertices_[placed_].place = r_.mesh.points[vertices_[placed_].vertex];
-        spokes_.begin(point);
-        for (const Corner& corner : vertices_) spokes_.add(corner.vertex, corner.place, *corner.metric);
+        begin_at(point);
         spokes_.bend();
+    }
+    /// The same at the vertex that all faces are opposite of, with the edges that it has.
+    void place_at(VertexId v) {
+        begin_at(cone_point(r_, v));
+        spokes_.take_edges(edges_);
     }
     /// The length of the edge from there to vertices()[i].
     [[nodiscard]] double length_to(std::size_t i) { return spokes_.length(i); }
@@ -111,7 +136,7 @@ class ConeShapes {
     [[nodiscard]] double first_shape_at(const ConePoint<D>& point) {
         Face& face = faces_.front();
         Mat<D> sides;
-        double squares = squares_of(face);
+        double squares = squares_around(face);
         double density = point.metric->measure.density_root;
         for (int i = 0; i < D; ++i) {
             const Corner& corner = vertices_[face.corners[i]];
@@ -125,16 +150,11 @@ class ConeShapes {
   private:
     static constexpr double unknown = -1;
     static constexpr int face_edges = edges_per_simplex<D - 1>;
-    struct Edge {
-        std::array<std::uint32_t, 2> ends{};  ///< of `vertices_`
-        Vec<D> offset;                        ///< of degree 2
-        double squares = unknown;             ///< in the metrics of both ends
-    };
     struct Face {
-        std::array<std::uint32_t, D> corners{};         ///< of `vertices_`, outward; of a surface alone the first two
-        std::array<std::uint32_t, face_edges> edges{};  ///< of `edges_`
+        std::array<std::uint32_t, D> corners{};    ///< of `vertices_`, outward; of a surface alone the first two
+        std::array<Vec<D>, face_edges> offsets{};  ///< of degree 2: of its edges
         double measure = 0;
-        double squares = unknown;  ///< of degree 1: of its edges
+        double squares = unknown;  ///< of its edges, added
         bool counts = true;
         Vec<D> normal{};  ///< of a surface alone: of the triangle as it is
     };
@@ -168,13 +188,25 @@ class ConeShapes {
         ++vertices_[at].faces;
         return at;
     }
-    /// Of the edge between two of them, which is a local edge of an element.
-    std::uint32_t index_of_edge(std::uint32_t a, std::uint32_t b, ElementId e, int local) {
-        const std::uint32_t at = place_among(edge_keys_, std::min(a, b) << 16U | std::max(a, b));
-        if (at == edges_.size())
-            edges_.push_back(
-                {{a, b}, r_.mesh.is_curved() ? offset_of(r_.mesh, r_.mesh.edges_of[e][local]) : Vec<D>{}, unknown});
-        return at;
+    void begin_at(const ConePoint<D>& point) {
+        for (; placed_ < vertices_.size(); ++placed_)
+            vertices_[placed_].place = r_.mesh.points[vertices_[placed_].vertex];
+        spokes_.begin(point);
+        for (const Corner& corner : vertices_) spokes_.add(corner.vertex, corner.place, *corner.metric);
+    }
+    /// Of degree 2, of an element's: those of its face, and those from there to the vertex opposite.
+    void take_edges(Face& face, const std::array<EdgeId, edges_per_simplex<D>>& edges, int opposite) {
+        const auto outward = face_opposite<D>(opposite);
+        face.squares = 0;
+        for (int k = 0; k < face_edges; ++k) {
+            const auto& [i, j] = local_edges<D - 1>[k];
+            const EdgeId edge = edges[edge_between<D>[outward[i]][outward[j]]];
+            face.offsets[k] = r_.mesh.nodes[edge].point - midpoint(r_.mesh.points[vertices_[face.corners[i]].vertex],
+                                                                   r_.mesh.points[vertices_[face.corners[j]].vertex]);
+            face.squares += squares_of(r_, edge);
+        }
+        edges_.resize(vertices_.size());
+        for (int i = 0; i < D; ++i) edges_[face.corners[i]] = edges[edge_between<D>[outward[i]][opposite]];
     }
     /// Of a key among a few, behind which it is put where it is not.
     template <class Key>
@@ -184,7 +216,7 @@ class ConeShapes {
         return at;
     }
     [[nodiscard]] const Vec<D>& offset(const Face& face, int i, int j) const {
-        return edges_[face.edges[edge_between<D - 1>[i][j]]].offset;
+        return face.offsets[edge_between<D - 1>[i][j]];
     }
     [[nodiscard]] bool holds(const Face& face, VertexId v) const {
         if (!v.valid()) return false;
@@ -238,14 +270,8 @@ class ConeShapes {
     }
     /// What is in the way of one place most often is so of the next.
     void goes_first(Face& face) { std::swap(face, faces_.front()); }
-    /// Of the edges of a face, added; straight ones are measured once a face, which costs less than to find out which
-    /// faces share them.
-    [[nodiscard]] double squares_of(Face& face) {
-        if (r_.mesh.is_curved()) {
-            double sum = 0;
-            for (const std::uint32_t e : face.edges) sum += squares_of(edges_[e]);
-            return sum;
-        }
+    /// Measured once a face, which costs less than to find out which faces share an edge.
+    [[nodiscard]] double squares_around(Face& face) {
         if (face.squares != unknown) return face.squares;
         face.squares = 0;
         for (const auto& [i, j] : local_edges<D - 1>) {
@@ -255,16 +281,10 @@ class ConeShapes {
         }
         return face.squares;
     }
-    [[nodiscard]] double squares_of(Edge& edge) const {
-        if (edge.squares != unknown) return edge.squares;
-        const Corner& p = vertices_[edge.ends[0]];
-        const Corner& q = vertices_[edge.ends[1]];
-        return edge.squares = squares_between(r_, *p.metric, *q.metric, q.place - p.place, edge.offset);
-    }
     [[nodiscard]] double shape(Face& face) {
         if constexpr (D == 3)
             if (r_.mesh.is_surface()) return triangle_shape_of(face);
-        double squares = squares_of(face);
+        double squares = squares_around(face);
         double density = spokes_.density_root();
         for (const std::uint32_t c : face.corners) {
             density *= vertices_[c].metric->measure.density_root;
@@ -285,38 +305,28 @@ class ConeShapes {
     std::vector<Corner> vertices_;
     std::size_t placed_ = 0;  ///< so many of them have their place
     std::vector<VertexId> vertex_ids_;
-    std::vector<Edge> edges_;
-    std::vector<std::uint32_t> edge_keys_;  ///< lower corner, higher corner
+    std::vector<EdgeId>
+        edges_;  ///< of degree 2: from the vertices to the one that the last face of each was opposite of
     BentSpokes<D> spokes_;
 };
 
-/// The shape of an element as ConeShapes has it, of degree 2 with the curves that it has.
+/// Of an element of degree 2 with the curves that it has.
 template <int D>
 [[nodiscard]] double bent_shape_of(const Adaptation<D>& r, ElementId e) {
     const auto& vertices = r.mesh.elements.vertices[e];
-    std::array<std::array<Vec<D>, D + 1>, D + 1> tangents;  // at i, towards j
+    std::array<std::array<Vec<D>, D + 1>, D + 1> tangents;
     double squares = 0, density = 1;
     for (int k = 0; k < edges_per_simplex<D>; ++k) {
         const auto& [i, j] = local_edges<D>[k];
+        const EdgeId edge = r.mesh.edges_of[e][k];
         const Vec<D> chord = r.mesh.points[vertices[j]] - r.mesh.points[vertices[i]];
-        const Vec<D> offset = offset_of(r.mesh, r.mesh.edges_of[e][k]);
+        const Vec<D> offset = offset_of(r.mesh, edge);
         tangents[i][j] = chord + 4.0 * offset;
         tangents[j][i] = 4.0 * offset - chord;
-        squares +=
-            squares_between(r, r.vertices.metrics[vertices[i]], r.vertices.metrics[vertices[j]], chord, offset) / 2;
+        squares += squares_of(r, edge);
     }
-    double measure = 0;
-    for (int i = 0; i <= D; ++i) {
-        density *= r.vertices.metrics[vertices[i]].measure.density_root;
-        Mat<D> sides;
-        for (int j = 1; j <= D; ++j) sides.column[j - 1] = tangents[i][i == j ? 0 : j];
-        const double at_corner = i == 0 ? det(sides) : -det(sides);
-        if (!(at_corner > 0)) return 0;
-        measure += at_corner / (D + 1);
-    }
-    if (!(squares > 0)) return 0;
-    if constexpr (D == 2) return 2 * std::sqrt(3.0) * measure * density / squares;
-    return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
+    for (const VertexId v : vertices) density *= r.vertices.metrics[v].measure.density_root;
+    return bent_shape<D>(tangents, density, squares);
 }
 
 }  // namespace camber

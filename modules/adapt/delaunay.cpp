@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <vector>
 module camber.adapt;
 import camber.core;
 import camber.metric;
@@ -23,19 +24,41 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     return norm_squared(y[0] + to_centre) < norm_squared(to_centre);
 }
 
-}  // namespace
-
+/// The vertices that are looked at from a point, each once: an edge to it costs much in degree 2, and less where many
+/// are bent together.
 template <int D>
-bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point, BentSpokes<D>& spokes) {
-    spokes.begin(point);
-    for (const VertexId v : r.mesh.elements.vertices[e]) spokes.add(v, r.mesh.points[v], r.vertices.metrics[v]);
-    spokes.bend();
+class SeenVertices {
+  public:
+    SeenVertices(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes<D>& spokes) : r_(r), spokes_(spokes) {
+        spokes_.begin(point);
+    }
+    void add(VertexId v) {
+        if (is_among(vertices_, v)) return;
+        vertices_.push_back(v);
+        spokes_.add(v, r_.mesh.points[v], r_.vertices.metrics[v]);
+    }
+    void bend() { spokes_.bend(); }
+    [[nodiscard]] Vec<D> tangent(VertexId v) const { return spokes_.tangent(index_of(v)); }
+    [[nodiscard]] double length(VertexId v) const { return spokes_.length(index_of(v)); }
+
+  private:
+    [[nodiscard]] std::size_t index_of(VertexId v) const {
+        return static_cast<std::size_t>(std::ranges::find(vertices_, v) - vertices_.begin());
+    }
+    const Adaptation<D>& r_;
+    BentSpokes<D>& spokes_;
+    std::vector<VertexId> vertices_;
+};
+
+/// Whether a point lies in the sphere (2D: circle) through an element's vertices, in the point's own metric.
+template <int D>
+bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point, const SeenVertices<D>& seen) {
+    const auto& vertices = r.mesh.elements.vertices[e];
     if constexpr (D == 3)
         if (r.mesh.is_surface()) {
             std::array<Vec<3>, 3> y;
             for (int i = 0; i < 3; ++i)
-                for (int k = 0; k < 3; ++k)
-                    y[i][k] = dot(point.metric->measure.rows[k], spokes.tangent(static_cast<std::size_t>(i)));
+                for (int k = 0; k < 3; ++k) y[i][k] = dot(point.metric->measure.rows[k], seen.tangent(vertices[i]));
             return is_origin_in_sphere(y);
         }
     // Seen from the point, where the metric is the identity: the vertices' differences y_i to it. The origin lies in
@@ -43,7 +66,7 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
     std::array<Vec<D>, D + 1> y;
     std::array<double, D + 1> squares{};
     for (int i = 0; i <= D; ++i) {
-        const Vec<D> x = spokes.tangent(static_cast<std::size_t>(i));
+        const Vec<D> x = seen.tangent(vertices[i]);
         for (int k = 0; k < D; ++k) y[i][k] = dot(point.metric->measure.rows[k], x);
         squares[i] = norm_squared(y[i]);
     }
@@ -61,8 +84,6 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
     return volume > 0 ? lifted > 0 : lifted < 0;
 }
 
-namespace {
-
 /// The vertex of `next` that `from` does not have, where they share a face.
 template <int D>
 VertexId vertex_beyond(const DynamicMesh<D>& mesh, ElementId from, ElementId next) {
@@ -79,27 +100,44 @@ bool breaks_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     return mesh.line_at(mesh.edges_of[e][edge_between<D>[(face + 1) % 3][(face + 2) % 3]]).valid();
 }
 
+/// The element that a cavity may grow into across a face; invalid: none.
+template <int D>
+ElementId beyond(const DynamicMesh<D>& mesh, ElementId e, int face) {
+    const FaceNeighbour across = mesh.face_neighbours[e][face];
+    const bool is_open = across.valid() && across.is_element() && !breaks_across(mesh, e, face);
+    return is_open ? across.element() : ElementId{};
+}
+
+/// Its vertices, and those of its neighbours.
+template <int D>
+void see_around(const DynamicMesh<D>& mesh, ElementId e, SeenVertices<D>& seen) {
+    for (const VertexId v : mesh.elements.vertices[e]) seen.add(v);
+    for (int face = 0; face <= D; ++face)
+        if (const ElementId next = beyond(mesh, e, face); next.valid()) seen.add(vertex_beyond(mesh, e, next));
+}
+
 }  // namespace
 
 template <int D>
 void grow_delaunay(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes<D>& spokes, std::size_t most,
                    double shortest, Cavity<D>& cavity) {
     auto& elements = cavity.elements;
-    for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i)
-        for (int face = 0; face <= D && elements.size() < most; ++face) {
-            const FaceNeighbour across = r.mesh.face_neighbours[elements[i]][face];
-            if (!across.valid() || !across.is_element() || breaks_across(r.mesh, elements[i], face)) continue;
-            const ElementId next = across.element();
-            if (is_among(elements, next) || !is_in_metric_sphere(r, next, point, spokes)) continue;
-            const VertexId v = vertex_beyond(r.mesh, elements[i], next);
-            const int at = local_vertex(r.mesh.elements.vertices[next], v);
-            if (spokes.length(static_cast<std::size_t>(at)) < shortest) continue;
-            join(r.mesh, cavity, next);
+    SeenVertices<D> seen(r, point, spokes);
+    std::size_t seen_around = 0;  // so many of them
+    for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i) {
+        if (i == seen_around) {
+            for (; seen_around < elements.size(); ++seen_around) see_around(r.mesh, elements[seen_around], seen);
+            seen.bend();
         }
+        for (int face = 0; face <= D && elements.size() < most; ++face) {
+            const ElementId next = beyond(r.mesh, elements[i], face);
+            if (!next.valid() || is_among(elements, next) || !is_in_metric_sphere(r, next, point, seen)) continue;
+            if (!(seen.length(vertex_beyond(r.mesh, elements[i], next)) < shortest)) join(r.mesh, cavity, next);
+        }
+    }
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \
-    template bool is_in_metric_sphere<D>(const Adaptation<D>&, ElementId, const ConePoint<D>&, BentSpokes<D>&);    \
     template void grow_delaunay<D>(const Adaptation<D>&, const ConePoint<D>&, BentSpokes<D>&, std::size_t, double, \
                                    Cavity<D>&);
 

@@ -23,13 +23,13 @@ template <int D>
     r.shapes = std::move(shapes);
     return measured;
 }
-/// The same of elements that a commit made.
+/// The same of elements that a commit made: of those that the judge has not measured.
 template <int D>
 void know_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
-    if (!r.mesh.is_curved()) return;  // the judge's
+    if (!r.mesh.is_curved()) return;  // all are the judge's
     auto shapes = take(std::move(r.shapes));
     for (const ElementId e : created)
-        if (!r.mesh.is_free(e)) shapes[e.index()] = shape_of(r, e);
+        if (!r.mesh.is_free(e) && shapes[e.index()] < 0) shapes[e.index()] = shape_of(r, e);
     r.shapes = std::move(shapes);
 }
 

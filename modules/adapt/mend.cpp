@@ -90,7 +90,7 @@ class Removals final : public Pass<D> {
     }
     void add_tasks(const Adaptation<D>& r, ElementId e, std::vector<Task>& tasks) const {
         if (r.mesh.is_free(e)) return;
-        const double shape = shape_of(r, e);
+        const double shape = known_shape_of(r, e);
         if (!(shape < wanted_)) return;
         for (const VertexId v : r.mesh.elements.vertices[e])
             if (!r.mesh.is_at_infinity(v)) tasks.push_back(task(shape, v));

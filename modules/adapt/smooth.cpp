@@ -41,10 +41,11 @@ class Moves final : public Pass<D> {
         const double before = worst_known_shape_of(r, request.cavity.elements);
         if (!(before < wanted_)) return {};
         ConeShapes<D> cones(r, goal_);
+        cones.fetch_ahead(request.cavity.elements);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
         const std::size_t worst = worst_of(r, request.cavity.elements);
         cones.begin_with(worst);
-        cones.place(cone_point(r, v));
+        cones.place_at(v);
         const double here = r.mesh.is_curved() ? cones.worst(0) : std::max(before, 0.0);
         const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at v
         BestPlace best{{}, {}, gain_ * here};

@@ -11,8 +11,8 @@ import camber.operation;
 export namespace camber {
 
 /// What swaps inside of a straight mesh of tetrahedra make: shapes (metric_shape) as ConeShapes has them, in a fraction
-/// of its time, since all that is around an edge is found in one walk. Here: the elements around an edge inside, and
-/// the vertices around it.
+/// of its time, since all that is around an edge is found in one walk. Here: the elements around an edge inside, of
+/// either degree, and the vertices around it.
 class EdgeRing {
   public:
     enum class Walk {
@@ -22,17 +22,20 @@ class EdgeRing {
     };
     /// `shapes`: of all elements.
     [[nodiscard]] Walk walk(const DynamicMesh<3>& mesh, std::span<const double> shapes, ElementId e, int local_edge);
-    /// The vertex around the edge to which the elements, joined to it in place of the edge, have the best worst shape,
-    /// if that is above `least`.
+    /// Of a straight mesh: the vertex around the edge to which the elements, joined to it in place of the edge, have
+    /// the best worst shape, if that is above `least`.
     struct Best {
         VertexId point;
         double worst = 0;
     };
     [[nodiscard]] Best best(const Adaptation<3>& r, double least) const;
     [[nodiscard]] std::span<const ElementId> elements() const { return std::span(elements_).first(count_); }
+    [[nodiscard]] std::span<const VertexId> around() const { return std::span(around_).first(count_); }
+    [[nodiscard]] std::array<VertexId, 2> ends() const { return {a_, b_}; }
+
+    static constexpr std::size_t most = 12;  ///< elements
 
   private:
-    static constexpr std::size_t most = 12;
     struct Measured;
     std::array<ElementId, most> elements_;  ///< the i-th between the i-th vertex and the next
     std::array<VertexId, most> around_;

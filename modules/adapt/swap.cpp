@@ -47,9 +47,8 @@ class Swaps final : public Pass<D> {
         const auto beside = shapes_beside(r, e);
         for (int k = 0; k < edges_per_simplex<D>; ++k)
             if (is_worst_beside(beside, k, shape)) look_at_edge(r, e, k, cones, best);
-        if (D == 3 && !r.mesh.is_surface())
-            for (int face = 0; face <= D; ++face)
-                if (beside[face] >= shape) look_at_face(r, e, face, cones, best);
+        if constexpr (D == 3)
+            if (!r.mesh.is_surface()) look_at_faces(r, e, beside, best);
         if (!best.point.valid()) return {};
         Candidate<D> candidate;
         candidate.request.cavity = std::move(best.cavity);
@@ -96,7 +95,7 @@ class Swaps final : public Pass<D> {
     }
     void look_at_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
         if constexpr (D == 3)
-            if (!r.mesh.is_curved() && has_end_inside(r, e, k)) {
+            if (!r.mesh.is_surface() && has_end_inside(r, e, k)) {
                 EdgeRing ring;
                 const EdgeRing::Walk walk = ring.walk(r.mesh, r.shapes.view(), e, k);
                 if (walk == EdgeRing::Walk::closed) look_at_ring(r, e, ring, best);
@@ -105,13 +104,14 @@ class Swaps final : public Pass<D> {
         look_at_any_edge(r, e, k, cones, best);
     }
     void look_at_ring(const Adaptation<3>& r, ElementId e, const EdgeRing& ring, BestSwap<3>& best) const {
+        if (r.mesh.is_curved()) {
+            const BentSwap found = best_around_edge(r, goal_, ring, best.gain);
+            if (found.point.valid()) take(best, ring.elements(), found.point, found.after / found.before);
+            return;
+        }
         const double before = r.shapes[e.index()];
         const EdgeRing::Best found = ring.best(r, best.gain * before);
-        if (!found.point.valid()) return;
-        best.cavity.clear();
-        best.cavity.elements.assign(ring.elements().begin(), ring.elements().end());
-        best.point = found.point;
-        best.gain = found.worst / before;
+        if (found.point.valid()) take(best, ring.elements(), found.point, found.worst / before);
     }
     /// The elements around an edge without it, joined to each vertex around it; on the boundary to those of its facets.
     void look_at_any_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
@@ -136,6 +136,13 @@ class Swaps final : public Pass<D> {
             if (after > least) take(best, cavity, p, after / before);
         }
     }
+    /// Inside.
+    static void take(BestSwap<D>& best, std::span<const ElementId> elements, VertexId p, double gain) {
+        best.cavity.clear();
+        best.cavity.elements.assign(elements.begin(), elements.end());
+        best.point = p;
+        best.gain = gain;
+    }
     static void take(BestSwap<D>& best, const Cavity<D>& cavity, VertexId p, double gain) {
         best.cavity = cavity;
         best.point = p;
@@ -151,34 +158,27 @@ class Swaps final : public Pass<D> {
         return std::max(worst, little);
     }
     /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
-    void look_at_face(const Adaptation<D>& r, ElementId e, int face, ConeShapes<D>& cones, BestSwap<D>& best) const {
-        if constexpr (D == 3)
-            if (!r.mesh.is_curved()) return look_at_straight_face(r, e, face, best);
-        Cavity<D> cavity;
-        cavity_of_face(r.mesh, e, face, cavity);
-        if (cavity.elements.size() != 2 || !cavity.facets.empty()) return;
-        const VertexId p = r.mesh.elements.vertices[e][face];
-        const ElementId other = cavity.elements[1];
-        cones.clear();
-        for (int i = 0; i <= D; ++i)
-            if (local_vertex(r.mesh.elements.vertices[e], r.mesh.elements.vertices[other][i]) >= 0) cones.add(other, i);
-        const double before = worst_bent(r, cavity.elements, e);
-        const double least = best.gain * before;
-        const double after = cones.worst_at(cone_point(r, p), least);
-        if (after > least) take(best, cavity, p, after / before);
+    void look_at_faces(const Adaptation<3>& r, ElementId e, const std::array<double, 4>& beside,
+                       BestSwap<3>& best) const {
+        const double shape = r.shapes[e.index()];
+        std::array<int, 4> faces{};
+        std::size_t count = 0;
+        for (int face = 0; face < 4; ++face)
+            if (beside[face] >= shape && r.mesh.face_neighbours[e][face].is_element()) faces[count++] = face;
+        if (count == 0) return;
+        if (r.mesh.is_curved()) {
+            const BentSwap found = best_without_face(r, goal_, e, std::span(faces).first(count), best.gain);
+            if (found.point.valid()) take(best, std::array{e, found.beside}, found.point, found.after / found.before);
+            return;
+        }
+        for (const int face : std::span(faces).first(count)) look_at_straight_face(r, e, face, best);
     }
-
     void look_at_straight_face(const Adaptation<3>& r, ElementId e, int face, BestSwap<3>& best) const {
-        const FaceNeighbour across = r.mesh.face_neighbours[e][face];
-        if (!across.is_element()) return;
+        const ElementId other = r.mesh.face_neighbours[e][face].element();
         const double before = r.shapes[e.index()];
         const double least = best.gain * before;
-        const double after = worst_without_face(r, e, face, across.element(), least);
-        if (!(after > least)) return;
-        best.cavity.clear();
-        best.cavity.elements = {e, across.element()};
-        best.point = r.mesh.elements.vertices[e][face];
-        best.gain = after / before;
+        const double after = worst_without_face(r, e, face, other, least);
+        if (after > least) take(best, std::array{e, other}, r.mesh.elements.vertices[e][face], after / before);
     }
 
     const AdaptationGoal<D>& goal_;

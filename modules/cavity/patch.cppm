@@ -71,6 +71,8 @@ struct TopologyChanges {
     IdChanges<FacetId> facets;
     IdChanges<ElementId> elements;
     std::vector<VertexId> points;  ///< the point of each patch
+    /// Of degree 2: the edges from each patch's point to its star's boundary, one patch after the other.
+    std::vector<EdgeId> spokes;
     friend bool operator==(const TopologyChanges&, const TopologyChanges&) = default;
 };
 

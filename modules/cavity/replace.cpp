@@ -167,6 +167,7 @@ class Committing {
     }
     void put_nodes(const Patch<D>& patch) {
         for (std::size_t i = 0; i < patch.nodes.size(); ++i) d_.nodes[to_point_[i].index()] = patch.nodes[i];
+        if (!patch.nodes.empty()) append(changes_.spokes, to_point_);
     }
     /// And new ones.
     void number_edges(const Patch<D>& patch, VertexId point) {

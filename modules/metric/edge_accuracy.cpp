@@ -83,13 +83,13 @@ template <int D>
 }
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline Pack speed_at(std::span<const EndMeasures<D>> measures, std::size_t begin,
+[[nodiscard, gnu::always_inline]] inline Pack speed_at(std::span<const EndSights<D>> ends, std::size_t begin,
                                                        std::size_t end, const VecPack<D>& v) {
     Pack sum = packed(0);
     for (int k = 0; k < D; ++k) {
-        const VecPack<D> row = gathered_vec<D>(
-            measures, begin, [&](const EndMeasures<D>& m) __attribute__((always_inline)) -> const Vec<D>& {
-                return m[end]->rows[static_cast<std::size_t>(k)];
+        const VecPack<D> row =
+            gathered_vec<D>(ends, begin, [&](const EndSights<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
+                return e[end].measure->rows[static_cast<std::size_t>(k)];
             });
         const Pack w = dot(row, v);
         sum += w * w;
@@ -100,9 +100,8 @@ template <int D>
 }  // namespace
 
 template <int D>
-void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
-                std::span<const EndMeasures<D>> measures, const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
-                std::span<double> lengths, Instructions set) {
+void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> ends, const EdgeAccuracyOptions& options,
+                std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set) {
     with_instructions(set, [&]() __attribute__((always_inline)) {
         for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
             const VecPack<D> chord = gathered_vec<D>(
@@ -117,12 +116,12 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> end
                 arriving[k] = chord[k] - 4 * offset[k];
             }
             const auto sizes_at = [&](std::size_t end) __attribute__((always_inline)) {
-                return gathered_vec<D>(measures, begin,
-                                       [&](const EndMeasures<D>& m) __attribute__((always_inline)) -> const Vec<D>& {
-                                           return m[end]->log_sizes;
+                return gathered_vec<D>(ends, begin,
+                                       [&](const EndSights<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
+                                           return e[end].measure->log_sizes;
                                        });
             };
-            const Pack l_a = speed_at<D>(measures, begin, 0, leaving), l_b = speed_at<D>(measures, begin, 1, arriving);
+            const Pack l_a = speed_at<D>(ends, begin, 0, leaving), l_b = speed_at<D>(ends, begin, 1, arriving);
             const Pack l_m = middle_speed<D>(f, sizes_at(0), sizes_at(1));
             const Pack length = mean_of_speeds(l_a, l_b) + 2.0 / 3.0 * (l_m - sqrt(l_a * l_b));
             const std::size_t n = std::min<std::size_t>(pack_size, lengths.size() - begin);
@@ -131,12 +130,11 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> end
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                   \
-    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                    \
-                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);             \
-    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                          \
-                                std::span<const EndMeasures<D>>, const EdgeAccuracyOptions&, std::span<Vec<D>>, \
-                                std::span<double>, Instructions);
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                        \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);                 \
+    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EndSights<D>>, const EdgeAccuracyOptions&, \
+                                std::span<Vec<D>>, std::span<double>, Instructions);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -84,16 +84,20 @@ void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
                       Instructions set = widest_instructions());
 
-/// What is ready to measure with at both ends of an edge.
+/// What an edge that nothing of the mesh itself bends sees at an end: the field, and what is ready to measure with.
 template <int D>
-using EndMeasures = std::array<const MeasuringMetric<D>*, 2>;
+struct EndSight {
+    const LogMetric<D>* log_metric = nullptr;
+    const LogGradient<D>* gradient = nullptr;
+    const MeasuringMetric<D>* measure = nullptr;
+};
+template <int D>
+using EndSights = std::array<EndSight<D>, 2>;
 
-/// Edges as the curves that accuracy gives them, and how long these are (bent_length), with what is ready to measure
-/// with at both ends. Nothing of them is bent by the mesh itself: `is_bent` is not looked at. All spans are of one
-/// size.
+/// Edges as the curves that accuracy gives them (accurate_offsets), and how long these are (bent_length). All spans are
+/// of one size.
 template <int D>
-void bent_edges(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
-                std::span<const EndMeasures<D>> measures, const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets,
-                std::span<double> lengths, Instructions set = widest_instructions());
+void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> ends, const EdgeAccuracyOptions& options,
+                std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set = widest_instructions());
 
 }  // namespace camber

@@ -55,8 +55,36 @@ template <int D>
         edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Mat<D>& { return (e.*end).jacobian; });
     return seen;
 }
+/// Of edges that nothing of the mesh itself bends: F is the identity.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EndSights<D>> edges,
+                                                                    std::size_t begin, std::size_t end) {
+    using Ends = EndSights<D>;
+    EdgeSight<D> seen{};
+    seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
+        return e[end].log_metric->l;
+    });
+    for (int i = 0; i < D; ++i)
+        seen.gradient[i] = gathered_sym<D>(
+            edges, begin,
+            [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (*e[end].gradient)[i]; });
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) seen.jacobian(i, j) = packed(i == j ? 1 : 0);
+    return seen;
+}
 
 /// The mean of both ends.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> middle_of(EdgeSight<D> a, const EdgeSight<D>& b) {
+    for (int k = 0; k < sym_size<D>; ++k) {
+        a.change.c[k] = b.log_metric.c[k] - a.log_metric.c[k];
+        a.log_metric.c[k] = (a.log_metric.c[k] + b.log_metric.c[k]) / 2;
+        for (int i = 0; i < D; ++i) a.gradient[i].c[k] = (a.gradient[i].c[k] + b.gradient[i].c[k]) / 2;
+    }
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) a.jacobian(i, j) = (a.jacobian(i, j) + b.jacobian(i, j)) / 2;
+    return a;
+}
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_middle(std::span<const EdgeEnds<D>> edges,
                                                                        std::size_t begin) {
@@ -69,14 +97,12 @@ template <int D>
         see_through_map(a, bent != 0);
         see_through_map(b, bent != 0);
     }
-    for (int k = 0; k < sym_size<D>; ++k) {
-        a.change.c[k] = b.log_metric.c[k] - a.log_metric.c[k];
-        a.log_metric.c[k] = (a.log_metric.c[k] + b.log_metric.c[k]) / 2;
-        for (int i = 0; i < D; ++i) a.gradient[i].c[k] = (a.gradient[i].c[k] + b.gradient[i].c[k]) / 2;
-    }
-    for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) a.jacobian(i, j) = (a.jacobian(i, j) + b.jacobian(i, j)) / 2;
-    return a;
+    return middle_of(a, b);
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_middle(std::span<const EndSights<D>> edges,
+                                                                       std::size_t begin) {
+    return middle_of(seen_from_end(edges, begin, 0), seen_from_end(edges, begin, 1));
 }
 
 /// ∂_v of a field with this gradient.

@@ -62,8 +62,11 @@ ElementState CurvedNodes<D>::element(std::size_t joined) const {
 
 template <int D>
 double CurvedNodes<D>::length_to(std::size_t s) const {
-    return bent_length<D>(end_of(request_.metric), end_of(r_.vertices.metrics[vertex(s)]), end(s) - request_.place,
-                          w_.spokes[s].node - middle(s));
+    Spoke<D>& spoke = w_.spokes[s];
+    if (spoke.length >= 0 && spoke.measured == spoke.node) return spoke.length;
+    spoke.measured = spoke.node;
+    return spoke.length = bent_length<D>(end_of(request_.metric), end_of(r_.vertices.metrics[vertex(s)]),
+                                         end(s) - request_.place, spoke.node - middle(s));
 }
 
 /// First nodes are drawn back as far as they can be, then raised, once.

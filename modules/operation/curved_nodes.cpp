@@ -204,6 +204,9 @@ void CurvedNodes<D>::put_wanted() {
         Spoke<D>& spoke = w_.spokes[w_.free[i]];
         if (!is_free(w_.free[i])) continue;
         spoke.wanted = spoke.node = middle(w_.free[i]) + w_.offsets[i];
+        if (goal_.search) continue;
+        spoke.measured = spoke.node;
+        spoke.length = w_.lengths[i];
     }
 }
 
@@ -220,10 +223,11 @@ void CurvedNodes<D>::find_accurate_offsets() {
     for (const std::uint32_t s : w_.free) {
         const VertexId v = vertex(s);
         w_.chords.push_back(end(s) - request_.place);
-        w_.ends.push_back({{request_.metric.log_metric, request_.gradient},
-                           {r_.vertices.metrics[v].log_metric, r_.vertices.gradients[v]}});
+        w_.ends.push_back(
+            {sight_of(request_.metric, request_.gradient), sight_of(r_.vertices.metrics[v], r_.vertices.gradients[v])});
     }
-    accurate_offsets<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets);
+    w_.lengths.resize(w_.free.size());
+    bent_edges<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets, w_.lengths);
 }
 
 template <int D>

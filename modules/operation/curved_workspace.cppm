@@ -21,6 +21,9 @@ struct Spoke {
     Vec<D> node;
     double share = 1;  ///< of the way from `extended` to `wanted`
     LineId line;       ///< of a ridge: one that it continues
+    /// The last that was measured, with which node.
+    double length = -1;
+    Vec<D> measured;
 };
 
 /// A new element: its face outside, and which spokes lead from there to the point.
@@ -71,7 +74,8 @@ struct CurvedWorkspace {
     std::vector<FacetSite<D>> facets;                     ///< new ones
     std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, and the new facet with it
     std::vector<Vec<D>> chords, offsets;
-    std::vector<EdgeEnds<D>> ends;
+    std::vector<EndSights<D>> ends;
+    std::vector<double> lengths;
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
     std::vector<std::uint32_t> free;            ///< spokes of kind volume

@@ -19,8 +19,11 @@ class JudgedPatch {
     [[nodiscard]] const VertexRow<D>& vertex() const { return vertex_; }
     /// Whether its point went a part of its way to the geometry only.
     [[nodiscard]] bool is_short_of_geometry() const { return is_short_; }
-    /// Of its elements, in the order of the star's `joined`, shape_of. None in a mesh of degree 2.
+    /// Of the elements that it reshapes, then of its own in the order of the star's `joined`: shape_of, below 0 where
+    /// that is not known.
     [[nodiscard]] std::span<const double> shapes() const { return shapes_; }
+    /// Of degree 2: of its edges at the point, in the order of the star's `boundary`, length_of.
+    [[nodiscard]] std::span<const double> lengths() const { return lengths_; }
     /// Its patch, out of it.
     [[nodiscard]] Patch<D> take_patch() && { return std::move(patch_); }
 
@@ -30,7 +33,7 @@ class JudgedPatch {
 
     Patch<D> patch_;
     VertexRow<D> vertex_;
-    std::vector<double> shapes_;
+    std::vector<double> shapes_, lengths_;
     bool is_short_ = false;
 };
 

@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
+#include <type_traits>
 export module camber.operation:measures;
 import camber.core;
 import camber.bezier;
@@ -35,13 +36,18 @@ template <int D>
     return {metric.log_metric, metric.measure};
 }
 
+template <int D>
+[[nodiscard]] inline EndSight<D> sight_of(const VertexMetric<D>& metric,
+                                          const std::type_identity_t<LogGradient<D>>& gradient) {
+    return {&metric.log_metric, &gradient, &metric.measure};
+}
+
 /// Of an edge of a surface alone to infinity: what nobody wants to change.
 inline constexpr double length_to_infinity = 1;
 
-/// The length of an edge in the metric, along its curve, and the shape of an element: metric_shape of a straight one,
-/// of a surface alone triangle_shape.
+/// The length of an edge in the metric, along its curve.
 template <int D>
-[[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
+[[nodiscard]] inline double measured_length(const Adaptation<D>& r, EdgeId edge) {
     if (r.mesh.is_at_infinity(edge)) return length_to_infinity;
     const auto& [a, b] = r.mesh.edges[edge];
     if (r.mesh.is_curved())
@@ -50,6 +56,12 @@ template <int D>
     return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure,
                        r.mesh.points[b] - r.mesh.points[a]);
 }
+/// The same, as it is known.
+template <int D>
+[[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
+    return r.lengths.empty() ? measured_length(r, edge) : r.lengths[edge];
+}
+/// The shape of an element: metric_shape of a straight one, of a surface alone triangle_shape.
 /// `point_at(i)`, `metric_at(i)` of the local vertices of an element.
 template <int D>
 [[nodiscard]] double straight_shape(const DynamicMesh<D>& mesh, auto&& point_at, auto&& metric_at) {

@@ -103,12 +103,26 @@ class Operating {
         if (fault.reason != RejectionReason::none) return fault;
         if (is_corrected && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         nodes.give(out_);
-        judged_.shapes_.clear();
-        if (Nodes::degree == 1) judged_.shapes_ = w_.shapes;
+        take_known(nodes);
         result_.drawn_back = nodes.has_drawn_back();
         result_.bends_around = !out_.following.empty();
         result_.worst_shape = fault.worst_shape;
         return {};
+    }
+    /// Shapes and lengths as they were judged.
+    void take_known(const Nodes& nodes) {
+        judged_.lengths_.clear();
+        if constexpr (Nodes::degree == 1) {
+            judged_.shapes_ = w_.shapes;
+        } else {
+            constexpr double unknown = -1;
+            judged_.shapes_.assign(out_.reshaped.size(), unknown);
+            for (std::size_t j = 0; j < out_.star.joined.size(); ++j) {
+                const ElementState element = nodes.element(j);
+                judged_.shapes_.push_back(element.is_valid ? element.shape : unknown);
+            }
+            for (std::size_t s = 0; s < out_.star.boundary.size(); ++s) judged_.lengths_.push_back(nodes.length_to(s));
+        }
     }
     [[nodiscard]] bool has_fitting_lengths(const Nodes& nodes) const {
         return lengths_fit(std::span(std::as_const(w_.star.to_point)), moves(), limits_, nodes);

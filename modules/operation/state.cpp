@@ -104,6 +104,7 @@ Outcome<Adaptation<D>> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>&
         r.mesh = std::move(*made);
         r.walls = walls_of(r.mesh);
         if (auto asked = ask_at_vertices(r, goal, execution); !asked) return fail(asked.error());
+        if (auto done = measure_lengths(r, without_progress(execution)); !done) return fail(done.error());
         if (goal.geometry)
             if (auto done = place_boundary(r, goal, without_progress(execution)); !done) return fail(done.error());
         return r;
@@ -111,6 +112,19 @@ Outcome<Adaptation<D>> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>&
 }
 
 }  // namespace
+
+template <int D>
+Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution) {
+    if (!r.mesh.is_curved()) return Done{};
+    return guarded([&] {
+        Buffer<double> lengths(r.mesh.edges.size());
+        auto done = each(execution, lengths.size(), [&](std::size_t e) {
+            lengths[e] = r.mesh.is_free(EdgeId(e)) ? 0 : measured_length(r, EdgeId(e));
+        });
+        r.lengths = std::move(lengths);
+        return done;
+    });
+}
 
 template <int D>
 Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const BreaksOfMesh& breaks,
@@ -183,6 +197,7 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const E
                                                         const AdaptationGoal<D>&, const Execution&);                  \
     template Outcome<Adaptation<D>> begin_adaptation<D>(const QuadraticMesh<D>&, const BreaksOfMesh&,                 \
                                                         const AdaptationGoal<D>&, const Execution&);                  \
+    template Outcome<Done> measure_lengths<D>(Adaptation<D>&, const Execution&);                                      \
     template Outcome<UnitMeshStatistics> unit_mesh_statistics<D>(const Adaptation<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -23,6 +23,8 @@ struct Adaptation {
     Column<VertexId> off_geometry = {};
     Refusals refusals = {};
     Column<double> shapes = {};  ///< of elements, shape_of, as far as they are known: others are below 0
+    /// Of edges of degree 2, length_of; of degree 1, where measuring costs no more than looking up, no rows.
+    Column<double> lengths = {};
 };
 
 /// A search for the nodes of inner edges, by the energy or the length.
@@ -62,5 +64,9 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                       const AdaptationGoal<D>& goal, const Execution& execution);
+
+/// `lengths` anew, of a mesh whose nodes were not changed by commits. Errors: stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution);
 
 }  // namespace camber

@@ -1,5 +1,6 @@
-// The shapes that go along with a mesh from pass to pass are those of its elements: of degree 1 the judge's, to the
-// bit.
+// The shapes that go along with a mesh from pass to pass are those of its elements, the judge's, to the bit; lengths,
+// of degree 2, those of its edges.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -36,6 +37,15 @@ std::size_t expect_right_shapes(const Adaptation<D>& r) {
     return known;
 }
 
+/// Of degree 2 of each edge, but for rounding: packs of edges are measured another way than one.
+template <int D>
+void expect_right_lengths(const Adaptation<D>& r) {
+    RC_ASSERT(r.lengths.size() == (r.mesh.is_curved() ? r.mesh.edges.size() : 0));
+    for (std::size_t e = 0; e < r.lengths.size(); ++e)
+        if (!r.mesh.is_free(EdgeId(e)))
+            RC_ASSERT(std::abs(r.lengths[e] - measured_length(r, EdgeId(e))) <= 1e-9 * r.lengths[e]);
+}
+
 template <int D>
 void expect_shapes(Adaptation<D> r, const AdaptationGoal<D>& goal) {
     for (int round = 0; round < 2; ++round) {
@@ -47,6 +57,10 @@ void expect_shapes(Adaptation<D> r, const AdaptationGoal<D>& goal) {
         expect_right_shapes(r);
         r = must(split<D>(std::move(r), goal, {}, alone)).state;
         expect_right_shapes(r);
+        expect_right_lengths(r);
+        r = must(mend<D>(std::move(r), goal, {.wanted = 0.9}, alone)).state;
+        expect_right_shapes(r);
+        expect_right_lengths(r);
     }
 }
 
@@ -69,4 +83,5 @@ TEST_CASE("shapes that are known are those of the elements") {
     property("2D", [](std::uint64_t seed) { of_straight<2>(seed); }, {.count = 20});
     property("3D", [](std::uint64_t seed) { of_straight<3>(seed); }, {.count = 6});
     property("2D, degree 2", [](std::uint64_t seed) { of_curved<2>(seed); }, {.count = 6});
+    property("3D, degree 2", [](std::uint64_t seed) { of_curved<3>(seed); }, {.count = 2});
 }

@@ -130,7 +130,7 @@ TEST_CASE("edges in packs have the offsets and the lengths of one by one, with a
         std::vector<Vec<D>> chords(n), offsets(n), expected(n);
         std::vector<EdgeEnds<D>> ends(n);
         std::vector<MeasuringMetric<D>> measures(2 * n);
-        std::vector<EndMeasures<D>> of_ends(n);
+        std::vector<EndSights<D>> of_ends(n);
         std::vector<double> lengths(n);
         for (std::size_t i = 0; i < n; ++i) {
             chords[i] = dice.vector<D>(-1, 1);
@@ -141,14 +141,15 @@ TEST_CASE("edges in packs have the offsets and the lengths of one by one, with a
             if (dice.below(3) == 0) ends[i].b = ends[i].a;
             measures[2 * i] = MeasuringMetric<D>(ends[i].a.log_metric);
             measures[2 * i + 1] = MeasuringMetric<D>(ends[i].b.log_metric);
-            of_ends[i] = {&measures[2 * i], &measures[2 * i + 1]};
+            of_ends[i] = {EndSight<D>{&ends[i].a.log_metric, &ends[i].a.gradient, &measures[2 * i]},
+                          EndSight<D>{&ends[i].b.log_metric, &ends[i].b.gradient, &measures[2 * i + 1]}};
         }
         const EdgeAccuracyOptions options{.size_share = 0.5,
                                           .change = dice.below(2) == 0 ? ChangeAlong::recovered : ChangeAlong::of_ends};
         accurate_offsets<D>(chords, ends, options, expected);
         for (const Instructions set : {Instructions::baseline, Instructions::avx2, Instructions::avx512}) {
             if (!has(set)) continue;
-            bent_edges<D>(chords, ends, of_ends, options, offsets, lengths, set);
+            bent_edges<D>(chords, of_ends, options, offsets, lengths, set);
             RC_ASSERT(offsets == expected);
             for (std::size_t i = 0; i < n; ++i) {
                 const double one = bent_length<D>({ends[i].a.log_metric, measures[2 * i]},

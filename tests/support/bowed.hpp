@@ -116,6 +116,7 @@ void bow(Adaptation<D>& r, const Vec<D>& stretch, Dice& dice) {
     }
     r.mesh.nodes = std::move(nodes);
     r.mesh.stamp = new_stamp();
+    must(measure_lengths(r, alone));
 }
 
 /// A mesh that is stretched along the axes by up to 10^6, with the metric that it fits: sizes of about 1 before, larger

@@ -1,0 +1,172 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <span>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+
+namespace camber {
+
+std::size_t BentEdges::add(VertexId v) {
+    vertices_[count_] = {v, r_.mesh.points[v], &r_.vertices.metrics[v]};
+    return count_++;
+}
+
+void BentEdges::take_edge(std::size_t i, std::size_t j, EdgeId edge) {
+    put(i, j, {offset_of(r_.mesh, edge), squares_of(r_, edge)});
+}
+
+void BentEdges::take_edges(ElementId e) {
+    const auto known = std::span(vertices_).first(count_);
+    std::array<std::size_t, 4> at{};
+    for (int i = 0; i < 4; ++i)
+        at[i] = static_cast<std::size_t>(std::ranges::find(known, r_.mesh.elements.vertices[e][i], &Vertex::id) -
+                                         known.begin());
+    for (int k = 0; k < edges_per_simplex<3>; ++k)
+        take_edge(at[local_edges<3>[k][0]], at[local_edges<3>[k][1]], r_.mesh.edges_of[e][k]);
+}
+
+void BentEdges::ask(std::size_t i, std::size_t j) {
+    const Vertex& a = vertices_[i];
+    const Vertex& b = vertices_[j];
+    pairs_[asked_] = {i, j};
+    chords_[asked_] = b.place - a.place;
+    ends_[asked_] = {sight_of(*a.metric, r_.vertices.gradients[a.id]),
+                     sight_of(*b.metric, r_.vertices.gradients[b.id])};
+    ++asked_;
+}
+
+void BentEdges::bend() {
+    bent_edges<3>(std::span(chords_).first(asked_), std::span(ends_).first(asked_), goal_.accuracy,
+                  std::span(offsets_).first(asked_), std::span(lengths_).first(asked_));
+    for (std::size_t k = 0; k < asked_; ++k)
+        put(pairs_[k][0], pairs_[k][1], {offsets_[k], 2 * lengths_[k] * lengths_[k]});
+    asked_ = 0;
+}
+
+double BentEdges::shape(const std::array<std::size_t, 4>& corners) const {
+    std::array<std::array<Vec<3>, 4>, 4> tangents;
+    double squares = 0, density = 1;
+    for (const auto& [i, j] : local_edges<3>) {
+        const Edge& edge = edges_[corners[i]][corners[j]];
+        const Vec<3> chord = vertices_[corners[j]].place - vertices_[corners[i]].place;
+        tangents[i][j] = chord + 4.0 * edge.offset;
+        tangents[j][i] = 4.0 * edge.offset - chord;
+        squares += edge.squares;
+    }
+    for (const std::size_t c : corners) density *= vertices_[c].metric->measure.density_root;
+    return bent_shape<3>(tangents, density, squares);
+}
+
+namespace {
+
+/// What is as good as inverted is worth little, not nothing.
+constexpr double little = 1e-3;
+
+/// The vertices around an edge are 0 … n − 1, its ends n and n + 1.
+class BentRing {
+  public:
+    BentRing(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring)
+        : edges_(r, goal), count_(ring.around().size()), a_(count_), b_(count_ + 1) {
+        for (const VertexId v : ring.around()) edges_.add(v);
+        for (const VertexId v : ring.ends()) edges_.add(v);
+        for (const ElementId e : ring.elements()) edges_.take_edges(e);
+    }
+    [[nodiscard]] BentSwap best(double gain) {
+        BentSwap best;
+        best.before = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < count_; ++i)
+            best.before = std::min(best.before, edges_.shape({a_, b_, i, next(i)}));
+        best.before = std::max(best.before, little);
+        best.after = gain * best.before;
+        bend_diagonals();
+        // Of three all give the same two elements, of four those opposite each other the same four.
+        const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
+        for (std::size_t p = 0; p < different; ++p)
+            if (const double after = worst(p, best.after); after > best.after) {
+                best.after = after;
+                best.point = edges_.vertex(p);
+            }
+        return best;
+    }
+
+  private:
+    [[nodiscard]] std::size_t next(std::size_t i) const { return i + 1 < count_ ? i + 1 : 0; }
+    void bend_diagonals() {
+        for (std::size_t i = 0; i < count_; ++i)
+            for (std::size_t j = i + 2; j < count_; ++j)
+                if (next(j) != i) edges_.ask(i, j);
+        edges_.bend();
+    }
+    [[nodiscard]] double worst(std::size_t p, double least) const {
+        double worst = std::numeric_limits<double>::infinity();
+        for (std::size_t i = next(p); next(i) != p && worst > least; i = next(i)) {
+            worst = std::min(worst, edges_.shape({a_, i, next(i), p}));
+            if (worst > least) worst = std::min(worst, edges_.shape({b_, next(i), i, p}));
+        }
+        return worst;
+    }
+
+    BentEdges edges_;
+    std::size_t count_, a_, b_;
+};
+
+/// The vertex of an element that another one, with which it shares a face, does not have.
+VertexId vertex_apart(const Adaptation<3>& r, ElementId e, ElementId from) {
+    for (const VertexId v : r.mesh.elements.vertices[e])
+        if (local_vertex(r.mesh.elements.vertices[from], v) < 0) return v;
+    return {};
+}
+
+}  // namespace
+
+BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring, double gain) {
+    return BentRing(r, goal, ring).best(gain);
+}
+
+BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal, ElementId e,
+                           std::span<const int> faces, double gain) {
+    BentEdges edges(r, goal);
+    for (const VertexId v : r.mesh.elements.vertices[e]) edges.add(v);
+    edges.take_edges(e);
+    const double own = edges.shape({0, 1, 2, 3});
+    struct Beyond {
+        int face = 0;
+        ElementId element;
+        std::size_t vertex = 0;
+    };
+    std::array<Beyond, 4> beyond;
+    std::size_t count = 0;
+    for (const int face : faces) {
+        const FaceNeighbour across = r.mesh.face_neighbours[e][face];
+        if (!across.is_element()) continue;
+        const std::size_t q = edges.add(vertex_apart(r, across.element(), e));
+        edges.take_edges(across.element());
+        edges.ask(static_cast<std::size_t>(face), q);
+        beyond[count++] = {face, across.element(), q};
+    }
+    edges.bend();
+    BentSwap best;
+    double best_gain = gain;
+    for (const auto& [face, element, q] : std::span(beyond).first(count)) {
+        const auto outward = face_opposite<3>(face);
+        const std::array<std::size_t, 3> s{static_cast<std::size_t>(outward[0]), static_cast<std::size_t>(outward[1]),
+                                           static_cast<std::size_t>(outward[2])};
+        const auto p = static_cast<std::size_t>(face);
+        const double before = std::max(std::min(own, bent_shape_of(r, element)), little);
+        double after = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < 3 && after > best_gain * before; ++i)
+            after = std::min(after, edges.shape({p, s[i], s[(i + 1) % 3], q}));
+        if (!(after > best_gain * before)) continue;
+        best_gain = after / before;
+        best = {edges.vertex(p), element, before, after};
+    }
+    return best;
+}
+
+}  // namespace camber
