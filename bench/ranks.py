@@ -3,7 +3,7 @@
 
     python3 bench/ranks.py build/bin --elements 2e7 --ranks 4,8,4:2G,8:1G [--memory 2G] [--folder FOLDER]
 
-A shell of prisms with layers (`camber generate`) is curved by `camber curve` as a whole, on each number of ranks with a thread
+A shell of prisms with layers (`camber generate`, and by each number of ranks: the same bytes) is curved by `camber curve` as a whole, on each number of ranks with a thread
 each (`mpirun -n N camber-mpi curve`; N:SIZE within so much memory each), and within a memory where one is given; in a control group with that limit where this
 user may make one. Ranks share the processors that are there: the efficiency is that of processor seconds: of the first
 row by ranks over those of the others. All must write the same bytes.
@@ -89,6 +89,22 @@ def within_memory(camber, mesh, out, memory):
     return made
 
 
+def generated(asked, mesh, ranks):
+    """Makes the mesh on so many ranks; what that took, as the program tells it."""
+    program = [asked.bin / "camber"] if ranks is None else ["mpirun", "-n", ranks, asked.bin / "camber-mpi"]
+    line = [*program, "generate", "shell", "--structure", "prisms", "--elements", asked.elements, "--set", "inner_layer/count=5", "-o", mesh]
+    begin = time.perf_counter()
+    run = subprocess.Popen(list(map(str, line)), stdout=subprocess.PIPE, text=True, env=os.environ | ROOT_OPTIONS)
+    text = run.stdout.read()
+    _, status, usage = os.wait4(run.pid, 0)
+    if status != 0:
+        sys.exit(f"{' '.join(map(str, line))}\n{text}")
+    told = next(line.strip() for line in text.splitlines() if "generated" in line)
+    if ranks is None:  # of the whole process, that the mesh is written by too
+        told += f"; at most {usage.ru_maxrss / 1024:.1f} MiB"
+    print(f"generate, {'as a whole' if ranks is None else ranks}: {time.perf_counter() - begin:.1f} s, {told}")
+
+
 def on_paper(report, elements, ranks):
     """From the counters of a run to a mesh of so many elements on so many ranks."""
     blocks, mesh = report["blocks"]["number"], report["mesh"]
@@ -128,7 +144,13 @@ def main():
     asked = parser.parse_args()
     camber, camber_mpi = asked.bin / "camber", asked.bin / "camber-mpi"
     mesh = asked.folder / "ranks.meshb"
-    timed([camber, "generate", "shell", "--structure", "prisms", "--elements", asked.elements, "--set", "inner_layer/count=5", "-o", mesh])
+    generated(asked, mesh, None)
+    for ranks in asked.ranks.split(","):
+        ranks, again = ranks.partition(":")[0], asked.folder / "again.meshb"
+        generated(asked, again, ranks)
+        if not filecmp.cmp(mesh, again, shallow=False):
+            sys.exit(f"{ranks} ranks generate OTHER BYTES")
+        again.unlink()
     rows = [whole(camber, mesh, asked.folder / "whole.meshb")]
     first = report = None
     sys.stdout.reconfigure(line_buffering=True)

@@ -25,7 +25,7 @@ namespace camber::app {
 namespace {
 
 /// Verbs that go by blocks of the mesh, which several ranks may share.
-const std::vector<std::string> verbs_by_blocks{"curve", "remesh"};
+const std::vector<std::string> verbs_by_blocks{"curve", "remesh", "generate"};
 
 int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>& ranks) {
     if (app.got_subcommand("run")) return run_command(verb.run);
@@ -36,7 +36,7 @@ int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>
     if (app.got_subcommand("plot")) return plot_command(verb.plot);
     if (app.got_subcommand("picture")) return picture_command(verb.picture);
     if (app.got_subcommand("convert")) return convert_command(verb.convert);
-    if (app.got_subcommand("generate")) return generate_command(verb.generate);
+    if (app.got_subcommand("generate")) return generate_command(verb.generate, {.ranks = ranks});
     if (app.got_subcommand("report")) return report_command(verb.report);
     if (app.got_subcommand("check")) return check_command(verb.check);
     if (app.got_subcommand("geometry")) return geometry_command(verb.geometry);

@@ -27,8 +27,7 @@ Outcome<Done> check_volumes(const LinearMesh<D>& mesh, const Execution& executio
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
     if (!first) return fail(first.error());
     if (*first == n) return Done{};
-    return fail(ErrorKind::usage, "the generator made an element without positive volume", {},
-                Entity{simplex_name<D>, *first + 1}, "the sizes do not fit together");
+    return no_positive_volume<D>(*first);
 }
 
 /// The elements whose faces can be facets, rising: those with D marked vertices.

@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <functional>
 #include <span>
 #include <utility>
@@ -34,6 +35,13 @@ template <int D>
     Buffer<Reference> materials(elements.size(), Reference{1});
     return bounded_mesh<D>(std::move(points), std::move(elements), std::move(materials), facet_reference,
                            may_have_facets, execution);
+}
+
+/// The error of the element of that number.
+template <int D>
+[[nodiscard]] auto no_positive_volume(std::size_t element) {
+    return fail(ErrorKind::usage, "the generator made an element without positive volume", {},
+                Entity{simplex_name<D>, element + 1}, "the sizes do not fit together");
 }
 
 /// D! times the volume (area in 2D) of an element.

@@ -1,21 +1,15 @@
 module;
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numbers>
 #include <span>
 #include <utility>
-#include <vector>
 module camber.shapes;
 import camber.core;
+import :box_places;
 
 namespace camber {
 
-namespace {
-
-/// Simplices of the lattice, dimension by dimension: each is the extrusion of the one below.
 template <int D>
 Outcome<Buffer<SimplexVertices<D>>> lattice_simplices(std::span<const int, D> cells, const Noise& noise,
                                                       const Execution& execution) {
@@ -36,7 +30,7 @@ Outcome<Buffer<SimplexVertices<D>>> lattice_simplices(std::span<const int, D> ce
 }
 
 template <int D>
-Outcome<Done> check(const BoxOptions<D>& options) {
+Outcome<Done> check_box(const BoxOptions<D>& options) {
     double vertices = 1;
     for (int i = 0; i < D; ++i) {
         if (options.cells[i] < 1) return fail(ErrorKind::usage, "a box needs at least one cell along each axis");
@@ -47,88 +41,22 @@ Outcome<Done> check(const BoxOptions<D>& options) {
     return Done{};
 }
 
-/// Where the lattice's planes are along one axis, from 0 to 1. Even ones are exact quotients.
-std::vector<double> planes(int cells, double grading) {
-    std::vector<double> at(static_cast<std::size_t>(cells) + 1);
-    if (grading == 1 || cells == 1) {
-        for (int k = 0; k <= cells; ++k) at[k] = static_cast<double>(k) / cells;
-        return at;
-    }
-    const double log_ratio = std::log(grading) / (cells - 1);
-    for (int k = 0; k <= cells; ++k) at[k] = std::expm1(k * log_ratio) / std::expm1(cells * log_ratio);
-    at.back() = 1;
-    return at;
-}
-
-/// The shorter of the two cells at an inner plane of an axis of that length.
-double cell_length(const std::vector<double>& planes, bool even, int k, double length) {
-    if (even) return length / static_cast<double>(planes.size() - 1);
-    return length * std::min(planes[k + 1] - planes[k], planes[k] - planes[k - 1]);
-}
-
-/// The planes of a lattice along each axis, in the unit box.
-template <int D>
-using Planes = std::array<std::vector<double>, D>;
-
-/// Puts the lattice's points into the box.
-template <int D>
-Outcome<Done> place_points(Lattice<D>& lattice, const BoxOptions<D>& options, const Planes<D>& axes,
-                           const Execution& execution) {
-    return each(execution, lattice.points.size(), [&](std::size_t v) {
-        const auto place = lattice.place(v);
-        // std::lerp is exact at both ends: sides are planes to the last bit.
-        for (int i = 0; i < D; ++i)
-            lattice.points[v][i] = std::lerp(options.low[i], options.high[i], axes[i][place[i]]);
-    });
-}
-
-/// Moves what is inside by warp, but no element to less than a twentieth of its volume.
-template <int D>
-Outcome<Done> bend(Lattice<D>& lattice, const BoxOptions<D>& options, const Planes<D>& axes,
-                   const Execution& execution) {
-    if (options.warp == 0) return Done{};
-    auto bent = map_each(execution, lattice.points.size(), [&](std::size_t v) {
-        const auto place = lattice.place(v);
-        Vec<D> p = lattice.points[v];
-        if (lattice.on_boundary(v)) return p;
-        double move = options.warp;
-        for (int i = 0; i < D; ++i) move *= std::sin(2 * std::numbers::pi * axes[i][place[i]]);
-        return p + move * (options.high - options.low);
-    });
-    if (!bent) return fail(bent.error());
-    return move_points<D>(lattice.points, *bent, lattice.elements, 0.05, execution);
-}
-
-/// Moves points at random.
-template <int D>
-Outcome<Done> jitter(Lattice<D>& lattice, const BoxOptions<D>& options, const Planes<D>& axes,
-                     const Execution& execution) {
-    const Noise noise = Noise{options.seed}.stream(100);
-    auto moved = map_each(execution, lattice.points.size(), [&](std::size_t v) {
-        const auto place = lattice.place(v);
-        const Vec<D> shift = options.jitter * noise.vector<D>(v);
-        Vec<D> p = lattice.points[v];
-        for (int i = 0; i < D; ++i) {
-            const bool free = place[i] > 0 && place[i] < options.cells[i];
-            const double length = options.high[i] - options.low[i];
-            p[i] += free ? shift[i] * cell_length(axes[i], options.grading[i] == 1, place[i], length) : 0.0;
-        }
-        return p;
-    });
-    if (!moved) return fail(moved.error());
-    return move_points<D>(lattice.points, *moved, lattice.elements, 0.2, execution);
-}
+namespace {
 
 template <int D>
 Outcome<LinearMesh<D>> generate_box(const BoxOptions<D>& options, const Execution& execution) {
-    if (auto checked = check(options); !checked) return fail(checked.error());
+    if (auto checked = check_box(options); !checked) return fail(checked.error());
     auto lattice = lattice_of<D>(options.cells, options.seed, execution);
     if (!lattice) return fail(lattice.error());
-    Planes<D> axes;
-    for (int i = 0; i < D; ++i) axes[i] = planes(options.cells[i], options.grading[i]);
-    auto done = place_points<D>(*lattice, options, axes, execution);
-    if (done) done = bend<D>(*lattice, options, axes, execution);
-    if (done) done = jitter<D>(*lattice, options, axes, execution);
+    const BoxPlaces<D> places(options);
+    Buffer<Vec<D>>& at = lattice->points;
+    const ElementRuns<D> all = [&](std::span<const std::uint8_t>, const auto& look) { return look(lattice->elements); };
+    auto done = each(execution, at.size(), [&](std::size_t v) { at[v] = places.regular(v); });
+    if (done && places.bends())
+        done = move_points<D>(at, [&](std::size_t v) { return places.bent(v, at[v]); }, all, least_bent, execution);
+    if (done)
+        done = move_points<D>(
+            at, [&](std::size_t v) { return places.jittered(v, at[v]); }, all, least_jittered, execution);
     if (!done) return fail(done.error());
     auto points = std::move(lattice->points);
     auto elements = std::move(lattice->elements);
@@ -163,6 +91,12 @@ Outcome<LinearMesh<D>> generate(const BoxOptions<D>& options, const Execution& e
     return guarded([&] { return generate_box(options, execution); });
 }
 
+template Outcome<Buffer<SimplexVertices<1>>> lattice_simplices<1>(std::span<const int, 1>, const Noise&,
+                                                                  const Execution&);
+template Outcome<Buffer<SimplexVertices<2>>> lattice_simplices<2>(std::span<const int, 2>, const Noise&,
+                                                                  const Execution&);
+template Outcome<Done> check_box<2>(const BoxOptions<2>&);
+template Outcome<Done> check_box<3>(const BoxOptions<3>&);
 template Outcome<Lattice<2>> lattice_of<2>(const std::array<int, 2>&, std::uint64_t, const Execution&);
 template Outcome<Lattice<3>> lattice_of<3>(const std::array<int, 3>&, std::uint64_t, const Execution&);
 template Outcome<LinearMesh<2>> generate<2>(const BoxOptions<2>&, const Execution&);

@@ -2,6 +2,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -46,21 +47,30 @@ Outcome<bool> mark_complaints(const Buffer<Vec<D>>& points, const Buffer<Vec<D>>
 }  // namespace
 
 template <int D>
-Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
-                          std::span<const SimplexVertices<D>> elements, double least, const Execution& execution) {
+Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const ElementRuns<D>& runs, double least,
+                          const Execution& execution) {
     constexpr int halvings = 12;
-    Buffer<double> part(points.size(), 1.0);
-    Buffer<Vec<D>> at(moved.begin(), moved.end());
+    static_assert(halvings == rings_of_move);
+    auto made = map_each(execution, points.size(), [&](std::size_t v) { return moved(v); });
+    if (!made) return fail(made.error());
+    Buffer<Vec<D>> at = std::move(*made);
+    Marks halved(points.size(), 0);  // how often
     Marks just_moved(points.size(), 1);
     for (int round = 0; round < halvings; ++round) {
         Marks halve(points.size(), 0);
-        const auto any = mark_complaints<D>(points, at, elements, least, just_moved, halve, execution);
-        if (!any) return fail(any.error());
-        if (!*any) break;
+        bool any = false;
+        auto looked = runs(just_moved, [&](std::span<const SimplexVertices<D>> elements) -> Outcome<Done> {
+            const auto some = mark_complaints<D>(points, at, elements, least, just_moved, halve, execution);
+            if (!some) return fail(some.error());
+            any |= *some;
+            return Done{};
+        });
+        if (!looked) return looked;
+        if (!any) break;
         auto done = each(execution, points.size(), [&](std::size_t v) {
             if (halve[v] == 0) return;
-            part[v] = round + 1 == halvings ? 0.0 : part[v] / 2;
-            at[v] = points[v] + part[v] * (moved[v] - points[v]);
+            const double part = round + 1 == halvings ? 0.0 : std::ldexp(1.0, -++halved[v]);
+            at[v] = points[v] + part * (moved(v) - points[v]);
         });
         if (!done) return done;
         just_moved = std::move(halve);
@@ -69,8 +79,18 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                       \
-    template Outcome<Done> move_points<D>(Buffer<Vec<D>>&, std::span<const Vec<D>>, \
+template <int D>
+Outcome<Done> move_points(Buffer<Vec<D>>& points, std::span<const Vec<D>> moved,
+                          std::span<const SimplexVertices<D>> elements, double least, const Execution& execution) {
+    return move_points<D>(
+        points, [&](std::size_t v) { return moved[v]; },
+        [&](std::span<const std::uint8_t>, const auto& look) { return look(elements); }, least, execution);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                              \
+    template Outcome<Done> move_points<D>(Buffer<Vec<D>>&, const Moved<D>&, const ElementRuns<D>&, double, \
+                                          const Execution&);                                               \
+    template Outcome<Done> move_points<D>(Buffer<Vec<D>>&, std::span<const Vec<D>>,                        \
                                           std::span<const SimplexVertices<D>>, double, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -12,3 +12,4 @@ export import :shell_core;
 export import :box;
 export import :bump;
 export import :amount;
+export import :shape_rows;

@@ -12,13 +12,12 @@ module;
 #include <range/v3/action/unique.hpp>
 module camber.shapes;
 import camber.core;
+import :prism_places;
 
 namespace camber {
 
-namespace {
-
 template <int D>
-Outcome<Done> check(const ShellOptions<D>& o) {
+Outcome<Done> check_shell(const ShellOptions<D>& o) {
     const auto bad = [](std::string what) { return fail(ErrorKind::usage, std::move(what)); };
     if (!(o.inner_radius > 0 && o.outer_radius > o.inner_radius))
         return bad("a shell needs 0 < inner radius < outer radius");
@@ -33,6 +32,8 @@ Outcome<Done> check(const ShellOptions<D>& o) {
         return bad("a shell of too many points for these sizes");
     return Done{};
 }
+
+namespace {
 
 /// The vertices of the facets, rising; the facets then name them by their places there.
 template <int D>
@@ -86,18 +87,7 @@ Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> face
 template <int D>
 Outcome<Buffer<Reference>> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise,
                                       const Execution& execution) {
-    std::vector<double> inner, outer;
-    for (const double d : layer_distances(o.inner_layer)) inner.push_back(o.inner_radius + d);
-    for (const double d : layer_distances(o.outer_layer)) outer.push_back(o.outer_radius - d);
-    // From the core to the wall: the last distance is the core's own sphere.
-    const auto to_wall = [](std::vector<double>& radii, double wall) {
-        if (radii.empty()) return;
-        radii.pop_back();
-        std::reverse(radii.begin(), radii.end());
-        radii.push_back(wall);
-    };
-    to_wall(inner, o.inner_radius);
-    to_wall(outer, o.outer_radius);
+    const std::vector<double> inner = inner_layer_radii(o), outer = outer_layer_radii(o);
     Buffer<Reference> materials;
     const std::size_t facets = core.inner.size() * inner.size() + core.outer.size() * outer.size();
     materials.reserve(core.elements.size() + D * facets);
@@ -131,7 +121,7 @@ Outcome<ShellCore<D>> core_of(const ShellOptions<D>& options, const Noise& noise
 
 template <int D>
 Outcome<LinearMesh<D>> generate_shell(const ShellOptions<D>& options, const Execution& execution) {
-    if (auto checked = check(options); !checked) return fail(checked.error());
+    if (auto checked = check_shell(options); !checked) return fail(checked.error());
     const Noise noise{options.seed};
     auto core = core_of(options, noise, execution);
     if (!core) return fail(core.error());
@@ -153,7 +143,9 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
     return guarded([&] { return generate_shell(options, execution); });
 }
 
-#define CAMBER_INSTANTIATE(D) template Outcome<LinearMesh<D>> generate<D>(const ShellOptions<D>&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                      \
+    template Outcome<Done> check_shell<D>(const ShellOptions<D>&); \
+    template Outcome<LinearMesh<D>> generate<D>(const ShellOptions<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

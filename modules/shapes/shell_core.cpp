@@ -13,6 +13,7 @@ module;
 #include <range/v3/action/unique.hpp>
 module camber.shapes;
 import camber.core;
+import :prism_places;
 
 namespace camber {
 
@@ -233,36 +234,6 @@ PrismCounts prism_counts(const ShellSizes& sizes) {
     return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};
 }
 
-namespace {
-
-/// The radii of the rows of vertices.
-std::vector<double> row_radii(const ShellSizes& sizes, std::size_t rows) {
-    const double step = std::pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
-    std::vector<double> radii{sizes.inner_radius};
-    while (radii.size() <= rows) radii.push_back(radii.back() * step);
-    radii.back() = sizes.outer_radius;
-    return radii;
-}
-
-/// Sets the core's points and sides on spheres of these radii; where jitter would have the points.
-template <int D>
-Outcome<Buffer<Vec<D>>> place_rows(ShellCore<D>& core, const ShellSizes& sizes, const std::vector<double>& radii,
-                                   const Buffer<Vec<D>>& directions, const Noise& noise, const Execution& execution) {
-    const std::size_t count = directions.size();
-    core.points = Buffer<Vec<D>>(radii.size() * count);
-    core.sides = Buffer<ShellSide>(radii.size() * count);
-    return map_each(execution, core.points.size(), [&](std::size_t v) {
-        const std::size_t k = v / count;
-        const double shift = sizes.jitter * sizes.inner_size * radii[k] / sizes.inner_radius;
-        core.sides[v] = k == 0 ? ShellSide::inner : k + 1 == radii.size() ? ShellSide::outer : ShellSide::between;
-        core.points[v] = radii[k] * directions[v % count];
-        const Vec<D> away = core.points[v] + shift * noise.template vector<D>(v);
-        return core.sides[v] == ShellSide::between ? away : radii[k] * normalised(away);
-    });
-}
-
-}  // namespace
-
 template <int D>
 Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise, const Execution& execution) {
     const PrismCounts counts = prism_counts<D>(sizes);
@@ -270,20 +241,29 @@ Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Nois
     const auto rows = static_cast<std::size_t>(counts.rows);
     const std::size_t count = sphere.points.size();
     ShellCore<D> core;
-    auto moved = place_rows(core, sizes, row_radii(sizes, rows), sphere.points, noise, execution);
-    if (!moved) return fail(moved.error());
+    const PrismPlaces<D> places{sizes, row_radii(sizes, rows), std::move(sphere.points), noise};
+    core.points = Buffer<Vec<D>>(places.size());
+    core.sides = Buffer<ShellSide>(places.size());
+    auto done = each(execution, places.size(), [&](std::size_t v) {
+        core.points[v] = places.regular(v);
+        core.sides[v] = places.side(v);
+    });
+    if (!done) return fail(done.error());
     core.elements.reserve(D * sphere.facets.size() * (rows + static_cast<std::size_t>(layers)));
     core.elements.resize(D * sphere.facets.size() * rows);
-    auto done = extrude_rows<D>(sphere.facets, count, rows, noise, 300, core.elements, execution);
+    done = extrude_rows<D>(sphere.facets, count, rows, noise, 300, core.elements, execution);
     if (!done) return fail(done.error());
     core.inner = sphere.facets;
     core.outer = std::move(sphere.facets);
     for (auto& facet : core.outer)
         for (VertexId& v : facet) v = VertexId(v.index() + rows * count);
-    if (done = move_points<D>(core.points, *moved, core.elements, 0.2, execution); !done) return fail(done.error());
-    done = each(execution, core.points.size(), [&](std::size_t v) {
-        if (core.sides[v] != ShellSide::between) core.points[v] = kept(core.points[v], core.sides[v], sizes);
-    });
+    done = move_points<D>(
+        core.points, [&](std::size_t v) { return places.moved(v); },
+        [&](std::span<const std::uint8_t>, const auto& look) { return look(core.elements); }, least_jittered,
+        execution);
+    if (!done) return fail(done.error());
+    done =
+        each(execution, core.points.size(), [&](std::size_t v) { core.points[v] = places.settled(v, core.points[v]); });
     if (!done) return fail(done.error());
     return core;
 }

@@ -32,10 +32,10 @@ class Program(unittest.TestCase):
         self.assertEqual(together.stderr.count("camber: "), 1, together.stderr)
 
     def test_verbs_that_do_not_go_by_blocks_are_refused(self):
-        run = self.on_ranks(2, "generate", "shell", "-o", "shell.meshb")
+        run = self.on_ranks(2, "check", "shell.meshb", "--vtu", "shell.vtu")
         self.assertEqual(run.returncode, 2)
-        self.assertIn("camber: generate: does not go by blocks, and so on one rank alone", run.stderr)
-        self.assertFalse((Path(self.folder.name) / "shell.meshb").exists())
+        self.assertIn("camber: check: does not go by blocks, and so on one rank alone", run.stderr)
+        self.assertFalse((Path(self.folder.name) / "shell.vtu").exists())
 
     def test_one_rank_is_the_program(self):
         self.assertEqual(self.run_line(CAMBER, "generate", "shell", "-o", "shell.meshb").returncode, 0)

@@ -138,7 +138,7 @@ struct GenerateArguments {
 [[nodiscard]] Outcome<config::Shape> shape_of(const GenerateArguments& arguments);
 /// The mesh of that shape, not written. Errors: usage, memory, stopped.
 [[nodiscard]] Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, const Host& host);
-[[nodiscard]] int generate_command(const GenerateArguments& arguments);
+[[nodiscard]] int generate_command(const GenerateArguments& arguments, const Host& host = {});
 
 struct PlotArguments {
     std::string report, output;  ///< report.json; a folder, or one file .svg

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -14,12 +15,14 @@ module camber.commands;
 import camber.core;
 import camber.app_shell;
 import camber.config;
+import camber.distributed;
 import camber.io;
 import camber.run;
 import camber.shapes;
 import :ending;
 import :execute;
 import :formats;
+import :generate_rows;
 import :given;
 import :named_files;
 import :steps_for;
@@ -84,12 +87,17 @@ bool is_unstructured(const config::Shape& shape) {
         shape);
 }
 
-/// Refused before the work begins: what the machine cannot hold.
-Outcome<Done> check_memory(const config::Shape& shape) {
+/// What the mesh as a whole takes (bytes), about.
+double needed_memory(const config::Shape& shape) {
     // Peaks of 10^6 elements, of any format, were below this: 30 to 90 bytes for prisms and lattices, 210 for Delaunay.
     constexpr double program = 1e7;
+    return program + (is_unstructured(shape) ? 220 : 100) * expected(shape);
+}
+
+/// Refused before the work begins: what the machine cannot hold.
+Outcome<Done> check_memory(const config::Shape& shape) {
     if (!(expected(shape) < static_cast<double>(max_entities))) return Done{};  // the generator says why not
-    const double needed = program + (is_unstructured(shape) ? 220 : 100) * expected(shape);
+    const double needed = needed_memory(shape);
     const MemoryLimit limit = memory_limit();
     if (!(needed > static_cast<double>(limit.bytes))) return Done{};
     return fail(ErrorKind::memory,
@@ -148,14 +156,57 @@ Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& f
     return Made{run::plan_size(mesh->mesh), generated, writing.read()};
 }
 
+std::string text_of(const run::PlanSize& size, const config::Shape& shape) {
+    const bool flat = size.dimension == 2;
+    return fmt::format("{}: {} {}, {} vertices, {} boundary {}\n", config::name_of(shape), size.elements,
+                       flat ? "triangles" : "tetrahedra", size.vertices, size.facets, flat ? "edges" : "triangles");
+}
+
 std::string text_of(const Made& made, const config::Shape& shape, const std::string& output) {
-    const bool flat = made.size.dimension == 2;
-    std::string text = fmt::format("{}: {} {}, {} vertices, {} boundary {}\n", config::name_of(shape),
-                                   made.size.elements, flat ? "triangles" : "tetrahedra", made.size.vertices,
-                                   made.size.facets, flat ? "edges" : "triangles");
+    std::string text = text_of(made.size, shape);
     text += fmt::format("  generated in {:.2f} s", made.generating.seconds);
     if (made.generating.peak_bytes > 0) text += fmt::format(" (at most {})", readable(made.generating.peak_bytes));
     return text + fmt::format(", written in {:.2f} s\n", made.writing.seconds) + wrote_rows({output});
+}
+
+bool writes_rows(const MeshFormat& format) { return format.name == std::string_view("gmf-binary"); }
+
+/// A .meshb is written by rows where several ranks make it, and where one cannot hold the whole.
+bool goes_by_rows(const config::Shape& shape, const MeshFormat& format, const Host& host) {
+    if (host.ranks->size() > 1) return true;
+    const auto limit = static_cast<double>(memory_limit().bytes);
+    return needed_memory(shape) > limit && writes_rows(format) && check_goes_by_rows(shape).has_value();
+}
+
+/// The largest peak of all ranks (bytes); 0 where the system does not say.
+Outcome<std::size_t> largest_peak(Ranks& ranks) {
+    const auto all = gather_all<std::size_t>(ranks, std::vector<std::size_t>{Meter().read().peak_bytes});
+    if (!all) return fail(all.error());
+    return std::ranges::max(*all);
+}
+
+/// What is said in the end.
+Outcome<std::string> generate_by_rows(const config::Shape& shape, const MeshFormat& format, const GenerateArguments& a,
+                                      const Host& host, Written& written) {
+    Ranks& ranks = *host.ranks;
+    if (!writes_rows(format))
+        return fail(ErrorKind::unsupported, "several ranks write a mesh as .meshb", a.output, {},
+                    "camber convert brings it into any other format");
+    if (auto possible = check_goes_by_rows(shape); !possible) return fail(possible.error());
+    Progress progress;
+    const Execution execution{.threads = a.threads, .stop = host.stop, .progress = progress.ticks()};
+    progress.begin("generate");
+    const Meter meter;
+    const auto size = together(ranks, [&] { return write_by_rows(ranks, shape, a.output, execution); });
+    if (auto done = written.add(a.output, size ? Outcome<Done>(Done{}) : fail(size.error())); !done)
+        return fail(std::move(done.error()));
+    progress.wipe();
+    const auto peak = largest_peak(ranks);
+    if (!peak) return fail(peak.error());
+    std::string text = text_of(*size, shape) + fmt::format("  generated and written in {:.2f} s", meter.read().seconds);
+    if (ranks.size() > 1) text += fmt::format(" by {} ranks", ranks.size());
+    if (*peak > 0) text += fmt::format(" (at most {}{})", readable(*peak), ranks.size() > 1 ? " each" : "");
+    return text + "\n" + wrote_rows({a.output});
 }
 
 }  // namespace
@@ -176,17 +227,25 @@ Outcome<DecodedMesh> generate_in_memory(const GenerateArguments& arguments, cons
                     [&](const Execution& e) { return run::generate_shape(*shape, e); });
 }
 
-int generate_command(const GenerateArguments& arguments) {
+int generate_command(const GenerateArguments& arguments, const Host& host) {
     if (auto distinct = check_names(arguments); !distinct) return report_error(distinct.error());
     const auto shape = shape_of(arguments);
     if (!shape) return report_error(shape.error());
     if (arguments.print_config) return end_with(config::write_pipeline(pipeline_of_shape(*shape, arguments)));
     const auto format = format_of_mesh(arguments.output, arguments.format);
     if (!format) return report_error(format.error());
-    if (auto enough = check_memory(*shape); !enough) return report_error(enough.error());
-    if (auto output = check_writable(arguments.output); !output) return report_error(output.error());
+    const bool by_rows = goes_by_rows(*shape, **format, host);
+    if (!by_rows)
+        if (auto enough = check_memory(*shape); !enough) return report_error(enough.error());
+    const bool writes_first = host.ranks->rank() == 0;
+    const auto output = agreed(*host.ranks, writes_first ? check_writable(arguments.output) : Outcome<Done>(Done{}));
+    if (!output) return report_error(output.error());
     warn_of_time(*shape);
     Written written;
+    if (by_rows) {
+        const auto said = generate_by_rows(*shape, **format, arguments, host, written);
+        return said ? end_with(*said, written) : report_error(said.error());
+    }
     const auto made = generate_and_write(*shape, **format, arguments, written);
     if (!made) return report_error(made.error());
     return end_with(text_of(*made, *shape, arguments.output), written);
