@@ -157,6 +157,7 @@ Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const BoxOptions<D>& 
         for (int i = 0; i + 1 < D; ++i) base.count *= static_cast<std::size_t>(options.cells[i]) + 1;
         std::vector<PrismRow> rows;
         const auto number = static_cast<std::size_t>(options.cells[D - 1]);
+        rows.reserve(number);
         for (std::size_t k = 0; k < number; ++k) rows.push_back({k, k + 1, noise.stream(D).stream(k)});
         return std::make_unique<const BoxRows<D>>(options, std::move(base), std::move(rows), number);
     });

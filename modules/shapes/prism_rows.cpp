@@ -21,7 +21,7 @@ double volume(const std::array<Vec<3>, 4>& p) { return det(p[1] - p[0], p[2] - p
 template <int D>
 struct PointsOfLevels {
     std::vector<std::size_t> levels;  ///< rising
-    std::size_t count;                ///< vertices a level
+    std::size_t count = 0;            ///< vertices a level
     Buffer<Vec<D>> points;
 
     [[nodiscard]] std::span<const Vec<D>> of(std::size_t level) const {
