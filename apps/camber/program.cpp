@@ -25,9 +25,10 @@ namespace camber::app {
 namespace {
 
 /// Verbs that go by blocks of the mesh, which several ranks may share.
-const std::vector<std::string> verbs_by_blocks{"curve", "remesh", "generate"};
+const std::vector<std::string> verbs_by_blocks{"curve", "remesh", "generate", "convert"};
 
-int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>& ranks) {
+int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>& ranks,
+             const GraphPartitioner& partition) {
     if (app.got_subcommand("run")) return run_command(verb.run);
     if (app.got_subcommand("curve")) return curve_command(verb.curve, {.ranks = ranks});
     if (app.got_subcommand("remesh")) return remesh_command(verb.remesh, {.ranks = ranks});
@@ -35,7 +36,7 @@ int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>
     if (app.got_subcommand("repair")) return repair_command(verb.repair);
     if (app.got_subcommand("plot")) return plot_command(verb.plot);
     if (app.got_subcommand("picture")) return picture_command(verb.picture);
-    if (app.got_subcommand("convert")) return convert_command(verb.convert);
+    if (app.got_subcommand("convert")) return convert_command(verb.convert, {.ranks = ranks, .partition = partition});
     if (app.got_subcommand("generate")) return generate_command(verb.generate, {.ranks = ranks});
     if (app.got_subcommand("report")) return report_command(verb.report);
     if (app.got_subcommand("check")) return check_command(verb.check);
@@ -57,7 +58,7 @@ Outcome<Done> check_ranks(const CLI::App& app, const Ranks& ranks) {
     return Done{};
 }
 
-int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks) try {
+int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, const GraphPartitioner& partition) try {
     set_command_line(arguments);
     Verb verb;
     const auto made = program_of(verb);
@@ -72,7 +73,7 @@ int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks) tr
         return report_error(usage_error(app, error));
     }
     if (auto one = check_ranks(app, *ranks); !one) return report_error(one.error());
-    return dispatch(app, verb, ranks);
+    return dispatch(app, verb, ranks, partition);
 } catch (const std::bad_alloc&) {
     return report_error({ErrorKind::memory, "not enough memory", {}, {}, "give it more memory, or a smaller mesh"});
 } catch (const std::exception& error) {
@@ -94,9 +95,9 @@ int end_together(Ranks& ranks, int code) {
 
 std::optional<int> other_task(std::span<char*> arguments) { return cad_reader(arguments); }
 
-int run_program(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks) {
+int run_program(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, const GraphPartitioner& partition) {
     if (ranks->rank() > 0) set_voice(Voice::none);
-    return end_together(*ranks, run_line(arguments, ranks));
+    return end_together(*ranks, run_line(arguments, ranks, partition));
 }
 
 }  // namespace camber::app

@@ -10,7 +10,8 @@ namespace camber::app {
 [[nodiscard]] std::optional<int> other_task(std::span<char*> arguments);
 
 /// What the command line says, on this rank. All ranks are given the same line; the first of them speaks, and all end
-/// with the same exit code.
-[[nodiscard]] int run_program(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks);
+/// with the same exit code. `partition`: what partitions the graphs that they hold, if anything does.
+[[nodiscard]] int run_program(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks,
+                              const GraphPartitioner& partition = {});
 
 }  // namespace camber::app

@@ -123,7 +123,7 @@ struct ConvertArguments {
     DecodeOptions read = {};        ///< how the input is read
     int threads = 0;
 };
-[[nodiscard]] int convert_command(const ConvertArguments& arguments);
+[[nodiscard]] int convert_command(const ConvertArguments& arguments, const Host& host = {});
 
 struct GenerateArguments {
     std::string shape;                        ///< its name, its JSON, or a file of that or of a pipeline

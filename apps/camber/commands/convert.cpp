@@ -12,11 +12,13 @@ import camber.core;
 import camber.app_shell;
 import camber.bezier;
 import camber.config;
+import camber.distributed;
 import camber.io;
 import camber.run;
 import :ending;
 import :execute;
 import :formats;
+import :given;
 import :in_parts;
 import :named_files;
 
@@ -241,9 +243,36 @@ Outcome<Done> convert_in_parts(const ConvertArguments& a, Written& written, cons
                           execution);
 }
 
+/// Ranks share a mesh in parts alone. Errors: usage.
+Outcome<Done> check_on_ranks(const ConvertArguments& a) {
+    if (a.partition == 0 || !names_its_pieces(a.output))
+        return fail(ErrorKind::usage, "several ranks convert a mesh to a .pvtu in parts, and nothing else", a.output,
+                    {}, "camber, or mpirun -n 1");
+    if (!a.input.ends_with(".meshb") || !a.metric.empty() || a.elevate || a.straighten || !a.format.empty())
+        return fail(ErrorKind::usage, "several ranks take a .meshb of degree 1 as it is", a.input, {},
+                    "camber convert brings it into that form");
+    return Done{};
+}
+
+int convert_on_ranks(const ConvertArguments& a, const Host& host) {
+    if (auto distinct = check_names(a, false); !distinct) return report_error(distinct.error());
+    if (auto possible = check_on_ranks(a); !possible) return report_error(possible.error());
+    const bool writes_first = host.ranks->rank() == 0;
+    auto writable = agreed(*host.ranks, writes_first ? check_writable(a.output) : Outcome<Done>(Done{}));
+    if (!writable) return report_error(writable.error());
+    const Execution execution{.threads = a.threads, .stop = host.stop};
+    const auto pieces = write_in_parts_on_ranks(host, a.input, a.partition, {a.cells.value_or(EncodeOptions{}.cells)},
+                                                a.output, execution);
+    if (!pieces) return report_error(pieces.error());
+    std::vector<std::string> all = *pieces;
+    all.push_back(a.output);
+    return end_with(wrote_rows(all));
+}
+
 }  // namespace
 
-int convert_command(const ConvertArguments& arguments) {
+int convert_command(const ConvertArguments& arguments, const Host& host) {
+    if (host.ranks->size() > 1) return convert_on_ranks(arguments, host);
     const bool solution = is_solution_file(arguments.input) || is_solution_file(arguments.output);
     if (auto distinct = check_names(arguments, solution); !distinct) return report_error(distinct.error());
     const Execution execution{.threads = arguments.threads, .stop = stop_on_signals()};

@@ -29,6 +29,7 @@ struct Host {
     std::stop_token stop = stop_on_signals();
     ProgressTold told = {};  ///< none: the terminal
     std::shared_ptr<Ranks> ranks = one_rank();
+    GraphPartitioner partition = {};  ///< of what several ranks hold; none: there is none
 };
 
 /// Those outputs that are files.

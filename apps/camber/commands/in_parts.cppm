@@ -6,6 +6,7 @@ module camber.commands:in_parts;
 import camber.core;
 import camber.io;
 import :ending;
+import :given;
 
 namespace camber::app {
 
@@ -22,5 +23,12 @@ namespace camber::app {
 [[nodiscard]] Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, std::size_t parts,
                                            EncodeOptions options, const std::string& path, Written& written,
                                            const Execution& execution);
+
+/// The same of a binary .meshb of degree 1 that several ranks read, into a .pvtu whose pieces each of them writes some
+/// of: all ranks call it. The names of the pieces. Errors: of any rank; usage, unsupported.
+[[nodiscard]] Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input,
+                                                                        std::size_t parts, EncodeOptions options,
+                                                                        const std::string& path,
+                                                                        const Execution& execution);
 
 }  // namespace camber::app

@@ -1,0 +1,65 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.distributed:dual_graph_rows;
+import camber.core;
+import :graph_run;
+import :ranks;
+import :row_runs;
+import :rows;
+
+namespace camber {
+
+/// Of n rows that ranks share in runs (`part_of`): whose a row is.
+[[nodiscard]] inline std::size_t rank_of_row(std::uint64_t row, std::size_t n, std::size_t ranks) {
+    std::size_t r = row * ranks / n;
+    while (r + 1 < ranks && n * (r + 1) / ranks <= row) ++r;
+    while (n * r / ranks > row) --r;
+    return r;
+}
+
+/// Plain values to ranks, a list for each, and those of each.
+template <class T>
+[[nodiscard]] Outcome<std::vector<std::vector<T>>> exchanged(Ranks& ranks, std::vector<std::vector<T>> lists) {
+    std::vector<Bytes> to;
+    for (auto& list : lists) {
+        to.push_back(bytes_of<T>(list));
+        list = {};
+    }
+    const auto from = ranks.exchange(std::move(to));
+    if (!from) return fail(from.error());
+    std::vector<std::vector<T>> got(ranks.size());
+    for (std::size_t r = 0; r < got.size(); ++r) append_values((*from)[r], got[r]);
+    return got;
+}
+
+/// A facet on its way: its row, and the lowest element that it bounds (none: `no_element`).
+inline constexpr std::uint64_t no_element = ~std::uint64_t{0};
+template <int D>
+struct FacetRow {
+    std::uint64_t row = 0;
+    SimplexVertices<D - 1> vertices{};
+    Reference reference = 0;
+    std::uint32_t padding = 0;
+    std::uint64_t element = no_element;
+};
+
+/// The rank's run of the graph of elements across faces, and the facets whose lowest vertex is of its run of vertices.
+template <int D>
+struct DualRows {
+    GraphRun graph;
+    std::vector<FacetRow<D>> facets;
+};
+
+/// `elements` are the rank's own, the first of them being row `first`. Errors, of any rank: input (more than two
+/// elements on a face, those of the rows).
+template <int D>
+[[nodiscard]] Outcome<DualRows<D>> dual_rows(const MeshRows<D>& rows, std::span<const SimplexVertices<D>> elements,
+                                             std::size_t first, Ranks& ranks);
+
+}  // namespace camber

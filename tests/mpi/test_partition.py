@@ -1,0 +1,76 @@
+"""A mesh in parts for a solver, by ranks that hold it together: every cell once, parts of one size, joined the whole."""
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy
+
+CAMBER, CAMBER_MPI, MPIRUN = (str(Path(name).resolve()) for name in sys.argv[1:4])
+sys.path.append(str(Path(__file__).resolve().parent.parent / "oracle"))
+import gmf  # noqa: E402
+
+PARTS = 5
+
+
+class Partition(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def run_line(self, *line):
+        return subprocess.run(list(map(str, line)), cwd=self.folder, capture_output=True, text=True, timeout=100)
+
+    def camber(self, *arguments):
+        run = self.run_line(CAMBER, *arguments)
+        self.assertEqual(run.returncode, 0, run.stderr)
+
+    def on_ranks(self, ranks, *arguments):
+        return self.run_line(MPIRUN, "-n", ranks, CAMBER_MPI, *arguments)
+
+    def cells(self, name):
+        """Of each kind of cells a sorted list of (places of their vertices, reference)."""
+        mesh = gmf.read(self.folder / name)
+        places = [tuple(point) for point in numpy.array(mesh.points).tolist()]
+        return {kind: sorted((tuple(sorted(places[v] for v in cell)), int(reference))
+                             for cell, reference in zip(cells.nodes.tolist(), cells.refs.tolist()))
+                for kind, cells in mesh.cells.items()}
+
+    def test_parts_are_the_whole(self):
+        for kind, shape in (("Tetrahedra", ("box", "--set", "cells=[8,8,8]")), ("Triangles", ("rectangle", "--set", "cells=[20,20]"))):
+            self.camber("generate", *shape, "-o", "whole.meshb")
+            run = self.on_ranks(3, "convert", "whole.meshb", "-o", "parts.pvtu", "--partition", PARTS)
+            if "PT-Scotch" in run.stderr:
+                self.skipTest("Camber was built without PT-Scotch")
+            self.assertEqual(run.returncode, 0, run.stderr)
+            sizes = []
+            for part in range(1, PARTS + 1):
+                self.camber("convert", f"parts.{part}.vtu", "-o", "part.meshb")
+                sizes.append(len(self.cells("part.meshb")[kind]))
+            mean = sum(sizes) / PARTS
+            self.assertLess(max(sizes) / mean, 1.06, sizes)
+            self.assertGreater(min(sizes) / mean, 0.94, sizes)
+            self.camber("convert", "parts.pvtu", "-o", "joined.meshb")
+            self.assertEqual(self.cells("joined.meshb"), self.cells("whole.meshb"))
+
+    def test_more_ranks_than_parts(self):
+        self.camber("generate", "box", "-o", "whole.meshb")
+        run = self.on_ranks(4, "convert", "whole.meshb", "-o", "parts.pvtu", "--partition", 2)
+        if "PT-Scotch" in run.stderr:
+            self.skipTest("Camber was built without PT-Scotch")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.camber("convert", "parts.pvtu", "-o", "joined.meshb")
+        self.assertEqual(self.cells("joined.meshb"), self.cells("whole.meshb"))
+
+    def test_what_ranks_do_not_convert_is_refused(self):
+        self.camber("generate", "box", "-o", "whole.meshb")
+        for arguments in (("-o", "no.vtu"), ("-o", "no.vtu", "--partition", 2), ("-o", "no.pvtu", "--partition", 2, "--elevate")):
+            run = self.on_ranks(2, "convert", "whole.meshb", *arguments)
+            self.assertEqual(run.returncode, 2, run.stderr)
+            self.assertEqual(run.stderr.count("camber: "), 1, run.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
