@@ -230,6 +230,7 @@ Outcome<PartsOfRank<D>> parts_of_rows(const MeshRows<D>& rows, std::size_t parts
         const auto edges = edges_with_parts<D>(rows, elements->vertices, own, *part_of_own, ranks);
         if (!edges) return fail(edges.error());
         std::vector<RowOfPart<D>> with_parts;
+        with_parts.reserve(own.size());
         for (std::size_t e = 0; e < own.size(); ++e)
             with_parts.push_back({own.begin + e, elements->vertices[e], elements->references[e], (*part_of_own)[e]});
         const auto own_elements = to_parts<D>(ranks, parts, with_parts);

@@ -196,6 +196,7 @@ Outcome<std::vector<std::string>> write_on_ranks(const Host& host, const Opened<
     const auto own = parts_of_rows<D>(*opened.rows, parts, host.partition, ranks);
     if (!own) return fail(own.error());
     std::vector<std::string> names;
+    names.reserve(parts);
     for (std::size_t p = 0; p < parts; ++p) names.push_back(part_name(writer.path, p + 1, ".vtu"));
     if (auto all = agreed(ranks, write_own_parts(writer, *opened.rows, *own, names)); !all) return fail(all.error());
     const bool has_first = own->first == 0 && own->last > 0;
