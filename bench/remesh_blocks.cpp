@@ -154,20 +154,20 @@ Remeshing<3> begun(const Arguments& a, const Execution& execution) {
 }
 
 void by_blocks(const Arguments& a, Remeshing<3> r, const Execution& execution) {
-    auto rows = must(rows_of(r.mesh));
+    const auto ranks = one_rank();
+    auto shared = must(share_of(must(rows_of(r.mesh)), *ranks));
     r.mesh = {};
     ToMetricStatistics statistics;
-    const auto ranks = one_rank();
     for (const BlockTurn& turn : a.turns) {
         const Clock clock;
-        auto made = must(turn_by_blocks(rows, r.goal, {}, {a.block, *ranks}, turn, statistics, plainly(execution)));
-        rows = std::move(made.rows);
+        const InBlocks by{a.block, *ranks};
+        shared = must(turn_by_blocks(std::move(shared), r.goal, {}, by, turn, statistics, plainly(execution)));
         std::printf("shift %.3f, %d rounds, ", turn.shift, turn.rounds);
         clock.tell(turn.lengths == BlockTurn::Lengths::loose ? "loose" : "strict");
-        const auto whole = must(assembled(rows, execution));
-        const auto near = grown(whole.state.mesh, std::move(made.on_rim), 2);
+        const auto whole = must(assembled(shared.rows, execution));
+        const auto near = grown(whole.state.mesh, shared.on_rim, 2);
         tell("near rims", measured(whole.state, near));
-        tell("all", measured(whole.state, Buffer<std::uint8_t>(rows.vertices.size(), 1)));
+        tell("all", measured(whole.state, Buffer<std::uint8_t>(shared.on_rim.size(), 1)));
     }
 }
 

@@ -33,7 +33,14 @@ class Rows {
         }
     }
     void elements(AdaptationRows<D>& out) const { simplices<D, ElementId>(r_.mesh.elements, out.elements); }
-    void facets(AdaptationRows<D>& out) const { simplices<D - 1, FacetId>(r_.mesh.facets, out.facets); }
+    void facets(AdaptationRows<D>& out) const {
+        simplices<D - 1, FacetId>(r_.mesh.facets, out.facets);
+        for (std::size_t f = 0, row = 0; f < r_.mesh.facets.size(); ++f) {
+            if (r_.mesh.is_free(FacetId(f))) continue;
+            const auto valid = std::ranges::count_if(r_.mesh.sides[f], [](ElementId e) { return e.valid(); });
+            out.facets[row++].sides = static_cast<std::uint8_t>(valid);
+        }
+    }
     /// Without lines [first, last).
     void lines(AdaptationRows<D>& out, std::size_t first, std::size_t last) const {
         const DynamicMesh<D>& mesh = r_.mesh;
@@ -182,6 +189,7 @@ Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const Adapta
             if (was_there && part.on_rim[v] != 0) return before.vertices[v.index()];
             AdaptedVertex<D> row = rows.vertex(v);
             if (was_there && row.state.marks.has(Mark::given)) row.origin = before.vertices[v.index()].origin;
+            if (was_there && row.state.marks.has(Mark::frozen)) row.number = before.vertices[v.index()].number;
             row.is_off_geometry = is_off[v.index()] != 0;
             return row;
         });
@@ -191,7 +199,10 @@ Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const Adapta
         // What is between two parts is as it was, and where it was.
         for (std::size_t f = 0, row = 0; f < before.facets.size(); ++f) {
             if (part.state.mesh.is_free(FacetId(f))) continue;
-            if (before.facets[f].marks.has(Mark::frozen)) out.facets[row].marks = before.facets[f].marks;
+            if (before.facets[f].marks.has(Mark::frozen)) {
+                out.facets[row].marks = before.facets[f].marks;
+                out.facets[row].sides = before.facets[f].sides;
+            }
             ++row;
         }
         return out;

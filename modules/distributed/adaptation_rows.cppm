@@ -11,7 +11,8 @@ import camber.operation;
 /// A mesh that is brought to a metric as plain rows, the whole or a part: what is cut, moved between ranks and joined.
 export namespace camber {
 
-/// All that is known of a vertex. `number` is its own in the whole: none of one that is new, or is this part's alone.
+/// All that is known of a vertex. `number` is its own in the whole: none of one that is new, or is this part's alone
+/// (but for frozen ones, on which there may be something that is of no part).
 template <int D>
 struct AdaptedVertex {
     VertexId number;
@@ -30,6 +31,7 @@ struct AdaptedSimplex {
     SimplexVertices<K> vertices;
     Reference reference = 0, entity = 0;
     Marks marks;
+    std::uint8_t sides = 0;  ///< of a facet: on how many of its sides there are elements, in the whole
 };
 
 /// Facets between two parts are in both, marked frozen; lines (3D) in each part that has an element there; vertices
@@ -40,6 +42,9 @@ struct AdaptationRows {
     Buffer<AdaptedSimplex<D>> elements;
     Buffer<AdaptedSimplex<D - 1>> facets;
     Buffer<AdaptedSimplex<1>> lines;
+
+    /// f(rows) of each kind.
+    static void each_kind(auto& all, auto&& f) { f(all.vertices), f(all.elements), f(all.facets), f(all.lines); }
 };
 
 /// The rows of a whole mesh of degree 1, in its order; vertices are numbered by it. Errors: memory.

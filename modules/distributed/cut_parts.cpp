@@ -1,214 +1,333 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
-#include <ranges>
-#include <span>
 #include <utility>
 #include <vector>
 module camber.distributed;
 import camber.core;
-import camber.cavity;
 import camber.ordering;
 import :adaptation_rows;
 import :block_weights;
+import :curve_runs;
 import :cut_parts;
+import :packing;
+import :ranks;
+import :routing;
+import :sent_parts;
+import :shared_rows;
 
 namespace camber {
 
 namespace {
 
-using PartNumber = std::uint32_t;
-
 template <int D>
-Outcome<PointBox<D>> grid(const AdaptationRows<D>& whole, double shift, const Execution& execution) {
-    Buffer<Vec<D>> points(whole.vertices.size());
-    for (std::size_t v = 0; v < points.size(); ++v) points[v] = whole.vertices[v].point;
-    return box_of_points(Column<Vec<D>>(std::move(points)), execution).map([&](const PointBox<D>& box) {
-        // Twice as wide, so that it holds the mesh for all shifts; halves, since an extent may overflow.
-        PointBox<D> wide;
+Outcome<PointBox<D>> grid(const SharedRows<D>& shared, double shift, Ranks& ranks, const Execution& execution) {
+    Buffer<Vec<D>> points(shared.rows.vertices.size());
+    for (std::size_t v = 0; v < points.size(); ++v) points[v] = shared.rows.vertices[v].point;
+    const auto own = box_of_points(Column<Vec<D>>(std::move(points)), execution);
+    if (!own) return fail(own.error());
+    const auto all = gather_all(ranks, Outcome<std::vector<PointBox<D>>>({*own}));
+    if (!all) return fail(all.error());
+    PointBox<D> box = all->front();
+    for (const PointBox<D>& one : *all)
         for (int c = 0; c < D; ++c) {
-            const double half = 0.5 * box.high[c] - 0.5 * box.low[c];
-            wide.low[c] = box.low[c] - 2 * shift * half;
-            wide.high[c] = wide.low[c] + 4 * half;
+            box.low[c] = std::min(box.low[c], one.low[c]);
+            box.high[c] = std::max(box.high[c], one.high[c]);
         }
-        return wide;
-    });
+    // Twice as wide, so that it holds the mesh for all shifts; halves, since an extent may overflow.
+    PointBox<D> wide;
+    for (int c = 0; c < D; ++c) {
+        const double half = 0.5 * box.high[c] - 0.5 * box.low[c];
+        wide.low[c] = box.low[c] - 2 * shift * half;
+        wide.high[c] = wide.low[c] + 4 * half;
+    }
+    return wide;
 }
 
-/// Of each vertex its turn along the curve.
+/// This rank's elements as they follow each other along the curve.
 template <int D>
-Outcome<Buffer<std::uint32_t>> turns_along_curve(const AdaptationRows<D>& whole, double shift,
-                                                 const Execution& execution) {
-    const auto box = grid(whole, shift, execution);
-    if (!box) return fail(box.error());
+struct AlongCurve {
+    std::vector<std::uint32_t> elements;
+    std::vector<OnCurve> at;  ///< of each of those
+};
+
+template <int D>
+Outcome<AlongCurve<D>> along_curve(const AdaptationRows<D>& rows, const PointBox<D>& grid, std::size_t first_element,
+                                   const Execution& execution) {
     struct Placed {
         std::uint64_t key = 0;
-        std::uint32_t vertex = 0;
+        VertexId number;
+        std::uint32_t row = 0;
         auto operator<=>(const Placed&) const = default;
     };
-    auto placed = map_each(execution, whole.vertices.size(), [&](std::size_t v) {
-        return Placed{morton_key(whole.vertices[v].point, *box), static_cast<std::uint32_t>(v)};
+    auto placed = map_each(execution, rows.vertices.size(), [&](std::size_t v) {
+        return Placed{morton_key(rows.vertices[v].point, grid), rows.vertices[v].number, static_cast<std::uint32_t>(v)};
     });
     if (!placed) return fail(placed.error());
     std::ranges::sort(*placed);
     Buffer<std::uint32_t> turns(placed->size());
-    for (std::size_t i = 0; i < placed->size(); ++i) turns[(*placed)[i].vertex] = static_cast<std::uint32_t>(i);
-    return turns;
-}
-
-/// The elements in the order of their first vertices on the curve, equal ones in their own.
-template <int D>
-Buffer<std::uint32_t> elements_along_curve(const AdaptationRows<D>& whole, const Buffer<std::uint32_t>& turns) {
-    Buffer<std::uint32_t> begin(turns.size() + 1, 0U);
-    Buffer<std::uint32_t> first(whole.elements.size());
+    for (std::size_t i = 0; i < turns.size(); ++i) turns[(*placed)[i].row] = static_cast<std::uint32_t>(i);
+    Buffer<std::uint32_t> begin(turns.size() + 1, 0U), first(rows.elements.size());
     for (std::size_t e = 0; e < first.size(); ++e) {
-        std::uint32_t least = turns[whole.elements[e].vertices[0].index()];
-        for (const VertexId v : whole.elements[e].vertices) least = std::min(least, turns[v.index()]);
+        std::uint32_t least = turns[rows.elements[e].vertices[0].index()];
+        for (const VertexId v : rows.elements[e].vertices) least = std::min(least, turns[v.index()]);
         first[e] = least;
         ++begin[least + 1];
     }
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    Buffer<std::uint32_t> sorted(first.size());
-    for (std::size_t e = 0; e < first.size(); ++e) sorted[begin[first[e]]++] = static_cast<std::uint32_t>(e);
-    return sorted;
+    AlongCurve<D> along{std::vector<std::uint32_t>(first.size()), std::vector<OnCurve>(first.size())};
+    for (std::size_t e = 0; e < first.size(); ++e) {
+        const std::uint32_t at = begin[first[e]]++;
+        const Placed& vertex = (*placed)[first[e]];
+        along.elements[at] = static_cast<std::uint32_t>(e);
+        along.at[at] = {vertex.key, vertex.number.value, first_element + e};
+    }
+    return along;
 }
 
-/// The part of each element, and how many there are: runs of about the same weight, none of them empty.
-struct Runs {
-    Buffer<PartNumber> part_of;
-    std::size_t count = 0;
+/// Parts to be: of each of this rank's elements, and whose they are.
+struct PartsToBe {
+    Buffer<PartNumber> of_elements;
+    std::vector<std::size_t> firsts;  ///< of each rank; then how many there are
 };
-Runs runs_of(const Buffer<std::uint32_t>& sorted, const ElementWeights& weights, std::size_t in_a_part) {
-    const double wanted = weights.elements() / static_cast<double>(std::max<std::size_t>(in_a_part, 1));
-    const auto parts = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(wanted)));
-    Runs runs{Buffer<PartNumber>(sorted.size()), 0};
-    // Weights are divided by the size of a part, and not multiplied by the number of parts, which 64 bits may not hold.
-    const std::uint64_t size = (weights.sum + parts - 1) / parts;
-    std::uint64_t before = 0;
-    std::uint64_t run = 0;
-    for (const std::uint32_t e : sorted) {
-        const std::uint64_t here = before / size;
-        if (runs.count == 0 || here != run) ++runs.count;
-        run = here;
-        runs.part_of[e] = static_cast<PartNumber>(runs.count - 1);
-        before += weights.weights[e];
-    }
-    return runs;
-}
-
-/// Which elements are at a vertex: those of the whole, by their part.
-template <int D>
-Outcome<Incidence<ElementId>> elements_around(const AdaptationRows<D>& whole, const Execution& execution) {
-    LinearMesh<D> mesh;
-    mesh.points = Buffer<Vec<D>>(whole.vertices.size(), Vec<D>{});
-    Buffer<SimplexVertices<D>> vertices(whole.elements.size());
-    for (std::size_t e = 0; e < vertices.size(); ++e) vertices[e] = whole.elements[e].vertices;
-    mesh.elements.vertices = std::move(vertices);
-    return balls(mesh, execution);
-}
-
-/// The parts of the elements that have all of these vertices, rising, each once.
-template <int D, std::size_t N>
-void parts_with(const AdaptationRows<D>& whole, const Incidence<ElementId>& around, const Buffer<PartNumber>& part_of,
-                const std::array<VertexId, N>& simplex, std::vector<PartNumber>& found) {
-    found.clear();
-    for (const ElementId e : around[simplex[0]])
-        if (std::ranges::all_of(simplex,
-                                [&](VertexId v) { return local_vertex(whole.elements[e.index()].vertices, v) >= 0; }))
-            found.push_back(part_of[e.index()]);
-    std::ranges::sort(found);
-    found.erase(std::ranges::unique(found).begin(), found.end());
+std::vector<std::size_t> parts_of_ranks(std::size_t parts, std::size_t ranks) {
+    std::vector<std::size_t> firsts;
+    for (std::size_t r = 0; r <= ranks; ++r) firsts.push_back(parts * r / ranks);
+    return firsts;
 }
 
 template <int D>
-void put_elements(const AdaptationRows<D>& whole, const Buffer<std::uint32_t>& sorted,
-                  const Buffer<PartNumber>& part_of, CutMesh<D>& cut) {
-    for (const std::uint32_t e : sorted) cut.parts[part_of[e]].elements.push_back(whole.elements[e]);
-}
-template <int D>
-void put_facets(const AdaptationRows<D>& whole, const Incidence<ElementId>& around, const Buffer<PartNumber>& part_of,
-                CutMesh<D>& cut) {
-    std::vector<PartNumber> found;
-    for (const AdaptedSimplex<D - 1>& facet : whole.facets) {
-        parts_with(whole, around, part_of, facet.vertices, found);
-        AdaptedSimplex<D - 1> held = facet;
-        if (found.size() > 1) held.marks |= Mark::frozen;
-        for (const PartNumber p : found) cut.parts[p].facets.push_back(held);
-        if (found.empty()) cut.aside.facets.push_back(facet);
+Outcome<PartsToBe> parts_to_be(const AlongCurve<D>& along, const ElementWeights& weights, std::size_t elements,
+                               Ranks& ranks) {
+    std::vector<WeightOnCurve> own(along.at.size());
+    for (std::size_t i = 0; i < own.size(); ++i) own[i] = {along.at[i], weights.weights[along.elements[i]]};
+    const auto starts = starts_of_runs(ranks, std::move(own), elements);
+    if (!starts) return fail(starts.error());
+    PartsToBe parts{Buffer<PartNumber>(along.at.size()), parts_of_ranks(starts->size(), ranks.size())};
+    std::size_t part = 0;
+    for (std::size_t i = 0; i < along.at.size(); ++i) {
+        while (part + 1 < starts->size() && (*starts)[part + 1] <= along.at[i]) ++part;
+        parts.of_elements[along.elements[i]] = static_cast<PartNumber>(part);
     }
-}
-template <int D>
-void put_lines(const AdaptationRows<D>& whole, const Incidence<ElementId>& around, const Buffer<PartNumber>& part_of,
-               CutMesh<D>& cut) {
-    std::vector<PartNumber> found;
-    for (const AdaptedSimplex<1>& line : whole.lines) {
-        parts_with(whole, around, part_of, line.vertices, found);
-        for (const PartNumber p : found) cut.parts[p].lines.push_back(line);
-        if (found.empty()) cut.aside.lines.push_back(line);
-    }
+    return parts;
 }
 
-/// Gives a part the vertices that its simplices name, and those of `more`, in the order of `turns`; simplices name them
-/// by their own rows then.
+/// A part that has elements at a vertex.
+struct PartAt {
+    VertexId number;
+    PartNumber part = 0;
+    auto operator<=>(const PartAt&) const = default;
+};
+
+/// The first numbers of this rank's simplices in the whole.
+struct FirstNumbers {
+    std::size_t element = 0, facet = 0, line = 0;
+};
 template <int D>
-void put_vertices(const AdaptationRows<D>& whole, const Buffer<std::uint32_t>& turns, std::vector<VertexId> named,
-                  Buffer<VertexId>& ids, AdaptationRows<D>& part) {
-    const auto name = [&](const auto& simplices) {
-        for (const auto& simplex : simplices)
-            named.insert(named.end(), simplex.vertices.begin(), simplex.vertices.end());
-    };
-    name(part.elements);
-    name(part.facets);
-    name(part.lines);
-    std::ranges::sort(named, {}, [&](VertexId v) { return turns[v.index()]; });
-    named.erase(std::ranges::unique(named).begin(), named.end());
-    part.vertices.reserve(named.size());
-    for (const VertexId v : named) {
-        ids[v.index()] = VertexId(part.vertices.size());
-        part.vertices.push_back(whole.vertices[v.index()]);
+Outcome<FirstNumbers> first_numbers(const AdaptationRows<D>& rows, Ranks& ranks) {
+    const auto all = gather_all(ranks, Outcome<std::vector<FirstNumbers>>({FirstNumbers{
+                                           rows.elements.size(), rows.facets.size(), rows.lines.size()}}));
+    if (!all) return fail(all.error());
+    FirstNumbers first;
+    for (std::size_t r = 0; r < ranks.rank(); ++r) {
+        first.element += (*all)[r].element;
+        first.facet += (*all)[r].facet;
+        first.line += (*all)[r].line;
     }
-    const auto rename = [&](auto& simplices) {
-        for (auto& simplex : simplices)
-            for (VertexId& v : simplex.vertices) v = ids[v.index()];
-    };
-    rename(part.elements);
-    rename(part.facets);
-    rename(part.lines);
+    return first;
+}
+
+/// What this rank has, to the ranks whose parts it is of.
+template <int D>
+class Sending {
+  public:
+    Sending(const SharedRows<D>& shared, const PartsToBe& parts, const Incidence<ElementId>& around, Ranks& ranks)
+        : shared_(shared), rows_(shared.rows), parts_(parts), around_(around), ranks_(ranks), to_(ranks.size()) {}
+
+    Outcome<std::vector<SentRows<D>>> rows(const AlongCurve<D>& along, const FirstNumbers& first) {
+        auto at_shared = parts_at_shared();
+        if (!at_shared) return fail(at_shared.error());
+        // Of elements first: their vertices go along with them.
+        ids_.assign(rows_.vertices.size(), VertexId{});
+        rank_of_ids_.assign(rows_.vertices.size(), static_cast<std::uint32_t>(ranks_.size()));
+        put_rank_by_rank(along, first);
+        if (auto put = put_by_owners(rows_.facets, first.facet, *at_shared, &SentRows<D>::facets_by_number); !put)
+            return fail(put.error());
+        if (auto put = put_by_owners(rows_.lines, first.line, *at_shared, &SentRows<D>::lines_by_number); !put)
+            return fail(put.error());
+        return std::move(to_);
+    }
+
+  private:
+    /// Whether other ranks may have elements with these vertices.
+    template <std::size_t N>
+    [[nodiscard]] bool may_be_beside(const std::array<VertexId, N>& simplex) const {
+        return ranks_.size() > 1 &&
+               std::ranges::all_of(simplex, [&](VertexId v) { return shared_.on_rim[v.index()] != 0; });
+    }
+    /// Of this rank's vertices that others may have, the parts that anybody has there; sorted.
+    Outcome<std::vector<PartAt>> parts_at_shared() {
+        std::vector<PartAt> all;
+        if (ranks_.size() == 1) return all;
+        std::vector<std::vector<PartAt>> to(ranks_.size());
+        std::vector<PartNumber> found;
+        for (std::size_t v = 0; v < rows_.vertices.size(); ++v) {
+            if (shared_.on_rim[v] == 0) continue;
+            found.clear();
+            for (const ElementId e : around_[v]) found.push_back(parts_.of_elements[e.index()]);
+            std::ranges::sort(found);
+            found.erase(std::ranges::unique(found).begin(), found.end());
+            const VertexId number = rows_.vertices[v].number;
+            auto& some = to[rank_with(shared_.first_vertices, number.index())];
+            for (const PartNumber part : found) some.push_back({number, part});
+        }
+        const auto from = exchanged_lists(ranks_, std::move(to));
+        if (!from) return fail(from.error());
+        for (const auto& some : *from) all.insert(all.end(), some.begin(), some.end());
+        std::ranges::sort(all);
+        all.erase(std::ranges::unique(all).begin(), all.end());
+        return all;
+    }
+    void put_rank_by_rank(const AlongCurve<D>& along, const FirstNumbers& first) {
+        for (std::size_t i = 0; i < along.elements.size(); ++i) {
+            const std::uint32_t e = along.elements[i];
+            put(rows_.elements[e], along.at[i].element, parts_.of_elements[e], &SentRows<D>::elements);
+        }
+        put_known(rows_.facets, first.facet, &SentRows<D>::facets);
+        put_known(rows_.lines, first.line, &SentRows<D>::lines);
+    }
+    /// Into the parts of elements that are all here.
+    template <int K>
+    void put_known(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
+                   Buffer<SentSimplex<K>> SentRows<D>::* list) {
+        struct Put {
+            PartNumber part = 0;
+            std::uint32_t row = 0;
+            auto operator<=>(const Put&) const = default;
+        };
+        std::vector<Put> puts;  // by parts, and so by ranks
+        std::vector<PartNumber> found;
+        for (std::size_t i = 0; i < simplices.size(); ++i) {
+            const auto& vertices = simplices[i].vertices;
+            if (may_be_beside(vertices)) continue;
+            found.clear();
+            for (const ElementId e : around_[vertices[0]])
+                if (std::ranges::all_of(vertices, [&](VertexId v) {
+                        return std::ranges::find(rows_.elements[e.index()].vertices, v) !=
+                               rows_.elements[e.index()].vertices.end();
+                    }))
+                    found.push_back(parts_.of_elements[e.index()]);
+            std::ranges::sort(found);
+            found.erase(std::ranges::unique(found).begin(), found.end());
+            for (const PartNumber part : found) puts.push_back({part, static_cast<std::uint32_t>(i)});
+        }
+        std::ranges::sort(puts);
+        for (const Put& one : puts) put(simplices[one.row], first + one.row, one.part, list);
+    }
+    template <int K>
+    void put(AdaptedSimplex<K> simplex, std::uint64_t number, PartNumber part,
+             Buffer<SentSimplex<K>> SentRows<D>::* list) {
+        const std::size_t rank = rank_with(parts_.firsts, part);
+        for (VertexId& v : simplex.vertices) v = id_on(rank, v);
+        (to_[rank].*list).push_back({number, part, simplex});
+    }
+    /// The row of a vertex among those that a rank is sent; it may be sent anew.
+    VertexId id_on(std::size_t rank, VertexId v) {
+        if (rank_of_ids_[v.index()] != rank) {
+            rank_of_ids_[v.index()] = static_cast<std::uint32_t>(rank);
+            ids_[v.index()] = VertexId(to_[rank].vertices.size());
+            to_[rank].vertices.push_back(rows_.vertices[v.index()]);
+        }
+        return ids_[v.index()];
+    }
+    /// What may be of parts that only the owner of a vertex knows: by way of that of the first.
+    template <int K>
+    Outcome<Done> put_by_owners(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
+                                const std::vector<PartAt>& at_shared, Buffer<SentSimplex<K>> SentRows<D>::* list) {
+        if (ranks_.size() == 1) return Done{};
+        std::vector<std::vector<SentSimplex<K>>> to(ranks_.size());
+        for (std::size_t i = 0; i < simplices.size(); ++i) {
+            if (!may_be_beside(simplices[i].vertices)) continue;
+            SentSimplex<K> one{first + i, 0, simplices[i]};
+            for (VertexId& v : one.simplex.vertices) v = rows_.vertices[v.index()].number;
+            const VertexId least = std::ranges::min(one.simplex.vertices);
+            to[rank_with(shared_.first_vertices, least.index())].push_back(one);
+        }
+        const auto from = exchanged_lists(ranks_, std::move(to));
+        if (!from) return fail(from.error());
+        for (const auto& some : *from)
+            for (SentSimplex<K> one : some)
+                for (const PartAt& at :
+                     std::ranges::equal_range(at_shared, std::ranges::min(one.simplex.vertices), {}, &PartAt::number)) {
+                    one.part = at.part;
+                    (to_[rank_with(parts_.firsts, at.part)].*list).push_back(one);
+                }
+        return Done{};
+    }
+
+    const SharedRows<D>& shared_;
+    const AdaptationRows<D>& rows_;
+    const PartsToBe& parts_;
+    const Incidence<ElementId>& around_;
+    Ranks& ranks_;
+    std::vector<SentRows<D>> to_;
+    Buffer<VertexId> ids_;               ///< of each vertex on the rank that it was last sent to
+    Buffer<std::uint32_t> rank_of_ids_;  ///< that rank
+};
+
+template <int D>
+Outcome<std::vector<SentRows<D>>> exchanged_rows(std::vector<SentRows<D>> to, Ranks& ranks) {
+    if (ranks.size() == 1) return to;
+    std::vector<Bytes> bytes(ranks.size());
+    SentRows<D> own = std::exchange(to[ranks.rank()], {});
+    for (std::size_t r = 0; r < to.size(); ++r)
+        if (r != ranks.rank()) bytes[r] = packed_rows(std::exchange(to[r], {}));
+    auto from = ranks.exchange(std::move(bytes));
+    if (!from) return fail(from.error());
+    std::vector<SentRows<D>> rows;
+    for (std::size_t r = 0; r < from->size(); ++r) {
+        const Bytes some = std::exchange((*from)[r], {});
+        rows.push_back(r == ranks.rank() ? std::move(own) : unpacked_rows<SentRows<D>>(some));
+    }
+    return rows;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<CutMesh<D>> cut_into_parts(const AdaptationRows<D>& whole, const ElementWeights& weights, std::size_t elements,
-                                   double shift, const Execution& execution) {
+Outcome<CutMesh<D>> cut_into_parts(SharedRows<D> shared, const ElementWeights& weights, std::size_t elements,
+                                   double shift, Ranks& ranks, const Execution& execution) {
     return guarded([&]() -> Outcome<CutMesh<D>> {
-        const auto turns = turns_along_curve(whole, shift, execution);
-        if (!turns) return fail(turns.error());
-        const auto sorted = elements_along_curve(whole, *turns);
-        const auto around = elements_around(whole, execution);
+        const auto box = grid(shared, shift, ranks, execution);
+        if (!box) return fail(box.error());
+        const auto first = first_numbers(shared.rows, ranks);
+        if (!first) return fail(first.error());
+        auto along = along_curve(shared.rows, *box, first->element, execution);
+        if (!along) return fail(along.error());
+        const auto parts = parts_to_be(*along, weights, elements, ranks);
+        if (!parts) return fail(parts.error());
+        auto around = elements_around(shared.rows, execution);
         if (!around) return fail(around.error());
-        const auto [part_of, parts] = runs_of(sorted, weights, elements);
-        CutMesh<D> cut{std::vector<AdaptationRows<D>>(parts), {}};
-        put_elements(whole, sorted, part_of, cut);
-        put_facets(whole, *around, part_of, cut);
-        put_lines(whole, *around, part_of, cut);
-        Buffer<VertexId> ids(whole.vertices.size(), VertexId{});
-        for (AdaptationRows<D>& part : cut.parts) put_vertices(whole, *turns, {}, ids, part);
-        std::vector<VertexId> strays;
-        for (std::size_t v = 0; v < whole.vertices.size(); ++v)
-            if ((*around)[v].empty()) strays.emplace_back(v);
-        put_vertices(whole, *turns, std::move(strays), ids, cut.aside);
-        return cut;
+        auto sent = Sending<D>(shared, *parts, *around, ranks).rows(*along, *first);
+        if (!sent) return fail(sent.error());
+        shared.rows = {};
+        *along = {};
+        *around = {};
+        auto received = exchanged_rows(std::move(*sent), ranks);
+        if (!received) return fail(received.error());
+        const auto own = [&](std::size_t rank) { return static_cast<PartNumber>(parts->firsts[rank]); };
+        auto made = parts_of_sent(std::move(*received), *box, own(ranks.rank()), own(ranks.rank() + 1), execution);
+        if (!made) return fail(made.error());
+        return CutMesh<D>{std::move(*made), std::move(shared.aside), std::move(shared.first_vertices)};
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template Outcome<CutMesh<D>> cut_into_parts<D>(const AdaptationRows<D>&, const ElementWeights&, std::size_t, \
-                                                   double, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<CutMesh<D>> cut_into_parts<D>(SharedRows<D>, const ElementWeights&, std::size_t, double, Ranks&, \
+                                                   const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

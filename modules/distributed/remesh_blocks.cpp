@@ -15,7 +15,7 @@ import :adaptation_rows;
 import :block_weights;
 import :cut_parts;
 import :ranks;
-import :share_parts;
+import :shared_rows;
 import :remesh_blocks;
 
 namespace camber {
@@ -43,10 +43,10 @@ ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
     return options;
 }
 
-/// A block brought to the metric.
+/// A block brought to the metric, in place of its rows.
 template <int D>
-Outcome<ChangedPart<D>> bring_block(const AdaptationRows<D>& rows, const AdaptationGoal<D>& goal,
-                                    const ToMetricOptions& options, const Around& around) {
+Outcome<ToMetricStatistics> bring_block(AdaptationRows<D>& rows, const AdaptationGoal<D>& goal,
+                                        const ToMetricOptions& options, const Around& around) {
     auto part = run_step(around, "blocks", [&](const Execution& e) { return assembled(rows, e); });
     if (!part) return fail(part.error());
     auto brought = bring_to_metric(std::move(part->state), goal, options, around);
@@ -54,25 +54,22 @@ Outcome<ChangedPart<D>> bring_block(const AdaptationRows<D>& rows, const Adaptat
     part->state = std::move(brought->state);
     auto made = run_step(around, "blocks", [&](const Execution&) { return rows_of_part(*part, rows); });
     if (!made) return fail(made.error());
-    return ChangedPart<D>{std::move(*made), brought->statistics};
+    rows = std::move(*made);
+    return brought->statistics;
 }
 
-/// Those that are this rank's; the rows of all parts are given up.
+/// All of this rank's, one after the other.
 template <int D>
-Outcome<std::vector<ChangedPart<D>>> bring_own_blocks(std::vector<AdaptationRows<D>> parts, const Ranks& ranks,
+Outcome<std::vector<ToMetricStatistics>> bring_blocks(std::vector<AdaptationRows<D>>& parts,
                                                       const AdaptationGoal<D>& goal, const ToMetricOptions& options,
                                                       const Around& around) {
-    const OwnParts own = own_parts(ranks, parts.size());
-    std::vector<ChangedPart<D>> made;
-    made.reserve(own.last - own.first);
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-        const AdaptationRows<D> rows = std::exchange(parts[p], {});
-        if (p < own.first || p >= own.last) continue;
-        auto changed = bring_block(rows, goal, options, around);
-        if (!changed) return fail(changed.error());
-        made.push_back(std::move(*changed));
+    std::vector<ToMetricStatistics> statistics;
+    for (AdaptationRows<D>& rows : parts) {
+        const auto brought = bring_block(rows, goal, options, around);
+        if (!brought) return fail(brought.error());
+        statistics.push_back(*brought);
     }
-    return made;
+    return statistics;
 }
 
 /// Directions and associations of the mesh that was cut, of the vertices that they are still of.
@@ -111,30 +108,47 @@ double shift_of(int turn) {
         return std::array{0.0, 0.4, 0.2, 0.6, 0.8}[static_cast<std::size_t>(turn) % 5];
 }
 
+/// Elements of all ranks, and how many these are to become.
+struct Growing {
+    double elements = 0, expected = 0;
+    [[nodiscard]] double growth() const { return expected / elements; }
+};
+template <int D>
+Outcome<Growing> growing(const AdaptationRows<D>& rows, Ranks& ranks, const Execution& execution) {
+    const auto weights = expected_elements(rows, 1, execution);
+    if (!weights) return fail(weights.error());
+    const auto elements = counted(ranks, rows.elements.size());
+    if (!elements) return fail(elements.error());
+    return counted(ranks, weights->sum).map([&](const Counted& sum) {
+        return Growing{static_cast<double>(elements->all),
+                       static_cast<double>(sum.all) / static_cast<double>(ElementWeights::one)};
+    });
+}
+
 /// Turns before the others, as long as the mesh is to become many times larger: none makes so much of it that blocks,
 /// which are cut by what they are to become, are of few elements or outgrow what a block may be.
 template <int D>
-Outcome<AdaptationRows<D>> grown(AdaptationRows<D> rows, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
-                                 const InBlocks& by, ToMetricStatistics& statistics, const Around& around) {
+Outcome<SharedRows<D>> grown(SharedRows<D> shared, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                             const InBlocks& by, ToMetricStatistics& statistics, const Around& around) {
     constexpr double wanted = 2.5, too_much = 4;
     constexpr int turns = 24;
+    double before = 0;
     for (int k = 0; options.rounds > 0 && k < turns; ++k) {
-        const auto expected = agreed(
-            by.ranks, run_step(around, "blocks", [&](const Execution& e) { return expected_elements(rows, 1, e); }));
-        if (!expected) return fail(expected.error());
-        const double growth = expected->elements() / static_cast<double>(rows.elements.size());
-        if (!(growth > too_much)) break;
+        const auto now =
+            run_step(around, "blocks", [&](const Execution& e) { return growing(shared.rows, by.ranks, e); });
+        if (!now) return fail(now.error());
+        if (!(now->growth() > too_much)) break;
+        if (!(now->elements > 1.5 * before)) break;  // something keeps it from growing
+        before = now->elements;
         const BlockTurn turn{.shift = shift_of<D>(k),
                              .rounds = 1,
                              .lengths = BlockTurn::Lengths::loose,
-                             .coarser = std::pow(growth / wanted, 1.0 / D)};
-        auto made = turn_by_blocks(rows, goal, options, by, turn, statistics, around);
+                             .coarser = std::pow(now->growth() / wanted, 1.0 / D)};
+        auto made = turn_by_blocks(std::move(shared), goal, options, by, turn, statistics, around);
         if (!made) return fail(made.error());
-        const bool has_grown = made->rows.elements.size() > rows.elements.size() + rows.elements.size() / 2;
-        rows = std::move(made->rows);
-        if (!has_grown) break;  // something keeps it from growing
+        shared = std::move(*made);
     }
-    return rows;
+    return shared;
 }
 
 template <int D>
@@ -151,24 +165,30 @@ Outcome<Done> check_kind(const Adaptation<D>& state) {
 /// What passes of parts go by, and what they do not need.
 template <int D>
 struct Begun {
-    AdaptationRows<D> rows;
+    SharedRows<D> shared;
     DynamicMesh<D> given;  ///< places, directions, associations and groups alone
     ToMetricStatistics statistics;
 };
 template <int D>
-Outcome<Begun<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Around& around) {
+Outcome<Begun<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Ranks& ranks, const Around& around) {
     if (auto checked = check_kind(state); !checked) return fail(checked.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const auto measured =
         run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(state, e); });
     if (!measured) return fail(measured.error());
-    auto rows = run_step(around, "blocks", [&](const Execution&) { return rows_of(state); });
-    if (!rows) return fail(rows.error());
-    Begun<D> begun{std::move(*rows), {}, {}};
+    Begun<D> begun;
     begun.statistics.before = *measured;
     begun.given.points = state.mesh.points;
     begun.given.geometry = state.mesh.geometry;
     begun.given.groups = state.mesh.groups;
+    auto shared = run_step(around, "blocks", [&](const Execution&) -> Outcome<SharedRows<D>> {
+        const auto rows = rows_of(state);
+        if (!rows) return fail(rows.error());
+        state = {};
+        return share_of(*rows, ranks);
+    });
+    if (!shared) return fail(shared.error());
+    begun.shared = std::move(*shared);
     return begun;
 }
 template <int D>
@@ -188,27 +208,26 @@ Outcome<BroughtToMetric<D>> end(const AdaptationRows<D>& rows, const DynamicMesh
 }  // namespace
 
 template <int D>
-Outcome<JoinedMesh<D>> turn_by_blocks(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
+Outcome<SharedRows<D>> turn_by_blocks(SharedRows<D> shared, const AdaptationGoal<D>& goal,
                                       const ToMetricOptions& options, const InBlocks& by, const BlockTurn& turn,
                                       ToMetricStatistics& statistics, const Around& around) {
-    auto cut = run_step(around, "blocks", [&](const Execution& e) {
-        return expected_elements(whole, turn.coarser, e).and_then([&](const ElementWeights& weights) {
-            return cut_into_parts(whole, weights, by.elements, turn.shift, e);
+    return together(by.ranks, [&]() -> Outcome<SharedRows<D>> {
+        auto cut = run_step(around, "blocks", [&](const Execution& e) {
+            return expected_elements(shared.rows, turn.coarser, e).and_then([&](const ElementWeights& weights) {
+                return cut_into_parts(std::move(shared), weights, by.elements, turn.shift, by.ranks, e);
+            });
         });
+        if (!cut) return fail(cut.error());
+        const auto all = gather_all(by.ranks, bring_blocks(cut->parts, goal, options_of(turn, options), around));
+        if (!all) return fail(all.error());
+        int rounds = 0;
+        for (const ToMetricStatistics& of_block : *all) {
+            add(statistics, of_block);
+            rounds = std::max(rounds, of_block.rounds);
+        }
+        statistics.rounds += rounds;
+        return run_step(around, "blocks", [&](const Execution&) { return joined(std::move(*cut), by.ranks); });
     });
-    auto changed = cut ? bring_own_blocks(std::move(cut->parts), by.ranks, goal, options_of(turn, options), around)
-                       : Outcome<std::vector<ChangedPart<D>>>(fail(cut.error()));
-    auto all = run_step(around, "blocks", [&](const Execution&) { return shared_parts(by.ranks, std::move(changed)); });
-    if (!all) return fail(all.error());
-    cut->parts.clear();
-    int rounds = 0;
-    for (ChangedPart<D>& part : *all) {
-        add(statistics, part.statistics);
-        rounds = std::max(rounds, part.statistics.rounds);
-        cut->parts.push_back(std::move(part.rows));
-    }
-    statistics.rounds += rounds;
-    return agreed(by.ranks, run_step(around, "blocks", [&](const Execution&) { return joined(*cut); }));
 }
 
 template <int D>
@@ -226,26 +245,31 @@ template <int D>
 Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                       const ToMetricOptions& options, const InBlocks& by,
                                                       const std::vector<BlockTurn>& turns, const Around& around) {
-    auto begun = agreed(by.ranks, begin(std::move(state), options, around));
-    if (!begun) return fail(begun.error());
-    ToMetricStatistics& statistics = begun->statistics;
-    auto rows = grown(std::move(begun->rows), goal, options, by, statistics, around);
-    if (!rows) return fail(rows.error());
-    for (const BlockTurn& turn : turns) {
-        auto made = turn_by_blocks(*rows, goal, options, by, turn, statistics, around);
-        if (!made) return fail(made.error());
-        rows = std::move(made->rows);
-    }
-    return agreed(by.ranks, end(*rows, begun->given, statistics, around));
+    return together(by.ranks, [&]() -> Outcome<BroughtToMetric<D>> {
+        auto begun = begin(std::move(state), options, by.ranks, around);
+        if (!begun) return fail(begun.error());
+        ToMetricStatistics& statistics = begun->statistics;
+        auto shared = grown(std::move(begun->shared), goal, options, by, statistics, around);
+        if (!shared) return fail(shared.error());
+        for (const BlockTurn& turn : turns) {
+            auto made = turn_by_blocks(std::move(*shared), goal, options, by, turn, statistics, around);
+            if (!made) return fail(made.error());
+            *shared = std::move(*made);
+        }
+        auto rows =
+            run_step(around, "blocks", [&](const Execution&) { return gathered(std::move(*shared), by.ranks); });
+        if (!rows) return fail(rows.error());
+        return end(*rows, begun->given, statistics, around);
+    });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                    \
-    template Outcome<JoinedMesh<D>> turn_by_blocks<D>(const AdaptationRows<D>&, const AdaptationGoal<D>&,        \
-                                                      const ToMetricOptions&, const InBlocks&, const BlockTurn&, \
-                                                      ToMetricStatistics&, const Around&);                       \
-    template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                      \
-    template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,   \
-                                                                      const ToMetricOptions&, const InBlocks&,   \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<SharedRows<D>> turn_by_blocks<D>(SharedRows<D>, const AdaptationGoal<D>&, const ToMetricOptions&, \
+                                                      const InBlocks&, const BlockTurn&, ToMetricStatistics&,          \
+                                                      const Around&);                                                  \
+    template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                            \
+    template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,         \
+                                                                      const ToMetricOptions&, const InBlocks&,         \
                                                                       const std::vector<BlockTurn>&, const Around&);
 
 CAMBER_INSTANTIATE(2)

@@ -9,13 +9,13 @@ import camber.metric;
 import camber.operation;
 import camber.adapt;
 import :adaptation_rows;
-import :cut_parts;
 import :ranks;
+import :shared_rows;
 
 export namespace camber {
 
 /// A mesh that is brought to a metric block by block: each by itself while its rim stays, then cut anew elsewhere.
-/// Ranks share the work; the mesh, its field and its geometry are on all of them.
+/// Ranks share the work and the mesh, each some of its blocks; its field and its geometry are on all of them.
 struct RemeshBlocksOptions {
     int blocks = 0;
 
@@ -53,7 +53,7 @@ struct InBlocks {
 /// One turn: the mesh cut, its blocks brought to the metric, and joined. Adds to the statistics of passes and rounds.
 /// Errors: those of bring_to_metric, of any rank.
 template <int D>
-[[nodiscard]] Outcome<JoinedMesh<D>> turn_by_blocks(const AdaptationRows<D>& whole, const AdaptationGoal<D>& goal,
+[[nodiscard]] Outcome<SharedRows<D>> turn_by_blocks(SharedRows<D> shared, const AdaptationGoal<D>& goal,
                                                     const ToMetricOptions& options, const InBlocks& by,
                                                     const BlockTurn& turn, ToMetricStatistics& statistics,
                                                     const Around& around);

@@ -50,6 +50,24 @@ template <class T>
     return received;
 }
 
+/// Lists of plain values, one to each rank, and those that each has sent to this one. Errors: of any rank.
+template <class T>
+    requires std::is_trivially_copyable_v<T>
+[[nodiscard]] Outcome<std::vector<std::vector<T>>> exchanged_lists(Ranks& ranks, std::vector<std::vector<T>> to) {
+    if (ranks.size() == 1) return to;
+    std::vector<Bytes> bytes;
+    bytes.reserve(to.size());
+    for (auto& some : to) {
+        bytes.push_back(bytes_of<T>(some));
+        some = {};
+    }
+    auto from = ranks.exchange(std::move(bytes));
+    if (!from) return fail(from.error());
+    std::vector<std::vector<T>> lists(from->size());
+    for (std::size_t r = 0; r < lists.size(); ++r) append_values(std::exchange((*from)[r], {}), lists[r]);
+    return lists;
+}
+
 /// Asks parts: answer(own part, key) is called where the part is; one a question, in the order of the questions.
 /// Errors: of any rank.
 template <class Answer, class Key, class F>

@@ -1,0 +1,202 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <utility>
+#include <vector>
+module camber.distributed;
+import camber.core;
+import camber.cavity;
+import camber.ordering;
+import :adaptation_rows;
+import :sent_parts;
+
+namespace camber {
+
+namespace {
+
+/// Simplices of a part by turns of their vertices.
+template <int D>
+struct PartInTurns {
+    std::vector<SentSimplex<D>> elements;
+    std::vector<SentSimplex<D - 1>> facets;
+    std::vector<SentSimplex<1>> lines;
+};
+
+template <int D>
+class Arriving {
+  public:
+    Arriving(const PointBox<D>& grid, PartNumber first, PartNumber last)
+        : grid_(grid), first_(first), parts_(last - first) {}
+
+    Outcome<std::vector<AdaptationRows<D>>> parts(std::vector<SentRows<D>> sent, const Execution& execution) {
+        sort_vertices(sent);
+        std::size_t offset = 0;
+        for (SentRows<D>& rows : sent) {
+            put_sent(rows.elements, offset, &PartInTurns<D>::elements);
+            put_sent(rows.facets, offset, &PartInTurns<D>::facets);
+            put_sent(rows.lines, offset, &PartInTurns<D>::lines);
+            put_by_number(rows.facets_by_number, &PartInTurns<D>::facets);
+            put_by_number(rows.lines_by_number, &PartInTurns<D>::lines);
+            offset += rows.vertices.size();
+            rows = {};
+        }
+        std::vector<AdaptationRows<D>> made;
+        made.reserve(parts_.size());
+        ids_.assign(turns_.size(), VertexId{});
+        for (PartInTurns<D>& part : parts_) {
+            auto rows = part_of(std::exchange(part, {}), execution);
+            if (!rows) return fail(rows.error());
+            made.push_back(std::move(*rows));
+        }
+        return made;
+    }
+
+  private:
+    /// Of each vertex that was sent its turn along the curve; several have sent the same one.
+    void sort_vertices(const std::vector<SentRows<D>>& sent) {
+        struct Turn {
+            std::uint64_t key = 0;
+            VertexId number;
+            std::uint32_t at = 0;
+            auto operator<=>(const Turn&) const = default;
+        };
+        for (const SentRows<D>& rows : sent)
+            vertices_.insert(vertices_.end(), rows.vertices.begin(), rows.vertices.end());
+        Buffer<Turn> sorted(vertices_.size());
+        for (std::size_t v = 0; v < sorted.size(); ++v)
+            sorted[v] = {morton_key(vertices_[v].point, grid_), vertices_[v].number, static_cast<std::uint32_t>(v)};
+        std::ranges::sort(sorted);
+        turn_of_.resize(vertices_.size());
+        for (std::size_t i = 0; i < sorted.size(); ++i) {
+            if (i == 0 || sorted[i].number != sorted[i - 1].number) turns_.push_back(sorted[i].at);
+            turn_of_[sorted[i].at] = static_cast<std::uint32_t>(turns_.size() - 1);
+        }
+    }
+    template <int K>
+    void put_sent(const Buffer<SentSimplex<K>>& some, std::size_t offset,
+                  std::vector<SentSimplex<K>> PartInTurns<D>::* list) {
+        for (SentSimplex<K> one : some) {
+            for (VertexId& v : one.simplex.vertices) v = VertexId(std::size_t{turn_of_[offset + v.index()]});
+            (parts_[one.part - first_].*list).push_back(one);
+        }
+    }
+    /// Those whose vertices are there.
+    template <int K>
+    void put_by_number(const Buffer<SentSimplex<K>>& some, std::vector<SentSimplex<K>> PartInTurns<D>::* list) {
+        if (!some.empty() && by_number_.empty()) {
+            by_number_.resize(turns_.size());
+            std::iota(by_number_.begin(), by_number_.end(), 0U);
+            std::ranges::sort(by_number_, {}, [&](std::uint32_t turn) { return number_at(turn); });
+        }
+        for (SentSimplex<K> one : some) {
+            bool is_here = true;
+            for (VertexId& v : one.simplex.vertices) {
+                const auto found =
+                    std::ranges::lower_bound(by_number_, v, {}, [&](std::uint32_t turn) { return number_at(turn); });
+                is_here = is_here && found != by_number_.end() && number_at(*found) == v;
+                if (is_here) v = VertexId(std::size_t{*found});
+            }
+            if (is_here) (parts_[one.part - first_].*list).push_back(one);
+        }
+    }
+    [[nodiscard]] VertexId number_at(std::uint32_t turn) const { return vertices_[turns_[turn]].number; }
+
+    Outcome<AdaptationRows<D>> part_of(PartInTurns<D> part, const Execution& execution) {
+        AdaptationRows<D> rows;
+        put_vertices(part, rows);
+        put_elements(std::move(part.elements), rows);
+        const auto around = elements_around(rows, execution);
+        if (!around) return fail(around.error());
+        std::ranges::sort(part.facets, {}, &SentSimplex<D - 1>::number);
+        for (SentSimplex<D - 1>& facet : part.facets) {
+            const int beside = elements_with(facet.simplex, rows, *around);
+            if (beside == 0) continue;
+            if (beside < facet.simplex.sides) facet.simplex.marks |= Mark::frozen;
+            rows.facets.push_back(facet.simplex);
+        }
+        std::ranges::sort(part.lines, {}, &SentSimplex<1>::number);
+        for (SentSimplex<1>& line : part.lines)
+            if (elements_with(line.simplex, rows, *around) > 0) rows.lines.push_back(line.simplex);
+        for (const std::uint32_t turn : named_) ids_[turn] = {};
+        return rows;
+    }
+    /// Those of the elements.
+    void put_vertices(const PartInTurns<D>& part, AdaptationRows<D>& rows) {
+        named_.clear();
+        for (const SentSimplex<D>& element : part.elements)
+            for (const VertexId v : element.simplex.vertices)
+                if (!std::exchange(ids_[v.index()], v).valid()) named_.push_back(v.value);
+        std::ranges::sort(named_);
+        rows.vertices.reserve(named_.size());
+        for (const std::uint32_t turn : named_) {
+            ids_[turn] = VertexId(rows.vertices.size());
+            rows.vertices.push_back(vertices_[turns_[turn]]);
+        }
+    }
+    void put_elements(std::vector<SentSimplex<D>> elements, AdaptationRows<D>& rows) const {
+        const auto place = [](const SentSimplex<D>& e) {
+            return std::pair(std::ranges::min(e.simplex.vertices), e.number);
+        };
+        if (!std::ranges::is_sorted(elements, {}, place)) std::ranges::sort(elements, {}, place);
+        rows.elements.reserve(elements.size());
+        for (SentSimplex<D>& element : elements) {
+            for (VertexId& v : element.simplex.vertices) v = ids_[v.index()];
+            rows.elements.push_back(element.simplex);
+        }
+    }
+    /// How many elements of the part have all vertices of a simplex, which names these by the part's rows then.
+    template <int K>
+    [[nodiscard]] int elements_with(AdaptedSimplex<K>& simplex, const AdaptationRows<D>& rows,
+                                    const Incidence<ElementId>& around) const {
+        for (VertexId& v : simplex.vertices) v = ids_[v.index()];
+        if (!std::ranges::all_of(simplex.vertices, [](VertexId v) { return v.valid(); })) return 0;
+        return static_cast<int>(std::ranges::count_if(around[simplex.vertices[0]], [&](ElementId e) {
+            return std::ranges::all_of(
+                simplex.vertices, [&](VertexId v) { return local_vertex(rows.elements[e.index()].vertices, v) >= 0; });
+        }));
+    }
+
+    const PointBox<D>& grid_;
+    PartNumber first_;
+    std::vector<PartInTurns<D>> parts_;
+    Buffer<AdaptedVertex<D>> vertices_;     ///< as they were sent
+    Buffer<std::uint32_t> turn_of_;         ///< of each of those
+    std::vector<std::uint32_t> turns_;      ///< one that was sent, of each turn
+    std::vector<std::uint32_t> by_number_;  ///< turns
+    std::vector<std::uint32_t> named_;      ///< turns of a part's vertices
+    Buffer<VertexId> ids_;                  ///< of each turn in a part
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Incidence<ElementId>> elements_around(const AdaptationRows<D>& rows, const Execution& execution) {
+    LinearMesh<D> mesh;
+    mesh.points = Buffer<Vec<D>>(rows.vertices.size(), Vec<D>{});
+    Buffer<SimplexVertices<D>> vertices(rows.elements.size());
+    for (std::size_t e = 0; e < vertices.size(); ++e) vertices[e] = rows.elements[e].vertices;
+    mesh.elements.vertices = std::move(vertices);
+    return balls(mesh, execution);
+}
+
+template <int D>
+Outcome<std::vector<AdaptationRows<D>>> parts_of_sent(std::vector<SentRows<D>> sent, const PointBox<D>& grid,
+                                                      PartNumber first, PartNumber last, const Execution& execution) {
+    return guarded([&]() -> Outcome<std::vector<AdaptationRows<D>>> {
+        return Arriving<D>(grid, first, last).parts(std::move(sent), execution);
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<Incidence<ElementId>> elements_around<D>(const AdaptationRows<D>&, const Execution&);          \
+    template Outcome<std::vector<AdaptationRows<D>>> parts_of_sent<D>(std::vector<SentRows<D>>, const PointBox<D>&, \
+                                                                      PartNumber, PartNumber, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
