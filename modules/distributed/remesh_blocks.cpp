@@ -14,6 +14,7 @@ import camber.adapt;
 import :adaptation_rows;
 import :block_weights;
 import :cut_parts;
+import :finished_rows;
 import :ranks;
 import :shared_rows;
 import :remesh_blocks;
@@ -74,8 +75,8 @@ Outcome<std::vector<ToMetricStatistics>> bring_blocks(std::vector<AdaptationRows
 
 /// Directions and associations of the mesh that was cut, of the vertices that they are still of.
 template <int D>
-void give_back(const DynamicMesh<D>& before, const AdaptationRows<D>& rows, DynamicMesh<D>& after) {
-    Buffer<VertexId> now(before.points.size(), VertexId{});
+void give_back(const GivenOfMesh<D>& before, const AdaptationRows<D>& rows, DynamicMesh<D>& after) {
+    Buffer<VertexId> now(before.vertices, VertexId{});
     for (std::size_t v = 0; v < rows.vertices.size(); ++v)
         if (const VertexId origin = rows.vertices[v].origin; origin.valid()) now[origin.index()] = VertexId(v);
     const auto directions = [&](const DirectionsAtVertices<D>& given) {
@@ -162,25 +163,16 @@ Outcome<Done> check_kind(const Adaptation<D>& state) {
     return Done{};
 }
 
-/// What passes of parts go by, and what they do not need.
 template <int D>
-struct Begun {
-    SharedRows<D> shared;
-    DynamicMesh<D> given;  ///< places, directions, associations and groups alone
-    ToMetricStatistics statistics;
-};
-template <int D>
-Outcome<Begun<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Ranks& ranks, const Around& around) {
+Outcome<BroughtRows<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Ranks& ranks, const Around& around) {
     if (auto checked = check_kind(state); !checked) return fail(checked.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const auto measured =
         run_step(around, "lengths", [&](const Execution& e) { return unit_mesh_statistics(state, e); });
     if (!measured) return fail(measured.error());
-    Begun<D> begun;
+    BroughtRows<D> begun;
     begun.statistics.before = *measured;
-    begun.given.points = state.mesh.points;
-    begun.given.geometry = state.mesh.geometry;
-    begun.given.groups = state.mesh.groups;
+    begun.given = {state.mesh.points.size(), state.mesh.geometry, state.mesh.groups};
     auto shared = run_step(around, "blocks", [&](const Execution&) -> Outcome<SharedRows<D>> {
         const auto rows = rows_of(state);
         if (!rows) return fail(rows.error());
@@ -192,7 +184,7 @@ Outcome<Begun<D>> begin(Adaptation<D> state, const ToMetricOptions& options, con
     return begun;
 }
 template <int D>
-Outcome<BroughtToMetric<D>> end(const AdaptationRows<D>& rows, const DynamicMesh<D>& given,
+Outcome<BroughtToMetric<D>> end(const AdaptationRows<D>& rows, const GivenOfMesh<D>& given,
                                 const ToMetricStatistics& statistics, const Around& around) {
     auto whole = run_step(around, "blocks", [&](const Execution& e) { return assembled(rows, e); });
     if (!whole) return fail(whole.error());
@@ -242,24 +234,34 @@ std::vector<BlockTurn> block_turns(const ToMetricOptions& options) {
 }
 
 template <int D>
+Outcome<BroughtRows<D>> bring_rows_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                             const ToMetricOptions& options, const InBlocks& by,
+                                             const std::vector<BlockTurn>& turns, const Around& around) {
+    return together(by.ranks, [&]() -> Outcome<BroughtRows<D>> {
+        auto brought = begin(std::move(state), options, by.ranks, around);
+        if (!brought) return fail(brought.error());
+        auto shared = grown(std::move(brought->shared), goal, options, by, brought->statistics, around);
+        if (!shared) return fail(shared.error());
+        for (const BlockTurn& turn : turns) {
+            shared = turn_by_blocks(std::move(*shared), goal, options, by, turn, brought->statistics, around);
+            if (!shared) return fail(shared.error());
+        }
+        brought->shared = std::move(*shared);
+        return brought;
+    });
+}
+
+template <int D>
 Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                       const ToMetricOptions& options, const InBlocks& by,
                                                       const std::vector<BlockTurn>& turns, const Around& around) {
     return together(by.ranks, [&]() -> Outcome<BroughtToMetric<D>> {
-        auto begun = begin(std::move(state), options, by.ranks, around);
-        if (!begun) return fail(begun.error());
-        ToMetricStatistics& statistics = begun->statistics;
-        auto shared = grown(std::move(begun->shared), goal, options, by, statistics, around);
-        if (!shared) return fail(shared.error());
-        for (const BlockTurn& turn : turns) {
-            auto made = turn_by_blocks(std::move(*shared), goal, options, by, turn, statistics, around);
-            if (!made) return fail(made.error());
-            *shared = std::move(*made);
-        }
-        auto rows =
-            run_step(around, "blocks", [&](const Execution&) { return gathered(std::move(*shared), by.ranks); });
+        auto brought = bring_rows_to_metric(std::move(state), goal, options, by, turns, around);
+        if (!brought) return fail(brought.error());
+        const auto rows = run_step(around, "blocks",
+                                   [&](const Execution&) { return gathered(std::move(brought->shared), by.ranks); });
         if (!rows) return fail(rows.error());
-        return end(*rows, begun->given, statistics, around);
+        return end(*rows, brought->given, brought->statistics, around);
     });
 }
 
@@ -268,6 +270,9 @@ Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const
                                                       const InBlocks&, const BlockTurn&, ToMetricStatistics&,          \
                                                       const Around&);                                                  \
     template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                            \
+    template Outcome<BroughtRows<D>> bring_rows_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&, \
+                                                             const ToMetricOptions&, const InBlocks&, \
+                                                             const std::vector<BlockTurn>&, const Around&); \
     template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,         \
                                                                       const ToMetricOptions&, const InBlocks&,         \
                                                                       const std::vector<BlockTurn>&, const Around&);

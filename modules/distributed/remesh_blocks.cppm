@@ -9,6 +9,7 @@ import camber.metric;
 import camber.operation;
 import camber.adapt;
 import :adaptation_rows;
+import :finished_rows;
 import :ranks;
 import :shared_rows;
 
@@ -58,9 +59,21 @@ template <int D>
                                                     const BlockTurn& turn, ToMetricStatistics& statistics,
                                                     const Around& around);
 
-/// A mesh of degree 1, the same on all ranks, brought to a metric in these turns. The result, on all ranks, depends on
-/// the mesh and the size of the blocks, and on nothing else. Errors: those of bring_to_metric; degree 2 and surfaces
-/// alone (unsupported).
+/// A mesh of degree 1, the same on all ranks, brought to a metric in these turns, and still shared: the result depends
+/// on the mesh and the size of the blocks, and on nothing else. Of `statistics` there is no `after`. Errors: those of
+/// bring_to_metric; degree 2 and surfaces alone (unsupported).
+template <int D>
+struct BroughtRows {
+    SharedRows<D> shared;
+    GivenOfMesh<D> given;
+    ToMetricStatistics statistics;
+};
+template <int D>
+[[nodiscard]] Outcome<BroughtRows<D>> bring_rows_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                           const ToMetricOptions& options, const InBlocks& by,
+                                                           const std::vector<BlockTurn>& turns, const Around& around);
+
+/// The same as a whole, on all ranks.
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                                     const ToMetricOptions& options, const InBlocks& by,

@@ -174,29 +174,34 @@ Outcome<SharedRows<D>> share_of(const AdaptationRows<D>& whole, const Ranks& ran
 }
 
 template <int D>
+AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks) {
+    name_by_numbers(shared.rows);
+    shared.rows.vertices.resize(shared.own_vertices(ranks));
+    std::size_t next = shared.vertices();
+    for (AdaptedVertex<D>& v : shared.aside.vertices)
+        if (!v.number.valid()) {  // only the last rank has any
+            v.number = VertexId(next++);
+            shared.rows.vertices.push_back(v);
+        }
+    name_by_numbers(shared.aside);
+    append_simplices(shared.aside, shared.rows);
+    return std::move(shared.rows);
+}
+
+template <int D>
 Outcome<AdaptationRows<D>> gathered(SharedRows<D> shared, Ranks& ranks) {
     return guarded([&]() -> Outcome<AdaptationRows<D>> {
-        name_by_numbers(shared.rows);
-        shared.rows.vertices.resize(shared.own_vertices(ranks));
-        std::size_t next = shared.vertices();
-        for (AdaptedVertex<D>& v : shared.aside.vertices)
-            if (!v.number.valid()) {  // only the last rank has any
-                v.number = VertexId(next++);
-                shared.rows.vertices.push_back(v);
-            }
-        name_by_numbers(shared.aside);
-        append_simplices(shared.aside, shared.rows);
-        shared.aside = {};
-        if (ranks.size() == 1) return std::move(shared.rows);
+        AdaptationRows<D> own = numbered_rows(std::move(shared), ranks);
+        if (ranks.size() == 1) return own;
         std::vector<Bytes> to(ranks.size());
         for (std::size_t r = 0; r < to.size(); ++r)
-            if (r != ranks.rank()) to[r] = packed_rows(shared.rows);
+            if (r != ranks.rank()) to[r] = packed_rows(own);
         auto from = ranks.exchange(std::move(to));
         if (!from) return fail(from.error());
         AdaptationRows<D> whole;
         for (std::size_t r = 0; r < from->size(); ++r) {
             const Bytes bytes = std::exchange((*from)[r], {});
-            append(r == ranks.rank() ? std::exchange(shared.rows, {}) : unpacked_rows<AdaptationRows<D>>(bytes), whole);
+            append(r == ranks.rank() ? std::exchange(own, {}) : unpacked_rows<AdaptationRows<D>>(bytes), whole);
         }
         return whole;
     });
@@ -212,6 +217,7 @@ Outcome<Counted> counted(Ranks& ranks, std::size_t own) {
 
 #define CAMBER_INSTANTIATE(D)                                                            \
     template Outcome<SharedRows<D>> share_of<D>(const AdaptationRows<D>&, const Ranks&); \
+    template AdaptationRows<D> numbered_rows<D>(SharedRows<D>, const Ranks&); \
     template Outcome<AdaptationRows<D>> gathered<D>(SharedRows<D>, Ranks&);
 
 CAMBER_INSTANTIATE(2)

@@ -35,6 +35,10 @@ struct SharedRows {
 template <int D>
 [[nodiscard]] Outcome<SharedRows<D>> share_of(const AdaptationRows<D>& whole, const Ranks& ranks);
 
+/// What is this rank's alone, simplices by the numbers of their vertices; of the last rank what is of no element, too.
+template <int D>
+[[nodiscard]] AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks);
+
 /// The whole mesh on all ranks. Errors: of any rank.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> gathered(SharedRows<D> shared, Ranks& ranks);

@@ -6,12 +6,14 @@ module;
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -22,6 +24,7 @@ import camber.core;
 import camber.cad;
 import camber.app_shell;
 import camber.config;
+import camber.distributed;
 import camber.io;
 import camber.run;
 import :cad_reader;
@@ -32,6 +35,7 @@ import :given;
 import :inputs;
 import :nodal_fields;
 import :page_file;
+import :written_together;
 
 namespace camber::app {
 
@@ -245,6 +249,33 @@ struct OutputWriter {
     }
 };
 
+/// What a run leaves with its ranks, written by all of them.
+template <int D>
+Outcome<Done> write_rows(const FinishedRows<D>& rows, Ranks& ranks, const std::string& path,
+                         const Execution& execution) {
+    const auto frame = gmf_frame<D, 1>(rows.totals, rows.lists);
+    if (!frame) return fail(frame.error());
+    const auto pieces = [&]() -> Outcome<std::vector<FilePiece>> {
+        auto own = encode_gmf_part<D, 1>(*frame, rows.part, execution);
+        if (!own || ranks.rank() > 0) return own;
+        auto rest = encode_gmf_frame<D, 1>(*frame, rows.lists, execution);
+        if (!rest) return rest;
+        std::ranges::move(*rest, std::back_inserter(*own));
+        return own;
+    };
+    return write_together(ranks, path, frame->bytes, 1, [&](std::size_t) { return pieces(); }, execution);
+}
+Outcome<Done> write_rows(const run::Run& run, Ranks& ranks, const std::string& path, const Execution& execution) {
+    return std::visit(
+        [&]<class Rows>(const Rows& rows) -> Outcome<Done> {
+            if constexpr (std::is_same_v<Rows, std::monostate>)
+                return Done{};
+            else
+                return write_rows(rows, ranks, path, execution);
+        },
+        run.rows);
+}
+
 /// What the report says of the run's beginning.
 run::OriginReport origin_of(const config::Pipeline& pipeline, const AnyMesh& mesh) {
     const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
@@ -378,6 +409,8 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
                            if (!got) return fail(got.error());
                            inputs = std::move(*got);
                            inputs->ranks = host.ranks;
+                           if (host.ranks->size() > 1 && run::may_end_in_rows(given) && !inputs->mesh.lift)
+                               inputs->end = run::RunEnd::rows;
                            host.given = {};  // what the run takes is not held twice
                            return check_memory(inputs->mesh.mesh);
                        });
@@ -401,9 +434,13 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
         if (!placed) return fail(placed.error());
         writer.in_space = std::move(*placed);
     }
-    const bool writes = host.ranks->rank() == 0;  // all have the same
-    if (writes)
+    const bool writes = host.ranks->rank() == 0;  // all have the same, or write together
+    const auto write_own_rows = [&](const Execution& e) { return write_rows(*run, *host.ranks, files.mesh, e); };
+    if (!std::holds_alternative<std::monostate>(run->rows)) {
+        if (auto done = written.add(files.mesh, around("write", write_own_rows)); !done) return fail(done.error());
+    } else if (writes) {
         if (auto done = writer.write(); !done) return fail(done.error());
+    }
     progress.wipe();
     run->report.times = std::move(times);
     run->report.threads = threads_used(pipeline);

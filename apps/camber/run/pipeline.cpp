@@ -23,6 +23,7 @@ import camber.ordering;
 import camber.repair;
 import camber.shapes;
 import camber.curving;
+import camber.distributed;
 import :fields;
 import :file_numbers;
 import :numbering;
@@ -64,6 +65,12 @@ MeshReport mesh_report(const AnyMesh& mesh) {
                               linear->edges.size()};
         },
         mesh);
+}
+
+template <int D>
+MeshReport mesh_report(const FinishedRows<D>& rows) {
+    const PartTotals& all = rows.totals;
+    return {D, 1, all.vertices, all.vertices, all.elements, all.facets, all.edges};
 }
 
 /// The fields that the output shows, if any.
@@ -120,7 +127,7 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
                         const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory,
                         const Around& around) {
     Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, solution, std::move(geometry), std::move(memory),
-                  around, inputs.ranks);
+                  around, inputs.ranks, inputs.end);
     run.report(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
@@ -134,6 +141,12 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
     if (!fields) return fail(fields.error());
     auto metric = wanted_metric(run);
     if (!metric) return fail(metric.error());
+    if (run.state.rows) {
+        run.report(mesh_report(*run.state.rows));
+        Run made{LinearMesh<D>{}, std::move(run).take_report(), {}};
+        made.rows = std::move(*run.state.rows);
+        return made;
+    }
     AnyMesh made = taken_mesh(run.state);
     run.report(mesh_report(made));
     return Run{std::move(made), std::move(run).take_report(), std::move(*fields), std::move(*metric)};
@@ -351,6 +364,15 @@ bool places_by_solution(const config::Pipeline& pipeline) {
     });
 }
 
+bool may_end_in_rows(const config::Pipeline& pipeline) {
+    const config::Output& output = pipeline.output;
+    const bool is_rows = output.mesh.ends_with(".meshb") && output.format.empty() && !config::is_in_memory(output.mesh);
+    const bool is_alone = output.vtu.empty() && output.metric.empty() && output.solution.empty() &&
+                          output.plots.empty() && output.page.empty();
+    return is_rows && is_alone && !pipeline.stages.empty() &&
+           std::holds_alternative<config::Remesh>(pipeline.stages.back());
+}
+
 bool keeps_elements(const config::Pipeline& pipeline) {
     const auto keeps = []<class Options>(const Options&) { return !changes_topology<Options>(); };
     return std::ranges::all_of(pipeline.stages, [&](const config::Stage& stage) { return std::visit(keeps, stage); });
@@ -383,7 +405,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     const FileNumbers numbers = numbers_of(inputs.mesh);
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
-            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files), inputs.ranks}, pipeline,
+            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files), inputs.ranks, inputs.end}, pipeline,
                           inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
                           std::move(inputs.memory), around);
         },

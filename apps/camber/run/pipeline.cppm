@@ -2,6 +2,7 @@ module;
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 export module camber.run:pipeline;
 import camber.core;
@@ -38,6 +39,7 @@ struct Inputs {
     std::vector<NamedField> fields = {};                     ///< of the solution, on that mesh
     std::vector<SolutionMetricInput> solution_metrics = {};  ///< those of the config that are made for these
     std::shared_ptr<Ranks> ranks = one_rank();               ///< who share what goes by blocks
+    RunEnd end = RunEnd::whole;
 };
 
 struct Run {
@@ -46,7 +48,13 @@ struct Run {
     MeshFields fields;                    ///< empty unless the config's output shows them
     std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
     std::vector<NamedField> solution = {};  ///< the input's fields, if the config's output has a place for them
+    /// Of a run that ends in rows, those of this rank: the mesh is empty then.
+    std::variant<std::monostate, FinishedRows<2>, FinishedRows<3>> rows = {};
 };
+
+/// Whether several ranks may end a run of it with a share of the mesh each: nothing but the mesh is asked for, and
+/// blocks are the last that changes it.
+[[nodiscard]] bool may_end_in_rows(const config::Pipeline& pipeline);
 
 /// Whether an output shows fields of the run: a VTU file, a page.
 [[nodiscard]] bool shows_fields(const config::Output& output);

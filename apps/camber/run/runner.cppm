@@ -47,13 +47,14 @@ class Runner {
   public:
     Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
            const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around,
-           std::shared_ptr<Ranks> ranks = one_rank())
+           std::shared_ptr<Ranks> ranks = one_rank(), RunEnd end = RunEnd::whole)
         : config(config),
           files(files),
           solution(solution),
           geometry(std::move(geometry)),
           memory(std::move(memory)),
           ranks(std::move(ranks)),
+          end(end),
           state(beginning_with<D>(std::move(mesh))),
           around_(around) {}
 
@@ -63,6 +64,7 @@ class Runner {
     const GeometrySource geometry;
     const AvailableMemory memory;
     const std::shared_ptr<Ranks> ranks;  ///< who share what goes by blocks
+    const RunEnd end;
     State<D> state;
 
     /// Of the state, which must be so far: `check_order` has seen that it is.

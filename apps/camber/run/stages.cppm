@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -29,6 +30,9 @@ import :state;
 /// needs to what it makes, with its part of the report, and its step, which takes them from the run's state and puts
 /// them there (camber.run:steps). What must come before it is in camber.run:order.
 export namespace camber::run {
+
+/// Who has what a run makes: each rank all of it, or its rows.
+enum class RunEnd : std::uint8_t { whole, rows };
 
 /// The mesh that a metric file speaks of, where its rows are not at the input's vertices.
 struct MetricMesh {
@@ -74,6 +78,7 @@ struct StageInputs {
     GivenMesh<D> mesh;
     std::vector<MetricFile> files;
     std::shared_ptr<Ranks> ranks = one_rank();  ///< who share what goes by blocks
+    RunEnd end = RunEnd::whole;
 };
 
 /// The mesh made sound, or refused; notices of what was done. It is in the order to work in; none: the given one.

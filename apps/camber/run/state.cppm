@@ -13,6 +13,7 @@ import camber.adapt;
 import camber.surface;
 import camber.validity;
 import camber.curving;
+import camber.distributed;
 import camber.recipes;
 import :histogram;
 import :report;
@@ -112,6 +113,8 @@ struct Changing {
     AdaptationGoal<D> goal;
     MetricReport metric;                ///< of the goal's field
     std::vector<Histogram> histograms;  ///< of the mesh before, see UnitMesh
+    /// Shared among ranks, at the end of a run that ends in rows: the mesh is empty then.
+    std::optional<BroughtRows<D>> shared = {};
 };
 
 /// What a mesh that was remeshed has of the one before: its facets approximate the same geometry, and its vertices know
@@ -134,6 +137,7 @@ struct State {
     /// Where that is on a curved back mesh: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
+    std::optional<FinishedRows<D>> rows;         ///< what this rank has in the end: the mesh is empty then
     std::optional<CadMovesReport> cad_moves;  ///< of vertices, before the first stage
     History<D> history;
     JacobianBound bound = {};   ///< what the last stage asked for that did

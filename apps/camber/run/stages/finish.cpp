@@ -12,6 +12,7 @@ import camber.bezier;
 import camber.cavity;
 import camber.config;
 import camber.curving;
+import camber.distributed;
 import camber.metric;
 import camber.operation;
 import camber.adapt;
@@ -27,6 +28,7 @@ import :stages;
 import :state;
 import :steps;
 import :unit_mesh;
+import :unit_mesh_of_ranks;
 
 namespace camber::run {
 
@@ -62,12 +64,40 @@ bool places_nodes_anew(const config::Pipeline& pipeline) {
     return anew;
 }
 
+/// Beside the histograms before those after.
+std::vector<Histogram> with_after(std::vector<Histogram> histograms, const std::vector<Histogram>& after) {
+    for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
+    return histograms;
+}
+
+/// What ranks share in the end stays with them.
+template <int D>
+Outcome<Done> finish_rows(Runner<D>& run, Changing<D>& changing) {
+    BroughtRows<D> brought = std::move(*changing.shared);
+    std::optional<UnitMeshOfRanks> measured;
+    auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedRows<D>> {
+        const auto own = measured_rows(brought.shared, *run.ranks, part_of(e, 0, 0.5));
+        if (!own) return fail(own.error());
+        auto all = unit_mesh_of_ranks(changing.metric.source, *own, *run.ranks);
+        if (!all) return fail(all.error());
+        measured = std::move(*all);
+        return finished_rows(std::move(brought.shared), brought.given, *run.ranks);
+    });
+    if (!made) return fail(made.error());
+    run.report(FinishedReport{std::move(measured->report),
+                              with_after(std::move(changing.histograms), measured->histograms)});
+    run.state.rows = std::move(*made);
+    run.state.mesh = LinearMesh<D>{};
+    return Done{};
+}
+
 }  // namespace
 
 template <int D>
 Outcome<Done> finish(Runner<D>& run) {
     auto* const changing = std::get_if<Changing<D>>(&run.state.mesh);
     if (changing == nullptr) return Done{};
+    if (changing->shared) return finish_rows(run, *changing);
     UnitMesh measured;
     std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
     std::optional<RemeshedNodesReport> beside_curve;
@@ -94,9 +124,7 @@ Outcome<Done> finish(Runner<D>& run) {
         return mesh;
     });
     if (!made) return fail(made.error());
-    std::vector<Histogram> histograms = std::move(changing->histograms);
-    const auto after = histograms_of(measured, "remeshed");
-    for (std::size_t i = 0; i < histograms.size(); ++i) histograms[i].series.push_back(after[i].series.front());
+    auto histograms = with_after(std::move(changing->histograms), histograms_of(measured, "remeshed"));
     run.report(FinishedReport{std::move(measured.report), std::move(histograms)});
     if (verdicts) run.report(*verdicts);
     if (beside_curve) run.report(FinishedNodesReport{std::move(*beside_curve)});

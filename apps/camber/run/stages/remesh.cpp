@@ -318,6 +318,22 @@ void set_objective(CurveOptions& curving, config::RemeshObjective objective) {
     }
 }
 
+/// In the end of a run that ends in rows these stay with their ranks, and the mesh that is given back is empty.
+template <int D>
+Outcome<BroughtToMetric<D>> bring_by_blocks(Runner<D>& run, Changing<D>& changing, const config::Remesh& options,
+                                            std::size_t elements, const Around& around) {
+    const InBlocks by{elements, *run.ranks};
+    const auto turns = block_turns<D>(options);
+    const bool is_last = &options == std::get_if<config::Remesh>(&run.config.stages.back());
+    if (run.end == RunEnd::whole || !is_last)
+        return bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options, by, turns, around);
+    auto brought = bring_rows_to_metric(std::move(changing.mesh), changing.goal, options, by, turns, around);
+    if (!brought) return fail(brought.error());
+    const ToMetricStatistics statistics = brought->statistics;
+    changing.shared = std::move(*brought);
+    return BroughtToMetric<D>{{}, statistics};
+}
+
 }  // namespace
 
 template <int D>
@@ -331,8 +347,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
                                  : run.ranks->size() > 1 ? elements_of_block
                                                          : 0;
     auto made = elements == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
-                              : bring_to_metric_by_blocks(std::move(changing.mesh), changing.goal, options,
-                                                          {elements, *run.ranks}, block_turns<D>(options), around);
+                              : bring_by_blocks(run, changing, options, elements, around);
     if (!made) return fail(made.error());
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;
