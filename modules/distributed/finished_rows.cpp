@@ -133,8 +133,9 @@ class Finishing {
         std::vector<std::uint32_t> own;
         for (std::size_t i = 0; i < rows.size(); ++i)
             if (is_listed(rows[i].marks)) own.push_back(static_cast<std::uint32_t>(first + i));
-        return gather_all(ranks_, Outcome<std::vector<std::uint32_t>>(std::move(own)))
-            .map([](const auto& all) { return Buffer<std::uint32_t>(all.begin(), all.end()); });
+        return gather_all(ranks_, Outcome<std::vector<std::uint32_t>>(std::move(own))).map([](const auto& all) {
+            return Buffer<std::uint32_t>(all.begin(), all.end());
+        });
     }
     Outcome<Done> put_vertices(const Buffer<AdaptedVertex<D>>& rows, const GivenOfMesh<D>& given) {
         PointRun<D>& run = out_.part.vertices;
@@ -194,8 +195,7 @@ Outcome<EdgeRows> own_edges(const SharedRows<D>& shared, Ranks& ranks) {
     EdgeRows numbers;
     for (const auto& e : edges)
         if (may_be_shared(e))
-            numbers.push_back(
-                {shared.rows.vertices[e[0].index()].number, shared.rows.vertices[e[1].index()].number});
+            numbers.push_back({shared.rows.vertices[e[0].index()].number, shared.rows.vertices[e[1].index()].number});
     const auto first = are_first(numbers, shared.first_vertices, ranks);
     if (!first) return fail(first.error());
     std::size_t next = 0;
@@ -238,8 +238,8 @@ Outcome<MeasuredRows> measured_rows(const SharedRows<D>& shared, Ranks& ranks, c
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                   \
-    template Outcome<FinishedRows<D>> finished_rows<D>(SharedRows<D>, const GivenOfMesh<D>&, Ranks&);           \
+#define CAMBER_INSTANTIATE(D)                                                                         \
+    template Outcome<FinishedRows<D>> finished_rows<D>(SharedRows<D>, const GivenOfMesh<D>&, Ranks&); \
     template Outcome<MeasuredRows> measured_rows<D>(const SharedRows<D>&, Ranks&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -13,7 +13,8 @@ import :shared_rows;
 
 namespace camber {
 
-/// Of simplices that several ranks may have, by the rising numbers of their vertices: whether this is the first of them.
+/// Of simplices that several ranks may have, by the rising numbers of their vertices: whether this is the first of
+/// them.
 template <std::size_t N>
 [[nodiscard]] Outcome<std::vector<std::uint8_t>> are_first(const std::vector<std::array<VertexId, N>>& simplices,
                                                            const std::vector<std::size_t>& first_vertices,

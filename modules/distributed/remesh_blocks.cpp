@@ -164,7 +164,8 @@ Outcome<Done> check_kind(const Adaptation<D>& state) {
 }
 
 template <int D>
-Outcome<BroughtRows<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Ranks& ranks, const Around& around) {
+Outcome<BroughtRows<D>> begin(Adaptation<D> state, const ToMetricOptions& options, const Ranks& ranks,
+                              const Around& around) {
     if (auto checked = check_kind(state); !checked) return fail(checked.error());
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     const auto measured =
@@ -270,9 +271,9 @@ Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const
                                                       const InBlocks&, const BlockTurn&, ToMetricStatistics&,          \
                                                       const Around&);                                                  \
     template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                            \
-    template Outcome<BroughtRows<D>> bring_rows_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&, \
-                                                             const ToMetricOptions&, const InBlocks&, \
-                                                             const std::vector<BlockTurn>&, const Around&); \
+    template Outcome<BroughtRows<D>> bring_rows_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&,                  \
+                                                             const ToMetricOptions&, const InBlocks&,                  \
+                                                             const std::vector<BlockTurn>&, const Around&);            \
     template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,         \
                                                                       const ToMetricOptions&, const InBlocks&,         \
                                                                       const std::vector<BlockTurn>&, const Around&);

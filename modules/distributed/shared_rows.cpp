@@ -217,7 +217,7 @@ Outcome<Counted> counted(Ranks& ranks, std::size_t own) {
 
 #define CAMBER_INSTANTIATE(D)                                                            \
     template Outcome<SharedRows<D>> share_of<D>(const AdaptationRows<D>&, const Ranks&); \
-    template AdaptationRows<D> numbered_rows<D>(SharedRows<D>, const Ranks&); \
+    template AdaptationRows<D> numbered_rows<D>(SharedRows<D>, const Ranks&);            \
     template Outcome<AdaptationRows<D>> gathered<D>(SharedRows<D>, Ranks&);
 
 CAMBER_INSTANTIATE(2)

@@ -18,6 +18,7 @@
 
 import camber.core;
 import camber.metric;
+import camber.io;
 import camber.shapes;
 import camber.cavity;
 import camber.surface;
@@ -223,6 +224,92 @@ TEST_CASE("what the mesh's maker says of vertices stays with them") {
     REQUIRE(after.geometry.on_curves.size() > 8);
     for (const Association<1>& on : after.geometry.on_curves)
         CHECK(after.points[on.item] == mesh.points[static_cast<std::size_t>(on.entity - 1)]);
+}
+
+namespace {
+
+/// A domain of whose vertices, facets and elements its maker says all that there is to be said.
+LinearMesh<3> told_of(std::uint64_t seed) {
+    LinearMesh<3> mesh = random_domain<3>(seed);
+    mesh.required_vertices = Buffer<VertexId>{VertexId(std::size_t{0}), VertexId(mesh.points.size() / 2)};
+    mesh.facets.required = Buffer<std::uint32_t>{0U, 3U};
+    mesh.elements.required = Buffer<std::uint32_t>{1U};
+    Buffer<Association<1>> on_curves;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+        on_curves.push_back({VertexId(v), static_cast<Reference>(v + 1), {}, {}});
+    mesh.geometry.on_curves = std::move(on_curves);
+    mesh.groups = Buffer<Group>{{.dimension = 3, .reference = 1, .name = "left"}};
+    return mesh;
+}
+
+/// What a rank has in the end.
+template <int D>
+struct EndOfRank {
+    FinishedRows<D> rows;
+    MeasuredRows measured;
+};
+template <int D>
+Outcome<EndOfRank<D>> end_on(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal, std::size_t elements,
+                             Ranks& ranks) {
+    auto brought =
+        must(bring_rows_to_metric(begun(mesh, goal), goal, {}, {elements, ranks}, block_turns<D>({}), plainly(alone)));
+    auto measured = must(measured_rows(brought.shared, ranks, alone));
+    return EndOfRank<D>{must(finished_rows(std::move(brought.shared), brought.given, ranks)), std::move(measured)};
+}
+
+/// Runs that follow each other, as the rows of a mesh.
+template <int K>
+void expect_rows(const SimplexRun<K, 1>& run, std::size_t& row, const Simplices<K>& expected) {
+    RC_ASSERT(run.first == row);
+    for (std::size_t i = 0; i < run.nodes.size(); ++i, ++row) {
+        for (int v = 0; v <= K; ++v) RC_ASSERT(run.nodes[i][v] == expected.vertices[row][v].index());
+        RC_ASSERT(run.references[i] == expected.references[row]);
+    }
+}
+
+template <int D>
+void rows_are_the_mesh(const LinearMesh<D>& mesh, std::uint64_t seed) {
+    Dice dice(seed);
+    const AdaptationGoal<D> goal = goal_over(mesh, 0.5, dice);
+    const std::size_t elements = 20 + dice.below(60);
+    const auto whole = by_blocks(begun(mesh, goal), goal, elements, alone);
+    const LinearMesh<D> expected = must(finished(whole.state, alone)).compact.mesh;
+    for (const std::size_t count : {1U, 3U}) {
+        std::size_t points = 0, inside = 0, facets = 0, lines = 0, edges = 0;
+        double longest = 0;
+        for (const auto& made : on_ranks(count, [&](Ranks& rank) { return end_on(mesh, goal, elements, rank); })) {
+            const auto& [rows, measured] = must(made);
+            RC_ASSERT(rows.part.vertices.first == points);
+            for (const Vec<D>& point : rows.part.vertices.points) RC_ASSERT(point == expected.points[points++]);
+            expect_rows(rows.part.elements, inside, expected.elements);
+            expect_rows(rows.part.facets, facets, expected.facets);
+            if constexpr (D == 3) expect_rows(rows.part.edges, lines, expected.edges);
+            RC_ASSERT(rows.lists.corners == expected.corners);
+            RC_ASSERT(rows.lists.ridges == expected.ridges);
+            RC_ASSERT(rows.lists.required_vertices == expected.required_vertices);
+            RC_ASSERT(rows.lists.elements.required == expected.elements.required);
+            RC_ASSERT(rows.lists.facets.required == expected.facets.required);
+            RC_ASSERT(rows.lists.edges.required == expected.edges.required);
+            RC_ASSERT(rows.lists.geometry == expected.geometry);
+            RC_ASSERT(rows.lists.groups == expected.groups);
+            RC_ASSERT(measured.qualities.size() == rows.part.elements.nodes.size());
+            edges += measured.lengths.size();
+            for (const double length : measured.lengths) longest = std::max(longest, length);
+        }
+        RC_ASSERT(points == expected.points.size());
+        RC_ASSERT(inside == expected.elements.size());
+        RC_ASSERT(facets == expected.facets.size());
+        RC_ASSERT(lines == expected.edges.size());
+        RC_ASSERT(edges == whole.statistics.after.edges);
+        RC_ASSERT(longest == whole.statistics.after.longest);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("the rows that ranks have in the end are the mesh") {
+    property("2D", [](std::uint64_t seed) { rows_are_the_mesh<2>(random_domain<2>(seed), seed); }, {.count = 8});
+    property("3D", [](std::uint64_t seed) { rows_are_the_mesh<3>(told_of(seed), seed); }, {.count = 4});
 }
 
 TEST_CASE("required vertices, facets and elements stay through blocks") {

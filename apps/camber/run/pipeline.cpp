@@ -405,9 +405,10 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     const FileNumbers numbers = numbers_of(inputs.mesh);
     auto run = std::visit(
         [&]<class Mesh>(Mesh mesh) {
-            return run_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files), inputs.ranks, inputs.end}, pipeline,
-                          inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
-                          std::move(inputs.memory), around);
+            return run_on(
+                StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files), inputs.ranks, inputs.end},
+                pipeline, inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
+                std::move(inputs.memory), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

@@ -137,7 +137,7 @@ struct State {
     /// Where that is on a curved back mesh: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
-    std::optional<FinishedRows<D>> rows;         ///< what this rank has in the end: the mesh is empty then
+    std::optional<FinishedRows<D>> rows;      ///< what this rank has in the end: the mesh is empty then
     std::optional<CadMovesReport> cad_moves;  ///< of vertices, before the first stage
     History<D> history;
     JacobianBound bound = {};   ///< what the last stage asked for that did

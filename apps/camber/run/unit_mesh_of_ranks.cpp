@@ -103,8 +103,7 @@ Outcome<Done> add_up(Series& series, Ranks& ranks) {
 
 Outcome<UnitMeshOfRanks> unit_mesh_of_ranks(std::string metric, const MeasuredRows& own, Ranks& ranks) {
     const UnitMesh here{unit_mesh_report(metric, own.lengths, own.qualities), own.lengths, own.qualities};
-    const auto of_all =
-        gather_all(ranks, Outcome<std::vector<OfRank>>({of_rank(here.report, own.qualities.size())}));
+    const auto of_all = gather_all(ranks, Outcome<std::vector<OfRank>>({of_rank(here.report, own.qualities.size())}));
     if (!of_all) return fail(of_all.error());
     OfRank all;
     for (const OfRank& next : *of_all) add(all, next);

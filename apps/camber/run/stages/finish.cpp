@@ -84,8 +84,8 @@ Outcome<Done> finish_rows(Runner<D>& run, Changing<D>& changing) {
         return finished_rows(std::move(brought.shared), brought.given, *run.ranks);
     });
     if (!made) return fail(made.error());
-    run.report(FinishedReport{std::move(measured->report),
-                              with_after(std::move(changing.histograms), measured->histograms)});
+    run.report(
+        FinishedReport{std::move(measured->report), with_after(std::move(changing.histograms), measured->histograms)});
     run.state.rows = std::move(*made);
     run.state.mesh = LinearMesh<D>{};
     return Done{};
