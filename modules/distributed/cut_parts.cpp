@@ -147,7 +147,8 @@ class Sending {
     Sending(const SharedRows<D>& shared, const PartsToBe& parts, const Incidence<ElementId>& around, Ranks& ranks)
         : shared_(shared), rows_(shared.rows), parts_(parts), around_(around), ranks_(ranks), to_(ranks.size()) {}
 
-    Outcome<std::vector<SentRows<D>>> rows(const AlongCurve<D>& along, const FirstNumbers& first) {
+    /// `along`: the elements as they follow each other along the curve.
+    Outcome<std::vector<SentRows<D>>> rows(const std::vector<std::uint32_t>& along, const FirstNumbers& first) {
         auto at_shared = parts_at_shared();
         if (!at_shared) return fail(at_shared.error());
         // Of elements first: their vertices go along with them.
@@ -191,11 +192,12 @@ class Sending {
         all.erase(std::ranges::unique(all).begin(), all.end());
         return all;
     }
-    void put_rank_by_rank(const AlongCurve<D>& along, const FirstNumbers& first) {
-        for (std::size_t i = 0; i < along.elements.size(); ++i) {
-            const std::uint32_t e = along.elements[i];
-            put(rows_.elements[e], along.at[i].element, parts_.of_elements[e], &SentRows<D>::elements);
-        }
+    void put_rank_by_rank(const std::vector<std::uint32_t>& along, const FirstNumbers& first) {
+        std::vector<std::size_t> elements(ranks_.size(), 0);
+        for (const PartNumber part : parts_.of_elements) ++elements[rank_with(parts_.firsts, part)];
+        for (std::size_t r = 0; r < elements.size(); ++r) to_[r].elements.reserve(elements[r]);
+        for (const std::uint32_t e : along)
+            put(rows_.elements[e], first.element + e, parts_.of_elements[e], &SentRows<D>::elements);
         put_known(rows_.facets, first.facet, &SentRows<D>::facets);
         put_known(rows_.lines, first.line, &SentRows<D>::lines);
     }
@@ -309,12 +311,13 @@ Outcome<CutMesh<D>> cut_into_parts(SharedRows<D> shared, const ElementWeights& w
         if (!along) return fail(along.error());
         const auto parts = parts_to_be(*along, weights, elements, ranks);
         if (!parts) return fail(parts.error());
+        const auto elements_along = std::move(along->elements);
+        *along = {};
         auto around = elements_around(shared.rows, execution);
         if (!around) return fail(around.error());
-        auto sent = Sending<D>(shared, *parts, *around, ranks).rows(*along, *first);
+        auto sent = Sending<D>(shared, *parts, *around, ranks).rows(elements_along, *first);
         if (!sent) return fail(sent.error());
         shared.rows = {};
-        *along = {};
         *around = {};
         auto received = exchanged_rows(std::move(*sent), ranks);
         if (!received) return fail(received.error());

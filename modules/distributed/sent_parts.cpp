@@ -32,15 +32,18 @@ class Arriving {
         : grid_(grid), first_(first), parts_(last - first) {}
 
     Outcome<std::vector<AdaptationRows<D>>> parts(std::vector<SentRows<D>> sent, const Execution& execution) {
-        sort_vertices(sent);
+        take_vertices(sent);
+        sort_vertices();
+        reserve(sent);
         std::size_t offset = 0;
         for (SentRows<D>& rows : sent) {
+            const std::size_t vertices = counts_[static_cast<std::size_t>(&rows - sent.data())];
             put_sent(rows.elements, offset, &PartInTurns<D>::elements);
             put_sent(rows.facets, offset, &PartInTurns<D>::facets);
             put_sent(rows.lines, offset, &PartInTurns<D>::lines);
             put_by_number(rows.facets_by_number, &PartInTurns<D>::facets);
             put_by_number(rows.lines_by_number, &PartInTurns<D>::lines);
-            offset += rows.vertices.size();
+            offset += vertices;
             rows = {};
         }
         std::vector<AdaptationRows<D>> made;
@@ -55,16 +58,31 @@ class Arriving {
     }
 
   private:
+    void take_vertices(std::vector<SentRows<D>>& sent) {
+        std::size_t all = 0;
+        for (const SentRows<D>& rows : sent) all += rows.vertices.size();
+        vertices_.reserve(all);
+        for (SentRows<D>& rows : sent) {
+            counts_.push_back(rows.vertices.size());
+            const Buffer<AdaptedVertex<D>> some = std::exchange(rows.vertices, {});
+            vertices_.insert(vertices_.end(), some.begin(), some.end());
+        }
+    }
+    /// Lists that grow would be copied.
+    void reserve(const std::vector<SentRows<D>>& sent) {
+        std::vector<std::size_t> elements(parts_.size(), 0);
+        for (const SentRows<D>& rows : sent)
+            for (const SentSimplex<D>& element : rows.elements) ++elements[element.part - first_];
+        for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p].elements.reserve(elements[p]);
+    }
     /// Of each vertex that was sent its turn along the curve; several have sent the same one.
-    void sort_vertices(const std::vector<SentRows<D>>& sent) {
+    void sort_vertices() {
         struct Turn {
             std::uint64_t key = 0;
             VertexId number;
             std::uint32_t at = 0;
             auto operator<=>(const Turn&) const = default;
         };
-        for (const SentRows<D>& rows : sent)
-            vertices_.insert(vertices_.end(), rows.vertices.begin(), rows.vertices.end());
         Buffer<Turn> sorted(vertices_.size());
         for (std::size_t v = 0; v < sorted.size(); ++v)
             sorted[v] = {morton_key(vertices_[v].point, grid_), vertices_[v].number, static_cast<std::uint32_t>(v)};
@@ -163,6 +181,7 @@ class Arriving {
     PartNumber first_;
     std::vector<PartInTurns<D>> parts_;
     Buffer<AdaptedVertex<D>> vertices_;     ///< as they were sent
+    std::vector<std::size_t> counts_;       ///< of those, by each rank
     Buffer<std::uint32_t> turn_of_;         ///< of each of those
     std::vector<std::uint32_t> turns_;      ///< one that was sent, of each turn
     std::vector<std::uint32_t> by_number_;  ///< turns
