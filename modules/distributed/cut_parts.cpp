@@ -292,7 +292,7 @@ Outcome<std::vector<SentRows<D>>> exchanged_rows(std::vector<SentRows<D>> to, Ra
     std::vector<SentRows<D>> rows;
     for (std::size_t r = 0; r < from->size(); ++r) {
         const Bytes some = std::exchange((*from)[r], {});
-        rows.push_back(r == ranks.rank() ? std::move(own) : unpacked_rows<SentRows<D>>(some));
+        rows.push_back(r == ranks.rank() ? std::exchange(own, {}) : unpacked_rows<SentRows<D>>(some));
     }
     return rows;
 }
