@@ -11,11 +11,15 @@ import :ranks;
 
 export namespace camber {
 
-/// What came of a step on all ranks: done, or the error of the lowest rank that has one. All ranks call it.
-[[nodiscard]] inline Outcome<Done> agreed(Ranks& ranks, const Outcome<Done>& own) {
-    auto all = ranks.exchange(own ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size())) : fail(own.error()));
-    if (!all) return fail(std::move(all.error()));
-    return Done{};
+/// What every rank has made by itself, if all have: none goes on and waits for one that has failed. All ranks call it.
+/// Errors: of the lowest rank that has one.
+template <class T>
+[[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> made) {
+    if (ranks.size() == 1) return made;
+    const auto heard =
+        ranks.exchange(made ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size())) : fail(made.error()));
+    if (!heard) return fail(heard.error());
+    return made;
 }
 
 /// The first rank's value (a plain one, or a text) on all of them; what the others give is not looked at. Errors: of

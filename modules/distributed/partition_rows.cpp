@@ -8,6 +8,7 @@ module;
 #include <vector>
 module camber.distributed;
 import camber.core;
+import :agreement;
 import :dual_graph_rows;
 import :partition_rows;
 import :row_runs;

@@ -97,7 +97,7 @@ Outcome<Done> wait_for_the_last(Ranks& ranks, const std::string& path) {
     const auto draft = told_by_first(ranks, file ? Outcome<std::string>(file->draft()) : std::string());
     if (!draft) return fail(draft.error());
     if (ranks.rank() + 1 == ranks.size()) std::raise(SIGKILL);
-    return agreed(ranks, Done{});
+    return agreed(ranks, Outcome<Done>(Done{}));
 }
 
 }  // namespace
