@@ -30,7 +30,7 @@ class BentEdges {
     /// The edges of an element among them.
     void take_edges(ElementId e);
     void take_edge(std::size_t i, std::size_t j, EdgeId edge);
-    /// Asks for a new edge, which is known after `bend`.
+    /// Asks for a new edge, which is known after `bend`: at most as many as a ring may have between its vertices.
     void ask(std::size_t i, std::size_t j);
     void bend();
     /// Of a tetrahedron of them, in the order of one that is the right way round.
@@ -55,11 +55,11 @@ class BentEdges {
     std::size_t count_ = 0, asked_ = 0;
     std::array<Vertex, most> vertices_;
     std::array<std::array<Edge, most>, most> edges_;
-    static constexpr std::size_t most_asked = most * (most - 1) / 2;
-    std::array<std::array<std::size_t, 2>, most_asked> pairs_;
+    static constexpr std::size_t most_asked = EdgeRing::most * (EdgeRing::most - 3) / 2;  ///< new ones of a ring
+    std::array<std::array<std::size_t, 2>, most_asked> pairs_{};
     std::array<Vec<3>, most_asked> chords_, offsets_;
     std::array<EndSights<3>, most_asked> ends_;
-    std::array<double, most_asked> lengths_;
+    std::array<double, most_asked> lengths_{};
 };
 
 /// The vertex around an edge inside to which the elements of its ring, joined to it in place of the edge, have the best

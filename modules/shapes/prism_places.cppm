@@ -51,7 +51,7 @@ template <int D>
 /// within it.
 template <int D>
 struct PrismPlaces {
-    ShellSizes sizes;
+    ShellSizes sizes{};
     std::vector<double> radii;
     Buffer<Vec<D>> directions;
     Noise noise;

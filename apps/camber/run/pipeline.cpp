@@ -143,8 +143,9 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
     if (!metric) return fail(metric.error());
     if (run.state.rows) {
         run.report(mesh_report(*run.state.rows));
+        auto rows = std::move(*run.state.rows);
         Run made{LinearMesh<D>{}, std::move(run).take_report(), {}};
-        made.rows = std::move(*run.state.rows);
+        made.rows = std::move(rows);
         return made;
     }
     AnyMesh made = taken_mesh(run.state);
