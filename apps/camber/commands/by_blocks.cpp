@@ -5,7 +5,6 @@ module;
 #include <ctime>
 #include <filesystem>
 #include <functional>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -313,19 +312,9 @@ class BlocksRun {
         if (!parts) return fail(parts.error());
         const auto lists = opened.rows->lists();
         if (!lists) return fail(lists.error());
-        const auto frame = gmf_frame<D, 2>(parts->totals(), *lists);
-        if (!frame) return fail(frame.error());
-        const auto pieces_of = [&](std::size_t turn) -> Outcome<std::vector<FilePiece>> {
-            const auto part = parts->piece(turn);
-            if (!part) return fail(part.error());
-            auto pieces = encode_gmf_part<D, 2>(*frame, *part, execution);
-            if (!pieces || turn > 0 || ranks.rank() > 0) return pieces;
-            auto rest = encode_gmf_frame<D, 2>(*frame, *lists, execution);
-            if (!rest) return rest;
-            std::ranges::move(*rest, std::back_inserter(*pieces));
-            return pieces;
-        };
-        return write_together(ranks, pipeline_.output.mesh, frame->bytes, parts->pieces(), pieces_of, execution);
+        return write_meshb_together<D, 2>(
+            ranks, pipeline_.output.mesh, parts->totals(), *lists, parts->pieces(),
+            [&](std::size_t turn) { return parts->piece(turn); }, execution);
     }
 
     const config::Pipeline& pipeline_;

@@ -6,7 +6,6 @@ module;
 #include <cstddef>
 #include <filesystem>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <stop_token>
@@ -249,25 +248,15 @@ struct OutputWriter {
     }
 };
 
-/// What a run leaves with its ranks, written by all of them.
+/// What a run leaves with its ranks, written by all of them, and given up.
 template <int D>
-Outcome<Done> write_rows(const FinishedRows<D>& rows, Ranks& ranks, const std::string& path,
-                         const Execution& execution) {
-    const auto frame = gmf_frame<D, 1>(rows.totals, rows.lists);
-    if (!frame) return fail(frame.error());
-    const auto pieces = [&]() -> Outcome<std::vector<FilePiece>> {
-        auto own = encode_gmf_part<D, 1>(*frame, rows.part, execution);
-        if (!own || ranks.rank() > 0) return own;
-        auto rest = encode_gmf_frame<D, 1>(*frame, rows.lists, execution);
-        if (!rest) return rest;
-        std::ranges::move(*rest, std::back_inserter(*own));
-        return own;
-    };
-    return write_together(ranks, path, frame->bytes, 1, [&](std::size_t) { return pieces(); }, execution);
+Outcome<Done> write_rows(FinishedRows<D>& rows, Ranks& ranks, const std::string& path, const Execution& execution) {
+    return write_meshb_together<D, 1>(
+        ranks, path, rows.totals, rows.lists, 1, [&](std::size_t) { return std::exchange(rows.part, {}); }, execution);
 }
-Outcome<Done> write_rows(const run::Run& run, Ranks& ranks, const std::string& path, const Execution& execution) {
+Outcome<Done> write_rows(run::Run& run, Ranks& ranks, const std::string& path, const Execution& execution) {
     return std::visit(
-        [&]<class Rows>(const Rows& rows) -> Outcome<Done> {
+        [&]<class Rows>(Rows& rows) -> Outcome<Done> {
             if constexpr (std::is_same_v<Rows, std::monostate>)
                 return Done{};
             else

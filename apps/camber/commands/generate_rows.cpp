@@ -1,8 +1,6 @@
 module;
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <utility>
@@ -52,70 +50,56 @@ FilePart<D, 1> file_part(ShapeRun<D> run) {
     return part;
 }
 
-/// A shape's rows as the pieces of a file.
+/// The rows of a shape that a rank writes, in turns.
 template <int D>
-class RowsFile {
+class OwnRows {
   public:
-    static Outcome<RowsFile> make(const ShapeRows<D>& shape, const Ranks& ranks) {
-        auto lists = shape.lists();
-        if (!lists) return fail(lists.error());
-        const ShapeCounts counts = shape.counts();
-        const auto frame = gmf_frame<D, 1>(
-            {.vertices = counts.vertices, .elements = counts.elements, .facets = counts.facets, .edges = counts.edges},
-            *lists);
-        if (!frame) return fail(frame.error());
-        return RowsFile(shape, ranks, std::move(*lists), *frame);
+    OwnRows(const ShapeRows<D>& shape, const LinearMesh<D>& lists, const Ranks& ranks)
+        : shape_(shape), lists_(lists), is_first_(ranks.rank() == 0) {
+        const std::size_t rows = shape.rows(), n = ranks.size();
+        begin_ = rows * ranks.rank() / n;
+        end_ = rows * (ranks.rank() + 1) / n;
+        const std::size_t most = (rows + n - 1) / n, of_row = shape.counts().elements / rows;
+        const std::size_t in_turn = std::max(least_rows_of_turn, elements_of_turn / of_row);
+        turns_ = (most + in_turn - 1) / in_turn;
     }
 
-    [[nodiscard]] std::uint64_t bytes() const { return frame_.bytes; }
     /// As many on each rank.
-    [[nodiscard]] std::size_t turns() const {
-        const std::size_t most = (shape_->rows() + ranks_->size() - 1) / ranks_->size();
-        const std::size_t of_row = shape_->counts().elements / shape_->rows();
-        const std::size_t rows = std::max(least_rows_of_turn, elements_of_turn / of_row);
-        return (most + rows - 1) / rows;
-    }
-    [[nodiscard]] Outcome<std::vector<FilePiece>> pieces(std::size_t turn, const Execution& execution) const {
-        const std::size_t rows = shape_->rows(), n = ranks_->size(), r = ranks_->rank();
-        const std::size_t begin = rows * r / n, own = rows * (r + 1) / n - begin;
-        auto run = shape_->run(begin + own * turn / turns(), begin + own * (turn + 1) / turns(), execution);
+    [[nodiscard]] std::size_t turns() const { return turns_; }
+    /// Edges, which are few, go along with the first rows.
+    [[nodiscard]] Outcome<FilePart<D, 1>> part(std::size_t turn, const Execution& execution) const {
+        const std::size_t own = end_ - begin_;
+        auto run = shape_.run(begin_ + own * turn / turns_, begin_ + own * (turn + 1) / turns_, execution);
         if (!run) return fail(run.error());
         FilePart<D, 1> part = file_part<D>(std::move(*run));
-        const bool is_first = turn == 0 && r == 0;
         if constexpr (D == 3)
-            if (is_first) {
+            if (turn == 0 && is_first_) {
                 Buffer<Reference> references(lists_.edges.references.begin(), lists_.edges.references.end());
                 part.edges = simplex_run<1>(0, lists_.edges.vertices, std::move(references));
             }
-        auto pieces = encode_gmf_part<D, 1>(frame_, part, execution);
-        if (!pieces || !is_first) return pieces;
-        auto rest = encode_gmf_frame<D, 1>(frame_, lists_, execution);
-        if (!rest) return rest;
-        std::ranges::move(*rest, std::back_inserter(*pieces));
-        return pieces;
+        return part;
     }
 
   private:
-    RowsFile(const ShapeRows<D>& shape, const Ranks& ranks, LinearMesh<D> lists, const GmfFrame& frame)
-        : shape_(&shape), ranks_(&ranks), lists_(std::move(lists)), frame_(frame) {}
-
-    const ShapeRows<D>* shape_;
-    const Ranks* ranks_;
-    LinearMesh<D> lists_;
-    GmfFrame frame_;
+    const ShapeRows<D>& shape_;
+    const LinearMesh<D>& lists_;
+    bool is_first_;
+    std::size_t begin_ = 0, end_ = 0, turns_ = 0;
 };
 
 template <int D>
 Outcome<run::PlanSize> write_rows(Ranks& ranks, const ShapeRows<D>& shape, const std::string& path,
                                   const Execution& execution) {
-    const auto file = RowsFile<D>::make(shape, ranks);
-    if (!file) return fail(file.error());
-    const Execution quiet = without_progress(execution);
-    auto done = write_together(
-        ranks, path, file->bytes(), file->turns(), [&](std::size_t turn) { return file->pieces(turn, quiet); },
-        execution);
-    if (!done) return fail(done.error());
+    const auto lists = shape.lists();
+    if (!lists) return fail(lists.error());
     const ShapeCounts counts = shape.counts();
+    const PartTotals totals{
+        .vertices = counts.vertices, .elements = counts.elements, .facets = counts.facets, .edges = counts.edges};
+    const OwnRows<D> own(shape, *lists, ranks);
+    const Execution quiet = without_progress(execution);
+    auto done = write_meshb_together<D, 1>(
+        ranks, path, totals, *lists, own.turns(), [&](std::size_t turn) { return own.part(turn, quiet); }, execution);
+    if (!done) return fail(done.error());
     run::PlanSize size;
     size.dimension = D;
     size.degree = 1;
