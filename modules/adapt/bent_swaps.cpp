@@ -17,10 +17,6 @@ std::size_t BentEdges::add(VertexId v) {
     return count_++;
 }
 
-void BentEdges::take_edge(std::size_t i, std::size_t j, EdgeId edge) {
-    put(i, j, {offset_of(r_.mesh, edge), squares_of(r_, edge)});
-}
-
 void BentEdges::take_edges(ElementId e) {
     const auto known = std::span(vertices_).first(count_);
     std::array<std::size_t, 4> at{};
@@ -28,7 +24,8 @@ void BentEdges::take_edges(ElementId e) {
         at[i] = static_cast<std::size_t>(std::ranges::find(known, r_.mesh.elements.vertices[e][i], &Vertex::id) -
                                          known.begin());
     for (int k = 0; k < edges_per_simplex<3>; ++k)
-        take_edge(at[local_edges<3>[k][0]], at[local_edges<3>[k][1]], r_.mesh.edges_of[e][k]);
+        put(at[local_edges<3>[k][0]], at[local_edges<3>[k][1]],
+            {offset_of(r_.mesh, r_.mesh.edges_of[e][k]), squares_of(r_, r_.mesh.edges_of[e][k])});
 }
 
 void BentEdges::ask(std::size_t i, std::size_t j) {
@@ -65,9 +62,6 @@ double BentEdges::shape(const std::array<std::size_t, 4>& corners) const {
 
 namespace {
 
-/// What is as good as inverted is worth little, not nothing.
-constexpr double little = 1e-3;
-
 /// The vertices around an edge are 0 … n − 1, its ends n and n + 1.
 class BentRing {
   public:
@@ -82,7 +76,7 @@ class BentRing {
         best.before = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < count_; ++i)
             best.before = std::min(best.before, edges_.shape({a_, b_, i, next(i)}));
-        best.before = std::max(best.before, little);
+        best.before = std::max(best.before, least_bent_shape);
         best.after = gain * best.before;
         bend_diagonals();
         // Of three all give the same two elements, of four those opposite each other the same four.
@@ -116,13 +110,6 @@ class BentRing {
     std::size_t count_, a_, b_;
 };
 
-/// The vertex of an element that another one, with which it shares a face, does not have.
-VertexId vertex_apart(const Adaptation<3>& r, ElementId e, ElementId from) {
-    for (const VertexId v : r.mesh.elements.vertices[e])
-        if (local_vertex(r.mesh.elements.vertices[from], v) < 0) return v;
-    return {};
-}
-
 }  // namespace
 
 BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring, double gain) {
@@ -145,7 +132,7 @@ BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal
     for (const int face : faces) {
         const FaceNeighbour across = r.mesh.face_neighbours[e][face];
         if (!across.is_element()) continue;
-        const std::size_t q = edges.add(vertex_apart(r, across.element(), e));
+        const std::size_t q = edges.add(vertex_apart(r.mesh, across.element(), e));
         edges.take_edges(across.element());
         edges.ask(static_cast<std::size_t>(face), q);
         beyond[count++] = {face, across.element(), q};
@@ -158,7 +145,7 @@ BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal
         const std::array<std::size_t, 3> s{static_cast<std::size_t>(outward[0]), static_cast<std::size_t>(outward[1]),
                                            static_cast<std::size_t>(outward[2])};
         const auto p = static_cast<std::size_t>(face);
-        const double before = std::max(std::min(own, bent_shape_of(r, element)), little);
+        const double before = std::max(std::min(own, bent_shape_of(r, element)), least_bent_shape);
         double after = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < 3 && after > best_gain * before; ++i)
             after = std::min(after, edges.shape({p, s[i], s[(i + 1) % 3], q}));

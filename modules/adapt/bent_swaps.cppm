@@ -29,7 +29,6 @@ class BentEdges {
     [[nodiscard]] VertexId vertex(std::size_t i) const { return vertices_[i].id; }
     /// The edges of an element among them.
     void take_edges(ElementId e);
-    void take_edge(std::size_t i, std::size_t j, EdgeId edge);
     /// Asks for a new edge, which is known after `bend`: at most as many as a ring may have between its vertices.
     void ask(std::size_t i, std::size_t j);
     void bend();

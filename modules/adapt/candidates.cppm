@@ -80,6 +80,15 @@ void cavity_around(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out) {
     ball(mesh, v, out.elements);
 }
 
+/// The vertex of an element opposite the face that it shares with another.
+template <int D>
+[[nodiscard]] VertexId vertex_apart(const DynamicMesh<D>& mesh, ElementId e, ElementId from) {
+    const auto& faces = mesh.face_neighbours[e];
+    for (int i = 0; i <= D; ++i)
+        if (faces[i] == FaceNeighbour(from)) return mesh.elements.vertices[e][i];
+    return {};
+}
+
 /// Whether an id is among a few; without a branch at each, so that several are compared at once.
 template <class Id>
 [[nodiscard]] bool is_among(const std::vector<Id>& ids, Id id) {

@@ -310,6 +310,9 @@ class ConeShapes {
     BentSpokes<D> spokes_;
 };
 
+/// What is gained by a swap is gained over at least this: what is as good as inverted is worth little, not nothing.
+inline constexpr double least_bent_shape = 1e-3;
+
 /// Of an element of degree 2 with the curves that it has.
 template <int D>
 [[nodiscard]] double bent_shape_of(const Adaptation<D>& r, ElementId e) {

@@ -84,15 +84,6 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
     return volume > 0 ? lifted > 0 : lifted < 0;
 }
 
-/// The vertex of `next` that `from` does not have, where they share a face.
-template <int D>
-VertexId vertex_beyond(const DynamicMesh<D>& mesh, ElementId from, ElementId next) {
-    const auto& faces = mesh.face_neighbours[next];
-    for (int i = 0; i <= D; ++i)
-        if (faces[i] == FaceNeighbour(from)) return mesh.elements.vertices[next][i];
-    return {};
-}
-
 /// Of a surface alone: whether it breaks at the edge through which a face leads to the next triangle.
 template <int D>
 bool breaks_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
@@ -113,7 +104,7 @@ template <int D>
 void see_around(const DynamicMesh<D>& mesh, ElementId e, SeenVertices<D>& seen) {
     for (const VertexId v : mesh.elements.vertices[e]) seen.add(v);
     for (int face = 0; face <= D; ++face)
-        if (const ElementId next = beyond(mesh, e, face); next.valid()) seen.add(vertex_beyond(mesh, e, next));
+        if (const ElementId next = beyond(mesh, e, face); next.valid()) seen.add(vertex_apart(mesh, next, e));
 }
 
 }  // namespace
@@ -132,7 +123,7 @@ void grow_delaunay(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes
         for (int face = 0; face <= D && elements.size() < most; ++face) {
             const ElementId next = beyond(r.mesh, elements[i], face);
             if (!next.valid() || is_among(elements, next) || !is_in_metric_sphere(r, next, point, seen)) continue;
-            if (!(seen.length(vertex_beyond(r.mesh, elements[i], next)) < shortest)) join(r.mesh, cavity, next);
+            if (!(seen.length(vertex_apart(r.mesh, next, elements[i])) < shortest)) join(r.mesh, cavity, next);
         }
     }
 }

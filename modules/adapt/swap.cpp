@@ -148,14 +148,12 @@ class Swaps final : public Pass<D> {
         best.point = p;
         best.gain = gain;
     }
-    /// The worst shape of a cavity in which e is the worst element, as ConeShapes has it; what is as good as inverted
-    /// is worth little, not nothing.
+    /// The worst shape of a cavity in which e is the worst element, as ConeShapes has it.
     [[nodiscard]] double worst_bent(const Adaptation<D>& r, const std::vector<ElementId>& elements, ElementId e) const {
         if (!r.mesh.is_curved()) return r.shapes[e.index()];
-        constexpr double little = 1e-3;
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId s : elements) worst = std::min(worst, bent_shape_of(r, s));
-        return std::max(worst, little);
+        return std::max(worst, least_bent_shape);
     }
     /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
     void look_at_faces(const Adaptation<3>& r, ElementId e, const std::array<double, 4>& beside,

@@ -28,7 +28,7 @@ using namespace camber::testing;
 
 namespace {
 
-constexpr double close = 1e-9, little = 1e-3;
+constexpr double close = 1e-9;
 
 /// The node of an edge that the mesh has, or would get: from the middle of the chord.
 Vec<3> offset_between(const Adaptation<3>& r, const AdaptationGoal<3>& goal, VertexId a, VertexId b) {
@@ -74,7 +74,7 @@ double worst_with(const Adaptation<3>& r, const AdaptationGoal<3>& goal, std::sp
 double worst_of(const Adaptation<3>& r, std::span<const ElementId> elements) {
     double worst = std::numeric_limits<double>::infinity();
     for (const ElementId e : elements) worst = std::min(worst, bent_shape_of(r, e));
-    return std::max(worst, little);
+    return std::max(worst, least_bent_shape);
 }
 
 void expect_same_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, ElementId e, int k) {
