@@ -1,37 +1,21 @@
 """Curving by blocks in the program: the same bytes on any number of ranks, and the mesh that curving as a whole gives."""
 import json
-import subprocess
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 import numpy
 
-CAMBER, CAMBER_MPI, MPIRUN = (str(Path(name).resolve()) for name in sys.argv[1:4])
+from on_ranks import CAMBER, OnRanks, main
 sys.path.append(str(Path(__file__).resolve().parent.parent / "oracle"))
 import gmf  # noqa: E402
 
 SHELL = ("shell", "--set", "outer_radius=2", "--set", "inner_size=0.25", "--set", "outer_size=0.5", "--set", "inner_layer/count=2")
 
 
-class Curve(unittest.TestCase):
+class Curve(OnRanks):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
+        super().setUp()
         self.camber("generate", *SHELL, "-o", "shell.meshb")
-
-    def run_line(self, *line):
-        return subprocess.run(list(map(str, line)), cwd=self.folder, capture_output=True, text=True, timeout=100)
-
-    def camber(self, *arguments):
-        run = self.run_line(CAMBER, *arguments)
-        self.assertEqual(run.returncode, 0, run.stderr)
-        return run
-
-    def on_ranks(self, ranks, *arguments):
-        return self.run_line(MPIRUN, "-n", ranks, CAMBER_MPI, *arguments)
 
     def nodes(self, name):
         return numpy.array(gmf.read(self.folder / name).points)
@@ -41,7 +25,7 @@ class Curve(unittest.TestCase):
         for ranks in (2, 3):
             run = self.on_ranks(ranks, "curve", "shell.meshb", "-o", "ranks.meshb", "--blocks", 1500, "--report", "ranks.json")
             self.assertEqual(run.returncode, 0, run.stderr)
-            self.assertEqual((self.folder / "blocks.meshb").read_bytes(), (self.folder / "ranks.meshb").read_bytes())
+            self.assertEqual(self.bytes_of("blocks.meshb"), self.bytes_of("ranks.meshb"))
             report = json.loads((self.folder / "ranks.json").read_text())
             self.assertEqual(report["ranks"]["number"], ranks)
             self.assertGreater(report["blocks"]["number"], 2)
@@ -52,7 +36,7 @@ class Curve(unittest.TestCase):
         self.camber("generate", "shell", "--structure", "prisms", "--elements", 1e5, "--set", "inner_layer/count=3", "-o", "large.meshb")
         self.camber("curve", "large.meshb", "-o", "in-memory.meshb", "--blocks", 20000)
         self.camber("curve", "large.meshb", "-o", "within.meshb", "--blocks", 20000, "--memory", "80M")
-        self.assertEqual((self.folder / "in-memory.meshb").read_bytes(), (self.folder / "within.meshb").read_bytes())
+        self.assertEqual(self.bytes_of("in-memory.meshb"), self.bytes_of("within.meshb"))
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["in-memory.meshb", "large.meshb", "shell.meshb", "within.meshb"])
 
     def test_the_mesh_is_that_of_curving_as_a_whole(self):
@@ -71,4 +55,4 @@ class Curve(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    main()

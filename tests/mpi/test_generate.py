@@ -1,11 +1,5 @@
 """A mesh made by several ranks, each some of its rows: the bytes are those that one process writes."""
-import subprocess
-import sys
-import tempfile
-import unittest
-from pathlib import Path
-
-CAMBER, CAMBER_MPI, MPIRUN = (str(Path(name).resolve()) for name in sys.argv[1:4])
+from on_ranks import OnRanks, main
 
 SHAPES = (
     ("shell", "--structure", "prisms", "--elements", 1e5, "--set", "inner_layer/count=3", "--set", "inner_layer/material=2"),
@@ -15,31 +9,20 @@ SHAPES = (
 )
 
 
-class Generate(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
-    def run_line(self, *line):
-        return subprocess.run(list(map(str, line)), cwd=self.folder, capture_output=True, text=True, timeout=100)
-
-    def on_ranks(self, ranks, *arguments):
-        return self.run_line(MPIRUN, "-n", ranks, CAMBER_MPI, *arguments)
-
+class Generate(OnRanks):
     def test_any_number_of_ranks_writes_the_same_bytes(self):
         for shape in SHAPES:
-            self.assertEqual(self.run_line(CAMBER, "generate", *shape, "-o", "one.meshb").returncode, 0)
+            self.camber("generate", *shape, "-o", "one.meshb")
             for ranks in (2, 3):
                 run = self.on_ranks(ranks, "generate", *shape, "-o", "ranks.meshb")
                 self.assertEqual(run.returncode, 0, run.stderr)
-                self.assertEqual((self.folder / "one.meshb").read_bytes(), (self.folder / "ranks.meshb").read_bytes(), (shape, ranks))
+                self.assertEqual(self.bytes_of("one.meshb"), self.bytes_of("ranks.meshb"), (shape, ranks))
 
     def test_more_ranks_than_rows(self):
-        self.run_line(CAMBER, "generate", "box", "--set", "cells=[3,3,2]", "-o", "one.meshb")
+        self.camber("generate", "box", "--set", "cells=[3,3,2]", "-o", "one.meshb")
         run = self.on_ranks(4, "generate", "box", "--set", "cells=[3,3,2]", "-o", "ranks.meshb")
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertEqual((self.folder / "one.meshb").read_bytes(), (self.folder / "ranks.meshb").read_bytes())
+        self.assertEqual(self.bytes_of("one.meshb"), self.bytes_of("ranks.meshb"))
 
     def test_what_is_made_as_a_whole_is_refused(self):
         for shape, output in ((("shell",), "no.meshb"), (("bump",), "no.meshb"), (("box",), "no.vtu")):
@@ -52,4 +35,4 @@ class Generate(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    main()

@@ -1,35 +1,17 @@
 """A mesh in parts for a solver, by ranks that hold it together: every cell once, parts of one size, joined the whole."""
-import subprocess
 import sys
-import tempfile
-import unittest
 from pathlib import Path
 
 import numpy
 
-CAMBER, CAMBER_MPI, MPIRUN = (str(Path(name).resolve()) for name in sys.argv[1:4])
+from on_ranks import OnRanks, main
 sys.path.append(str(Path(__file__).resolve().parent.parent / "oracle"))
 import gmf  # noqa: E402
 
 PARTS = 5
 
 
-class Partition(unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-
-    def run_line(self, *line):
-        return subprocess.run(list(map(str, line)), cwd=self.folder, capture_output=True, text=True, timeout=100)
-
-    def camber(self, *arguments):
-        run = self.run_line(CAMBER, *arguments)
-        self.assertEqual(run.returncode, 0, run.stderr)
-
-    def on_ranks(self, ranks, *arguments):
-        return self.run_line(MPIRUN, "-n", ranks, CAMBER_MPI, *arguments)
-
+class Partition(OnRanks):
     def cells(self, name):
         """Of each kind of cells a sorted list of (places of their vertices, reference)."""
         mesh = gmf.read(self.folder / name)
@@ -73,4 +55,4 @@ class Partition(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    main()

@@ -1,24 +1,8 @@
 """The program on several ranks: who speaks, how all end, and that one rank is as none."""
-import subprocess
-import sys
-import tempfile
-import unittest
-from pathlib import Path
-
-CAMBER, CAMBER_MPI, MPIRUN = (str(Path(name).resolve()) for name in sys.argv[1:4])
+from on_ranks import CAMBER, OnRanks, main
 
 
-class Program(unittest.TestCase):
-    def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-
-    def run_line(self, *line):
-        return subprocess.run(list(map(str, line)), cwd=self.folder.name, capture_output=True, text=True, timeout=100)
-
-    def on_ranks(self, ranks, *arguments):
-        return self.run_line(MPIRUN, "-n", ranks, CAMBER_MPI, *arguments)
-
+class Program(OnRanks):
     def test_the_first_rank_alone_speaks(self):
         for arguments in ("--help", "--version"):
             alone = self.run_line(CAMBER, arguments)
@@ -35,15 +19,15 @@ class Program(unittest.TestCase):
         run = self.on_ranks(2, "check", "shell.meshb", "--vtu", "shell.vtu")
         self.assertEqual(run.returncode, 2)
         self.assertIn("camber: check: does not go by blocks, and so on one rank alone", run.stderr)
-        self.assertFalse((Path(self.folder.name) / "shell.vtu").exists())
+        self.assertFalse((self.folder / "shell.vtu").exists())
 
     def test_one_rank_is_the_program(self):
-        self.assertEqual(self.run_line(CAMBER, "generate", "shell", "-o", "shell.meshb").returncode, 0)
-        self.assertEqual(self.run_line(CAMBER, "curve", "shell.meshb", "-o", "alone.meshb").returncode, 0)
+        self.camber("generate", "shell", "-o", "shell.meshb")
+        self.camber("curve", "shell.meshb", "-o", "alone.meshb")
         self.assertEqual(self.on_ranks(1, "curve", "shell.meshb", "-o", "one.meshb").returncode, 0)
-        alone, one = (Path(self.folder.name) / name for name in ("alone.meshb", "one.meshb"))
+        alone, one = (self.folder / name for name in ("alone.meshb", "one.meshb"))
         self.assertEqual(alone.read_bytes(), one.read_bytes())
 
 
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    main()
