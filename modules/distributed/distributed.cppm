@@ -28,6 +28,7 @@ import :dual_graph_rows;
 import :curve_runs;
 import :first_of_ranks;
 import :packing;
+import :sending;
 import :sent_parts;
 import :kept_part;
 import :moved_nodes;

@@ -9,6 +9,7 @@ module;
 module camber.distributed;
 import camber.core;
 import :dual_graph_rows;
+import :routing;
 import :row_runs;
 
 namespace camber {
@@ -46,14 +47,9 @@ Outcome<std::vector<FaceRow<D>>> faces_here(std::span<const SimplexVertices<D>> 
             face.vertices = rising<D - 1>(face.vertices);
             to[rank_of_row(face.vertices[0].index(), vertices, ranks.size())].push_back(face);
         }
-    auto got = exchanged(ranks, std::move(to));
-    if (!got) return fail(got.error());
-    std::vector<FaceRow<D>> faces;
-    for (auto& some : *got) {
-        faces.insert(faces.end(), some.begin(), some.end());
-        some = {};
-    }
-    std::ranges::sort(faces, {}, [](const FaceRow<D>& f) { return std::pair(f.vertices, f.element); });
+    auto faces = exchanged_values<FaceRow<D>>(ranks, std::move(to));
+    if (!faces) return faces;
+    std::ranges::sort(*faces, {}, [](const FaceRow<D>& f) { return std::pair(f.vertices, f.element); });
     return faces;
 }
 
@@ -101,20 +97,6 @@ GraphRun graph_of(std::vector<Arc> arcs, std::size_t first, std::size_t rows) {
     return graph;
 }
 
-/// Lists to all ranks, or the error of whoever has none.
-template <class T>
-Outcome<std::vector<T>> joined_exchange(Ranks& ranks, Outcome<std::vector<std::vector<T>>> lists) {
-    if (!lists) {
-        auto told = ranks.exchange(fail(lists.error()));
-        return fail(told ? lists.error() : told.error());
-    }
-    auto got = exchanged(ranks, std::move(*lists));
-    if (!got) return fail(got.error());
-    std::vector<T> all;
-    for (const auto& some : *got) all.insert(all.end(), some.begin(), some.end());
-    return all;
-}
-
 }  // namespace
 
 template <int D>
@@ -123,9 +105,9 @@ Outcome<DualRows<D>> dual_rows(const MeshRows<D>& rows, std::span<const SimplexV
     const RowCounts counts = rows.counts();
     const auto faces = faces_here<D>(elements, first, counts.points, ranks);
     if (!faces) return fail(faces.error());
-    auto arcs = joined_exchange(ranks, arcs_of<D>(*faces, counts.elements, ranks.size()));
+    auto arcs = exchanged_values(ranks, arcs_of<D>(*faces, counts.elements, ranks.size()));
     if (!arcs) return fail(arcs.error());
-    auto facets = joined_exchange(ranks, own_facets(rows, ranks));
+    auto facets = exchanged_values(ranks, own_facets(rows, ranks));
     if (!facets) return fail(facets.error());
     for (FacetRow<D>& facet : *facets) {
         const auto vertices = rising<D - 1>(facet.vertices);

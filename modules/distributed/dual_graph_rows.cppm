@@ -1,10 +1,8 @@
 module;
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 module camber.distributed:dual_graph_rows;
 import camber.core;
@@ -21,21 +19,6 @@ namespace camber {
     while (r + 1 < ranks && n * (r + 1) / ranks <= row) ++r;
     while (n * r / ranks > row) --r;
     return r;
-}
-
-/// Plain values to ranks, a list for each, and those of each.
-template <class T>
-[[nodiscard]] Outcome<std::vector<std::vector<T>>> exchanged(Ranks& ranks, std::vector<std::vector<T>> lists) {
-    std::vector<Bytes> to;
-    for (auto& list : lists) {
-        to.push_back(bytes_of<T>(list));
-        list = {};
-    }
-    const auto from = ranks.exchange(std::move(to));
-    if (!from) return fail(from.error());
-    std::vector<std::vector<T>> got(ranks.size());
-    for (std::size_t r = 0; r < got.size(); ++r) append_values((*from)[r], got[r]);
-    return got;
 }
 
 /// A facet on its way: its row, and the lowest element that it bounds (none: `no_element`).

@@ -52,9 +52,9 @@ class SharedNumbers {
         std::vector<std::vector<std::uint32_t>> answers(ranks_.size());
         for (std::size_t r = 0; r < asked->size(); ++r)
             for (const VertexId number : (*asked)[r]) answers[r].push_back(owners[number.index() - first]);
-        const auto told = exchanged_lists(ranks_, std::move(answers));
+        auto told = exchanged_values<std::uint32_t>(ranks_, std::move(answers));
         if (!told) return fail(told.error());
-        for (const auto& some : *told) owners_.insert(owners_.end(), some.begin(), some.end());
+        owners_ = std::move(*told);
         return Done{};
     }
     /// From the ranks that own them the numbers that they have now; `now(i)` is that of the i-th here, if it is own.

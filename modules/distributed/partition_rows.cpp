@@ -11,6 +11,7 @@ import camber.core;
 import :agreement;
 import :dual_graph_rows;
 import :partition_rows;
+import :routing;
 import :row_runs;
 
 namespace camber {
@@ -32,14 +33,9 @@ Outcome<std::vector<RowOfPart<K>>> to_parts(Ranks& ranks, std::size_t parts, con
     std::vector<std::vector<RowOfPart<K>>> to(ranks.size());
     for (const auto& row : rows)
         to[rank_of_row(static_cast<std::uint64_t>(row.part), parts, ranks.size())].push_back(row);
-    auto got = exchanged(ranks, std::move(to));
-    if (!got) return fail(got.error());
-    std::vector<RowOfPart<K>> own;
-    for (auto& some : *got) {
-        own.insert(own.end(), some.begin(), some.end());
-        some = {};
-    }
-    std::ranges::sort(own, {}, &RowOfPart<K>::row);
+    auto own = exchanged_values<RowOfPart<K>>(ranks, std::move(to));
+    if (!own) return own;
+    std::ranges::sort(*own, {}, &RowOfPart<K>::row);
     return own;
 }
 
@@ -52,12 +48,12 @@ Outcome<std::vector<RowOfPart<D - 1>>> facets_with_parts(const std::vector<Facet
     for (const FacetRow<D>& facet : facets)
         if (facet.element != no_element)
             questions[rank_of_row(facet.element, elements, ranks.size())].push_back(facet.element);
-    const auto asked = exchanged(ranks, std::move(questions));
+    const auto asked = exchanged_lists(ranks, std::move(questions));
     if (!asked) return fail(asked.error());
     std::vector<std::vector<std::int32_t>> answers(ranks.size());
     for (std::size_t r = 0; r < ranks.size(); ++r)
         for (const std::uint64_t e : (*asked)[r]) answers[r].push_back(part_of_own[e - own.begin]);
-    const auto parts = exchanged(ranks, std::move(answers));
+    const auto parts = exchanged_lists(ranks, std::move(answers));
     if (!parts) return fail(parts.error());
     std::vector<std::size_t> next(ranks.size(), 0);
     std::vector<RowOfPart<D - 1>> rows;

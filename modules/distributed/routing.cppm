@@ -68,6 +68,21 @@ template <class T>
     return lists;
 }
 
+/// The same, what all have sent one after the other; where a rank has an error instead, all have it.
+template <class T>
+    requires std::is_trivially_copyable_v<T>
+[[nodiscard]] Outcome<std::vector<T>> exchanged_values(Ranks& ranks, Outcome<std::vector<std::vector<T>>> to) {
+    Outcome<std::vector<Bytes>> bytes = std::vector<Bytes>();
+    if (!to) bytes = fail(to.error());
+    if (to)
+        for (auto& some : *to) bytes->push_back(bytes_of<T>(std::exchange(some, {})));
+    auto from = ranks.exchange(std::move(bytes));
+    if (!from) return fail(from.error());
+    std::vector<T> all;
+    for (Bytes& some : *from) append_values(std::exchange(some, {}), all);
+    return all;
+}
+
 /// Asks parts: answer(own part, key) is called where the part is; one a question, in the order of the questions.
 /// Errors: of any rank.
 template <class Answer, class Key, class F>
