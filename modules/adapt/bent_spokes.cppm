@@ -42,6 +42,18 @@ template <int D>
     return 2 * length * length;
 }
 
+/// What edges of these elements are measured with, of degree 2: they are scattered in memory.
+template <int D>
+void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elements) {
+    if (!r.mesh.is_curved()) return;
+    for (const ElementId e : elements) __builtin_prefetch(&r.mesh.edges_of[e]);
+    for (const ElementId e : elements)
+        for (const EdgeId edge : r.mesh.edges_of[e]) {
+            __builtin_prefetch(&r.mesh.nodes[edge]);
+            __builtin_prefetch(&r.lengths[edge]);
+        }
+}
+
 /// The edges that a point would get to vertices: straight ones, or in degree 2 the curves that the closed form of
 /// accuracy gives them (edge_accuracy), which is what the star takes for the nodes of new edges; chords where an edge
 /// of the boundary is likely.

@@ -67,6 +67,7 @@ class BentRing {
   public:
     BentRing(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring)
         : edges_(r, goal), count_(ring.around().size()), a_(count_), b_(count_ + 1) {
+        fetch_edges_ahead(r, ring.elements());
         for (const VertexId v : ring.around()) edges_.add(v);
         for (const VertexId v : ring.ends()) edges_.add(v);
         for (const ElementId e : ring.elements()) edges_.take_edges(e);

@@ -60,16 +60,6 @@ class ConeShapes {
         vertex_ids_.clear();
         edges_.clear();
     }
-    /// What the faces of these elements are measured with, of degree 2: edges are scattered in memory.
-    void fetch_ahead(std::span<const ElementId> elements) const {
-        if (!r_.mesh.is_curved()) return;
-        for (const ElementId e : elements) __builtin_prefetch(&r_.mesh.edges_of[e]);
-        for (const ElementId e : elements)
-            for (const EdgeId edge : r_.mesh.edges_of[e]) {
-                __builtin_prefetch(&r_.mesh.nodes[edge]);
-                __builtin_prefetch(&r_.lengths[edge]);
-            }
-    }
     /// The face opposite a local vertex of an element.
     void add(ElementId e, int opposite) {
         Face face;
@@ -178,11 +168,17 @@ class ConeShapes {
         for (const Vec<D>& row : metric.measure.rows) __builtin_prefetch(&row);
         __builtin_prefetch(&metric.measure.density_root);
     }
+    /// Of degree 2, what edges to the vertex are bent by.
+    void fetch_gradient_ahead(VertexId v) const {
+        if (r_.mesh.is_curved())
+            for (const Sym<D>& along : r_.vertices.gradients[v]) __builtin_prefetch(&along);
+    }
     std::uint32_t index_of(VertexId v) {
         const std::uint32_t at = place_among(vertex_ids_, v);
         if (at == vertices_.size()) {
             const VertexMetric<D>& metric = r_.vertices.metrics[v];
             fetch_ahead(metric, r_.mesh.points[v]);
+            fetch_gradient_ahead(v);
             vertices_.push_back({v, 0, {}, &metric});
         }
         ++vertices_[at].faces;

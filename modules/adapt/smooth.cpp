@@ -41,7 +41,7 @@ class Moves final : public Pass<D> {
         const double before = worst_known_shape_of(r, request.cavity.elements);
         if (!(before < wanted_)) return {};
         ConeShapes<D> cones(r, goal_);
-        cones.fetch_ahead(request.cavity.elements);
+        fetch_edges_ahead(r, request.cavity.elements);
         for (const ElementId e : request.cavity.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
         const std::size_t worst = worst_of(r, request.cavity.elements);
         cones.begin_with(worst);

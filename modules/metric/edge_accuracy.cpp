@@ -97,6 +97,21 @@ template <int D>
     return sqrt(sum);
 }
 
+/// Whether the ends tell of one metric all along but for rounding, in which the edge is straight and as long as that
+/// says: its node would leave the chord's middle by less than 1e-13 of that.
+template <int D>
+[[nodiscard]] bool sees_one_metric(const EndSights<D>& ends, const Vec<D>& chord) {
+    constexpr double rounding = 1e-12;  // of log M, within the edge
+    const auto changes = [](double change) { return !(std::abs(change) <= rounding); };
+    for (int k = 0; k < sym_size<D>; ++k)
+        if (changes(ends[0].log_metric->l.c[k] - ends[1].log_metric->l.c[k])) return false;
+    const double length = norm(chord);
+    for (const EndSight<D>& end : ends)
+        for (const Sym<D>& along : *end.gradient)
+            if (std::ranges::any_of(along.c, [&](double slope) { return changes(slope * length); })) return false;
+    return true;
+}
+
 }  // namespace
 
 template <int D>
@@ -104,6 +119,22 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> en
                 std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set) {
     with_instructions(set, [&]() __attribute__((always_inline)) {
         for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
+            const std::size_t n = std::min<std::size_t>(pack_size, offsets.size() - begin);
+            std::array<bool, pack_size> is_straight{};
+            for (std::size_t lane = 0; lane < n; ++lane)
+                is_straight[lane] = sees_one_metric<D>(ends[begin + lane], chords[begin + lane]);
+            const auto straighten = [&] {
+                for (std::size_t lane = 0; lane < n; ++lane) {
+                    if (!is_straight[lane]) continue;
+                    offsets[begin + lane] = {};
+                    lengths[begin + lane] =
+                        std::sqrt(ends[begin + lane][0].measure->length_squared(chords[begin + lane]));
+                }
+            };
+            if (std::all_of(is_straight.begin(), is_straight.begin() + n, [](bool is) { return is; })) {
+                straighten();
+                continue;
+            }
             const VecPack<D> chord = gathered_vec<D>(
                 chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
             const EdgeSight<D> middle = seen_from_middle<D>(ends, begin);
@@ -124,8 +155,8 @@ void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> en
             const Pack l_a = speed_at<D>(ends, begin, 0, leaving), l_b = speed_at<D>(ends, begin, 1, arriving);
             const Pack l_m = middle_speed<D>(f, sizes_at(0), sizes_at(1));
             const Pack length = mean_of_speeds(l_a, l_b) + 2.0 / 3.0 * (l_m - sqrt(l_a * l_b));
-            const std::size_t n = std::min<std::size_t>(pack_size, lengths.size() - begin);
             for (std::size_t lane = 0; lane < n; ++lane) lengths[begin + lane] = length[lane];
+            straighten();
         }
     });
 }

@@ -27,12 +27,20 @@ namespace camber {
     return {cross(b, c), cross(c, a), cross(a, b)};
 }
 
-/// The removed elements as maps but for those of no straight volume; false, and none, where all of them are straight.
+/// The removed elements as maps but for those of no straight volume; false, and none, where all of them are straight
+/// but for rounding.
 template <int D>
 [[nodiscard]] bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& elements,
                                    std::vector<OldElement<D>>& pieces) {
     pieces.clear();
-    bool is_bent = false;
+    const auto is_bent = [&](EdgeId edge) {
+        constexpr double rounding = 1e-14;  // of the chord
+        const auto& [a, b] = r.mesh.edges[edge];
+        const double chord = norm_squared(r.mesh.points[b] - r.mesh.points[a]);
+        return norm_squared(offset_of(r.mesh, edge)) > rounding * rounding * chord;
+    };
+    if (std::ranges::none_of(elements, [&](ElementId e) { return std::ranges::any_of(r.mesh.edges_of[e], is_bent); }))
+        return false;
     for (const ElementId e : elements) {
         const QuadraticNodes<D> nodes = nodes_of(r.mesh, e);
         OldElement<D> piece;
@@ -47,12 +55,10 @@ template <int D>
         for (int k = 0; k < edges_per_simplex<D>; ++k) {
             const auto [i, j] = local_edges<D>[k];
             piece.offsets[k] = nodes[D + 1 + k] - midpoint(nodes[i], nodes[j]);
-            is_bent |= piece.offsets[k] != Vec<D>{};
         }
         if (volume != 0) pieces.push_back(piece);
     }
-    if (!is_bent) pieces.clear();
-    return is_bent;
+    return true;
 }
 
 /// X in the straight shape of a piece.

@@ -51,7 +51,8 @@ template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
                                            const Barycentric<K>& start);
 
-/// The best of those from the three nearest points of the lattice of quarters.
+/// The nearest place: where the squared distance is convex over the simplex, as from near a simplex that bends little,
+/// the one minimum; else the best of those from the three nearest points of the lattice of quarters.
 template <int K, int D>
 [[nodiscard]] CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p);
 

@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <utility>
 module camber.surface;
 import camber.core;
@@ -109,6 +110,103 @@ Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, d
     return out;
 }
 
+/// The control differences of F_a: 3 (c_{α+e_a} − c_{α+e_0}) for each α of degree 2. F_a is in their hull.
+template <int K, int D>
+std::array<std::array<Vec<D>, K>, node_count<2, K>> control_gradients(const CubicSimplex<K, D>& simplex) {
+    std::array<std::array<Vec<D>, K>, node_count<2, K>> out{};
+    for (std::size_t n = 0; n < out.size(); ++n) {
+        MultiIndex<K> base = multi_indices<2, K>[n];
+        ++base[0];
+        for (std::size_t a = 0; a < K; ++a) {
+            MultiIndex<K> up = multi_indices<2, K>[n];
+            ++up[a + 1];
+            out[n][a] = 3 * (simplex.at(up) - simplex.at(base));
+        }
+    }
+    return out;
+}
+/// Those of F_ab: 2 (g_{α+e_b} − g_{α+e_0}) for each α of degree 1, a corner; F_ab is in their hull.
+template <int K, int D>
+std::array<std::array<Vec<D>, K>, K> control_hessian(
+    const std::array<std::array<Vec<D>, K>, node_count<2, K>>& gradients, std::size_t corner) {
+    const auto raised = [&](std::size_t by) {
+        MultiIndex<K> alpha{};
+        ++alpha[corner];
+        ++alpha[by];
+        return position<2, K>(alpha);
+    };
+    std::array<std::array<Vec<D>, K>, K> out{};
+    for (std::size_t a = 0; a < K; ++a)
+        for (std::size_t b = 0; b < K; ++b) out[a][b] = 2 * (gradients[raised(b + 1)][a] - gradients[raised(0)][a]);
+    return out;
+}
+
+/// x in the coordinates in which the mean of JᵀJ = L Lᵀ is the identity: columns L⁻¹.
+template <int K>
+using Whitening = std::array<std::array<double, K>, K>;  // lower triangular
+template <int K, int D>
+std::optional<Whitening<K>> whitening_of(const std::array<Vec<D>, K>& first) {
+    Whitening<K> w{};
+    const double a = norm_squared(first[0]);
+    if (!(a > 0)) return std::nullopt;
+    w[0][0] = 1 / std::sqrt(a);
+    if constexpr (K == 2) {
+        const double b = dot(first[0], first[1]);
+        const double rest = norm_squared(first[1]) - b * b / a;
+        constexpr double flat = 1e-6;  // of the square: rounding would decide
+        if (!(rest > flat * norm_squared(first[1]))) return std::nullopt;
+        w[1][1] = 1 / std::sqrt(rest);
+        w[1][0] = -b / a * w[1][1];
+    }
+    return w;
+}
+/// Σ_c W_ac x_c.
+template <int K, int D>
+std::array<Vec<D>, K> whitened(const Whitening<K>& w, const std::array<Vec<D>, K>& x) {
+    std::array<Vec<D>, K> out{};
+    for (std::size_t a = 0; a < K; ++a)
+        for (std::size_t c = 0; c <= a; ++c) out[a] += w[a][c] * x[c];
+    return out;
+}
+
+/// Whether ½|F − p|² is convex over the simplex, so that it has one minimum there: its Hessian JᵀJ + Σ r·F'' is, in
+/// the frame in which the mean J is orthonormal, at least (1 − max‖ΔJ‖)² − max|r| max‖F''‖, each over control points.
+template <int K, int D>
+bool is_distance_convex(const CubicSimplex<K, D>& simplex, const Vec<D>& p) {
+    const auto gradients = control_gradients<K, D>(simplex);
+    std::array<Vec<D>, K> mean{};
+    for (const auto& g : gradients)
+        for (std::size_t a = 0; a < K; ++a) mean[a] += g[a] / static_cast<double>(gradients.size());
+    const auto w = whitening_of<K, D>(mean);
+    if (!w) return false;
+    double turned = 0;
+    for (const auto& g : gradients) {
+        std::array<Vec<D>, K> apart{};
+        for (std::size_t a = 0; a < K; ++a) apart[a] = g[a] - mean[a];
+        double sum = 0;
+        for (const Vec<D>& x : whitened<K, D>(*w, apart)) sum += norm_squared(x);
+        turned = std::fmax(turned, sum);
+    }
+    const double least = 1 - std::sqrt(turned);
+    if (!(least > 0)) return false;
+    double bent = 0;
+    for (std::size_t corner = 0; corner <= K; ++corner) {
+        const auto hessian = control_hessian<K, D>(gradients, corner);
+        double sum = 0;
+        std::array<std::array<Vec<D>, K>, K> rows{};
+        for (std::size_t a = 0; a < K; ++a) rows[a] = whitened<K, D>(*w, hessian[a]);
+        for (std::size_t b = 0; b < K; ++b) {
+            std::array<Vec<D>, K> column{};
+            for (std::size_t a = 0; a < K; ++a) column[a] = rows[a][b];
+            for (const Vec<D>& x : whitened<K, D>(*w, column)) sum += norm_squared(x);
+        }
+        bent = std::fmax(bent, sum);
+    }
+    double farthest = 0;
+    for (const Vec<D>& c : simplex.control) farthest = std::fmax(farthest, norm_squared(c - p));
+    return std::sqrt(farthest * bent) < least * least;
+}
+
 }  // namespace
 
 template <int K, int D>
@@ -147,6 +245,11 @@ CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
 
 template <int K, int D>
 CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p) {
+    if (is_distance_convex(simplex, p)) {
+        Barycentric<K> centre{};
+        centre.fill(1.0 / (K + 1));
+        return closest_from(simplex, p, centre);
+    }
     constexpr int lattice = 4;
     constexpr std::size_t starts = 3;
     struct Start {

@@ -96,19 +96,21 @@ template <int D, class Admits>
                                              const SurrogateFoot<D>& known = {}) {
     constexpr double infinite = std::numeric_limits<double>::infinity();
     double least = known.facet.valid() ? known.distance_squared : infinite;
+    SurrogateFoot<D> best;  // of those that are looked at
     const auto distance_squared = [&](std::size_t f) {
         if (FacetId(f) == known.facet || !admits(FacetId(f))) return infinite;
         Box<D> box;  // of its control points: the facet lies within
         for (const Vec<D>& c : surrogate.facets[f].control) box.include(c);
         if (box.distance_squared(p) > least) return infinite;
-        const double found = closest_on(surrogate.facets[f], p).distance_squared;
-        least = std::fmin(least, found);
-        return found;
+        const auto foot = closest_on(surrogate.facets[f], p);
+        const bool is_nearer = foot.distance_squared < best.distance_squared;
+        const bool is_tie = foot.distance_squared == best.distance_squared && FacetId(f) < best.facet;
+        if (!best.facet.valid() || is_nearer || is_tie) best = {FacetId(f), foot.xi, foot.point, foot.distance_squared};
+        least = std::fmin(least, foot.distance_squared);
+        return foot.distance_squared;
     };
     const auto nearest = surrogate.tree.nearest(p, distance_squared, least);
-    if (!(nearest.distance_squared < infinite) || nearest.item >= surrogate.facets.size()) return known;
-    const auto foot = closest_on(surrogate.facets[nearest.item], p);
-    return {FacetId(nearest.item), foot.xi, foot.point, foot.distance_squared};
+    return best.facet.valid() && FacetId(nearest.item) == best.facet ? best : known;
 }
 
 /// The closest point of all ridge curves (3D), and the row of its edge; `row` is edges.size() when there are none.

@@ -138,7 +138,9 @@ TEST_CASE("edges in packs have the offsets and the lengths of one by one, with a
                 end->log_metric = random_metric<D>(dice, 3);
                 for (auto& g : end->gradient) g = dice.symmetric<D>(1);
             }
-            if (dice.below(3) == 0) ends[i].b = ends[i].a;
+            const bool is_of_one_metric = dice.below(3) == 0;
+            if (is_of_one_metric && dice.below(2) == 0) ends[i].a.gradient = {};
+            if (is_of_one_metric) ends[i].b = ends[i].a;
             measures[2 * i] = MeasuringMetric<D>(ends[i].a.log_metric);
             measures[2 * i + 1] = MeasuringMetric<D>(ends[i].b.log_metric);
             of_ends[i] = {EndSight<D>{&ends[i].a.log_metric, &ends[i].a.gradient, &measures[2 * i]},
@@ -150,7 +152,8 @@ TEST_CASE("edges in packs have the offsets and the lengths of one by one, with a
         for (const Instructions set : {Instructions::baseline, Instructions::avx2, Instructions::avx512}) {
             if (!has(set)) continue;
             bent_edges<D>(chords, of_ends, options, offsets, lengths, set);
-            RC_ASSERT(offsets == expected);
+            for (std::size_t i = 0; i < n; ++i)
+                RC_ASSERT(offsets[i] == expected[i] || norm(offsets[i] - expected[i]) < 1e-12 * norm(chords[i]));
             for (std::size_t i = 0; i < n; ++i) {
                 const double one = bent_length<D>({ends[i].a.log_metric, measures[2 * i]},
                                                   {ends[i].b.log_metric, measures[2 * i + 1]}, chords[i], offsets[i]);

@@ -50,6 +50,26 @@ TEST_CASE("on one cubic triangle") {
         },
         {.count = 500});
     camber::testing::property(
+        "on one that bends little, wherever a search begins, it ends no nearer than the foot",
+        [] {
+            CubicSimplex<2, 3> facet;
+            const double bend = coordinate(0, 0.08), narrow = coordinate(0.02, 1), size = std::exp(coordinate(-14, 14));
+            for (std::size_t n = 0; n < 10; ++n) {
+                const auto& alpha = multi_indices<3, 2>[n];
+                const Vec<3> flat{{alpha[1] / 3.0 + alpha[2] / 6.0, narrow * alpha[2] / 3.0, 0}};
+                const Vec<3> off = bend * point_in(-1, 1);
+                facet.control[n] = size * (flat + Vec<3>{{off[0], narrow * off[1], off[2]}});
+            }
+            const Vec<3> p = size * point_in(-1, 2);
+            const auto foot = closest_on(facet, p);
+            for (int k = 0; k < 10; ++k) {
+                const double u = coordinate(0, 1), v = coordinate(0, 1 - u);
+                const auto other = closest_from(facet, p, {1 - u - v, u, v});
+                RC_ASSERT(std::sqrt(foot.distance_squared) <= std::sqrt(other.distance_squared) + 1e-9 * size);
+            }
+        },
+        {.count = 500});
+    camber::testing::property(
         "never farther than the start",
         [] {
             CubicSimplex<2, 3> facet;  // anything at all, folded ones too
@@ -147,6 +167,20 @@ TEST_CASE("on a whole surrogate") {
                 RC_ASSERT(std::fabs(walked.distance - found.distance) < 1e-9);
             }
             RC_ASSERT(std::fabs(dot(found.normal, p - found.point)) > (1 - 1e-3) * found.distance);
+        },
+        {.count = 200});
+    camber::testing::property(
+        "what is known beforehand changes nothing",
+        [&] {
+            const Vec<3> p = point_in(-1.6, 1.6);
+            const auto all = [](FacetId) { return true; };
+            const auto found = closest_among(b.surrogate, p, all);
+            const FacetId start(static_cast<std::size_t>(*rc::gen::inRange<std::size_t>(0, b.surrogate.facets.size())));
+            for (const FacetId known : {start, found.facet}) {
+                const auto again = closest_among(b.surrogate, p, all, closest_near(b.surrogate, known, p));
+                RC_ASSERT(again.facet.valid());
+                RC_ASSERT(std::fabs(std::sqrt(again.distance_squared) - std::sqrt(found.distance_squared)) < 1e-12);
+            }
         },
         {.count = 200});
     camber::testing::property(

@@ -204,12 +204,9 @@ struct PassReport {
     std::vector<std::pair<std::string, std::size_t>> rejected;  ///< by reason, those that there were
     double seconds = 0;
 };
-/// Inner nodes of a mesh of degree 2 that was remeshed, beside those that `curve` would give the same mesh, by the
-/// chord.
+/// What the nodes of inner edges of a remeshed mesh of degree 2 are for.
 struct RemeshedNodesReport {
     std::string objective;
-    std::size_t edges = 0, apart = 0;  ///< inner ones; those whose nodes are apart by more than 1 % of the chord
-    double mean_apart = 0, largest_apart = 0;
 };
 
 struct RemeshReport {

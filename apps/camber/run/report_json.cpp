@@ -82,12 +82,7 @@ Json json(const RemeshReport& r) {
     Json j{{"before", Json::parse(unit_mesh_json(r.before))},
            {"after", Json::parse(unit_mesh_json(r.after))},
            {"passes", std::move(passes)}};
-    if (r.nodes)
-        j["nodes"] = {{"objective", r.nodes->objective},
-                      {"edges", r.nodes->edges},
-                      {"apart", r.nodes->apart},
-                      {"mean_apart", r.nodes->mean_apart},
-                      {"largest_apart", r.nodes->largest_apart}};
+    if (r.nodes) j["nodes"] = {{"objective", r.nodes->objective}};
     return j;
 }
 Json json(const CadReport& c) {

@@ -104,11 +104,7 @@ std::string remesh_rows(const RemeshReport& r) {
                   fmt::format("{:.4g} -> {:.4g}", r.before.mean_quality, r.after.mean_quality)) +
         table_row("smallest quality in the metric",
                   fmt::format("{:.4g} -> {:.4g}", r.before.worst_quality, r.after.worst_quality));
-    if (r.nodes)
-        text += table_row("inner nodes", fmt::format("for {}; {} of {} not where curve has them, by {:.2g} of the "
-                                                     "chord at most",
-                                                     r.nodes->objective, grouped(r.nodes->apart),
-                                                     grouped(r.nodes->edges), r.nodes->largest_apart));
+    if (r.nodes) text += table_row("inner nodes", "for " + r.nodes->objective);
     for (const PassReport& p : r.passes)
         text += table_row(p.pass + ": accepted, of planned",
                           fmt::format("{}, {} ({} a second)", grouped(p.accepted), grouped(p.planned),

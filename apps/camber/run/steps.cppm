@@ -109,13 +109,6 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> finish(Runner<D>& run);
 
-/// Inner nodes of a mesh beside those that `curve` would give it, its boundary as it is. Errors: those of
-/// propose_curves.
-template <int D>
-[[nodiscard]] Outcome<RemeshedNodesReport> nodes_beside_curve(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry,
-                                                              const MetricSource<D>& metric,
-                                                              const CurveOptions& curving, const Execution& execution);
-
 /// A mesh that was read with its curves brings what else the stage `curve` proposes: its nodes become the plan where
 /// there is none.
 template <int D>

@@ -34,21 +34,12 @@ namespace camber::run {
 
 namespace {
 
-/// What passes put nodes of inner edges for, and by accuracy how far that is from what `curve` does; none where it
-/// finds nothing to compare with.
-template <int D>
-std::optional<RemeshedNodesReport> remeshed_nodes(const Changing<D>& changing, const QuadraticMesh<D>& mesh,
-                                                  const Column<LogMetric<D>>& log_metrics, const CurveOptions& curving,
-                                                  const Execution& execution) {
-    if (curving.aim != CurvingAim::accuracy)
-        return RemeshedNodesReport{.objective = std::string(word_of(
-                                       curving.aim == CurvingAim::energy ? Objective::energy : Objective::length))};
-    if (!changing.goal.geometry) return RemeshedNodesReport{.objective = std::string(word_of(Objective::accuracy))};
-    const bool is_natural = changing.goal.accuracy.metric_kind == MetricKind::natural;
-    const MetricSource<D> metric = is_natural ? natural_metric<D>() : metric_at_vertices<D>(log_metrics);
-    const auto nodes = nodes_beside_curve(mesh, *changing.goal.geometry, metric, curving, without_progress(execution));
-    if (!nodes) return RemeshedNodesReport{.objective = std::string(word_of(Objective::accuracy))};
-    return *nodes;
+/// What passes put nodes of inner edges for.
+RemeshedNodesReport remeshed_nodes(CurvingAim aim) {
+    const Objective objective = aim == CurvingAim::accuracy ? Objective::accuracy
+                                : aim == CurvingAim::energy ? Objective::energy
+                                                            : Objective::length;
+    return {.objective = std::string(word_of(objective))};
 }
 
 /// Whether a stage after the last pass places inner edges' nodes anew.
@@ -100,7 +91,7 @@ Outcome<Done> finish(Runner<D>& run) {
     if (changing->shared) return finish_rows(run, *changing);
     UnitMesh measured;
     std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
-    std::optional<RemeshedNodesReport> beside_curve;
+    std::optional<RemeshedNodesReport> placed_for;
     auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
         auto mesh = finished(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
@@ -112,9 +103,7 @@ Outcome<Done> finish(Runner<D>& run) {
             auto validation = validate(QuadraticMesh<D>{linear, edges, nodes}, run.state.bound, without_progress(e));
             if (!validation) return fail(validation.error());
             verdicts = verdicts_report(*validation, run.state.bound.is_asked);
-            if (!places_nodes_anew(run.config))
-                beside_curve =
-                    remeshed_nodes(*changing, {linear, edges, nodes}, mesh->log_metrics, run.state.curving, e);
+            if (!places_nodes_anew(run.config)) placed_for = remeshed_nodes(run.state.curving.aim);
         }
         auto in_metric =
             nodes.empty() ? measure_unit_mesh(linear, edges, mesh->log_metrics, metric, rest)
@@ -127,7 +116,7 @@ Outcome<Done> finish(Runner<D>& run) {
     auto histograms = with_after(std::move(changing->histograms), histograms_of(measured, "remeshed"));
     run.report(FinishedReport{std::move(measured.report), std::move(histograms)});
     if (verdicts) run.report(*verdicts);
-    if (beside_curve) run.report(FinishedNodesReport{std::move(*beside_curve)});
+    if (placed_for) run.report(FinishedNodesReport{std::move(*placed_for)});
     const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;
     run.state.inherited = Inherited<D>{
         std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),
