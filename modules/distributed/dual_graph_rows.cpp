@@ -11,6 +11,7 @@ import camber.core;
 import :dual_graph_rows;
 import :routing;
 import :row_runs;
+import :runs_of_rank;
 
 namespace camber {
 
@@ -71,17 +72,14 @@ Outcome<std::vector<std::vector<Arc>>> arcs_of(const std::vector<FaceRow<D>>& fa
 }
 
 template <int D>
-Outcome<std::vector<std::vector<FacetRow<D>>>> own_facets(const MeshRows<D>& rows, const Ranks& ranks) {
-    const RowCounts counts = rows.counts();
-    const Run own = part_of({0, counts.facets}, ranks.rank(), ranks.size());
-    const auto facets = rows.facets(own.begin, own.end);
-    if (!facets) return fail(facets.error());
+std::vector<std::vector<FacetRow<D>>> own_facets(const RunsOfRank<D>& runs, const Ranks& ranks) {
+    const Run own = part_of({0, runs.counts.facets}, ranks.rank(), ranks.size());
     std::vector<std::vector<FacetRow<D>>> to(ranks.size());
     for (std::size_t f = 0; f < own.size(); ++f) {
-        const auto& vertices = facets->vertices[f];
+        const auto& vertices = runs.facets.vertices[f];
         const std::size_t lowest = std::ranges::min(vertices).index();
-        to[rank_of_row(lowest, counts.points, ranks.size())].push_back(
-            {own.begin + f, vertices, facets->references[f], 0, no_element});
+        to[rank_of_row(lowest, runs.counts.points, ranks.size())].push_back(
+            {own.begin + f, vertices, runs.facets.references[f], 0, no_element});
     }
     return to;
 }
@@ -100,14 +98,13 @@ GraphRun graph_of(std::vector<Arc> arcs, std::size_t first, std::size_t rows) {
 }  // namespace
 
 template <int D>
-Outcome<DualRows<D>> dual_rows(const MeshRows<D>& rows, std::span<const SimplexVertices<D>> elements, std::size_t first,
-                               Ranks& ranks) {
-    const RowCounts counts = rows.counts();
-    const auto faces = faces_here<D>(elements, first, counts.points, ranks);
+Outcome<DualRows<D>> dual_rows(const RunsOfRank<D>& runs, std::size_t first, Ranks& ranks) {
+    const auto& elements = runs.elements.vertices;
+    const auto faces = faces_here<D>(elements, first, runs.counts.points, ranks);
     if (!faces) return fail(faces.error());
-    auto arcs = exchanged_values(ranks, arcs_of<D>(*faces, counts.elements, ranks.size()));
+    auto arcs = exchanged_values(ranks, arcs_of<D>(*faces, runs.counts.elements, ranks.size()));
     if (!arcs) return fail(arcs.error());
-    auto facets = exchanged_values(ranks, own_facets(rows, ranks));
+    auto facets = exchanged_values<FacetRow<D>>(ranks, own_facets(runs, ranks));
     if (!facets) return fail(facets.error());
     for (FacetRow<D>& facet : *facets) {
         const auto vertices = rising<D - 1>(facet.vertices);
@@ -117,9 +114,7 @@ Outcome<DualRows<D>> dual_rows(const MeshRows<D>& rows, std::span<const SimplexV
     return DualRows<D>{graph_of(std::move(*arcs), first, elements.size()), std::move(*facets)};
 }
 
-template Outcome<DualRows<2>> dual_rows<2>(const MeshRows<2>&, std::span<const SimplexVertices<2>>, std::size_t,
-                                           Ranks&);
-template Outcome<DualRows<3>> dual_rows<3>(const MeshRows<3>&, std::span<const SimplexVertices<3>>, std::size_t,
-                                           Ranks&);
+template Outcome<DualRows<2>> dual_rows<2>(const RunsOfRank<2>&, std::size_t, Ranks&);
+template Outcome<DualRows<3>> dual_rows<3>(const RunsOfRank<3>&, std::size_t, Ranks&);
 
 }  // namespace camber

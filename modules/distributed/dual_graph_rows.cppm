@@ -2,14 +2,12 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 module camber.distributed:dual_graph_rows;
 import camber.core;
 import :graph_run;
 import :ranks;
-import :row_runs;
-import :rows;
+import :runs_of_rank;
 
 namespace camber {
 
@@ -39,10 +37,9 @@ struct DualRows {
     std::vector<FacetRow<D>> facets;
 };
 
-/// `elements` are the rank's own, the first of them being row `first`. Errors, of any rank: input (more than two
-/// elements on a face, those of the rows).
+/// Of what a rank has runs of, its first element being row `first`. Errors, of any rank: input (more than two elements
+/// on a face).
 template <int D>
-[[nodiscard]] Outcome<DualRows<D>> dual_rows(const MeshRows<D>& rows, std::span<const SimplexVertices<D>> elements,
-                                             std::size_t first, Ranks& ranks);
+[[nodiscard]] Outcome<DualRows<D>> dual_rows(const RunsOfRank<D>& runs, std::size_t first, Ranks& ranks);
 
 }  // namespace camber

@@ -142,6 +142,8 @@ template <int K>
 inline constexpr Keyword curved_keyword = K == 1   ? Keyword::edges_p2
                                           : K == 2 ? Keyword::triangles_p2
                                                    : Keyword::tetrahedra_p2;
+template <int K, int Degree>
+inline constexpr Keyword simplex_keyword = Degree == 1 ? straight_keyword<K> : curved_keyword<K>;
 template <int K>
 inline constexpr Keyword ordering_keyword = K == 1   ? Keyword::edges_p2_ordering
                                             : K == 2 ? Keyword::triangles_p2_ordering

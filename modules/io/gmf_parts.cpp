@@ -17,9 +17,6 @@ namespace gmf {
 
 namespace {
 
-template <int K, int Degree>
-constexpr Keyword keyword_of = Degree == 1 ? straight_keyword<K> : curved_keyword<K>;
-
 /// A sink that makes all of a file but its rows of points and simplices, for which it leaves room.
 template <class LayoutType>
 class FrameWriter : public BinaryWriter<LayoutType> {
@@ -74,7 +71,7 @@ template <int D, int Degree, class Sink>
 Outcome<Done> put_frame(Sink& sink, const LinearMesh<D>& lists, GmfFrame& frame) {
     const PartTotals& totals = frame.totals;
     const auto simplices = [&]<int K>(std::integral_constant<int, K>, std::size_t n, std::uint64_t& start) {
-        return sink.template room<SimplexRow<nodes_of_degree<K, Degree>>>(keyword_of<K, Degree>, n, start);
+        return sink.template room<SimplexRow<nodes_of_degree<K, Degree>>>(simplex_keyword<K, Degree>, n, start);
     };
     return sink.value(Keyword::dimension, D)
         .and_then([&](Done) {

@@ -205,7 +205,7 @@ Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notice
     return raw;
 }
 
-template <int D>
+template <int D, int Degree>
 Outcome<LinearMesh<D>> read_lists(const File& file) {
     LinearMesh<D> lists;
     std::vector<Notice> notices;
@@ -221,13 +221,13 @@ Outcome<LinearMesh<D>> read_lists(const File& file) {
         });
     };
     const std::size_t points = limit(Keyword::vertices);
-    const std::size_t facets = limit(straight_keyword<D - 1>), edges = D == 3 ? limit(straight_keyword<1>) : 0;
+    const std::size_t elements = limit(simplex_keyword<D, Degree>);
+    const std::size_t facets = limit(simplex_keyword<D - 1, Degree>);
+    const std::size_t edges = D == 3 ? limit(simplex_keyword<1, Degree>) : 0;
     auto done = read(Keyword::corners, points, lists.corners)
                     .and_then([&](Done) { return read(Keyword::required_vertices, points, lists.required_vertices); })
                     .and_then([&](Done) { return read(Keyword::ridges, D == 3 ? edges : facets, lists.ridges); })
-                    .and_then([&](Done) {
-                        return read(required_keyword<D>, limit(straight_keyword<D>), lists.elements.required);
-                    })
+                    .and_then([&](Done) { return read(required_keyword<D>, elements, lists.elements.required); })
                     .and_then([&](Done) { return read(required_keyword<D - 1>, facets, lists.facets.required); })
                     .and_then([&](Done) -> Outcome<Done> {
                         if constexpr (D == 3) return read(required_keyword<1>, edges, lists.edges.required);
@@ -242,7 +242,8 @@ Outcome<LinearMesh<D>> read_lists(const File& file) {
 
 #define CAMBER_INSTANTIATE(D)                                                                            \
     template Outcome<listing::Mesh<D>> read_raw<D>(const File&, std::vector<Notice>&, const Execution&); \
-    template Outcome<LinearMesh<D>> read_lists<D>(const File&);
+    template Outcome<LinearMesh<D>> read_lists<D, 1>(const File&);                                       \
+    template Outcome<LinearMesh<D>> read_lists<D, 2>(const File&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -16,8 +16,8 @@ template <int D>
 [[nodiscard]] Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices,
                                                  const Execution& execution);
 
-/// What a file of degree 1 says beside its rows.
-template <int D>
+/// What a file of one degree says beside its rows.
+template <int D, int Degree>
 [[nodiscard]] Outcome<LinearMesh<D>> read_lists(const File& file);
 
 /// Normals, tangents, and places on CAD entities, of a file with so many vertices. Normals or tangents that are not

@@ -1,14 +1,19 @@
 module;
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 module camber.io;
 import camber.core;
+import camber.bezier;
+import :gmf_order;
+import :gmf_parts;
 import :gmf_runs;
 
 namespace camber {
@@ -17,27 +22,35 @@ namespace gmf {
 
 namespace {
 
-constexpr const char* read_whole = "read it as a whole, or convert it: camber convert IN.mesh OUT.meshb --straighten";
+constexpr const char* straighten = "read it as a whole, or convert it: camber convert IN.mesh OUT.meshb --straighten";
+constexpr const char* rewrite = "read it as a whole, or convert it: camber convert IN.mesh -o OUT.meshb";
 
 std::size_t count_of(const File& file, Keyword keyword) {
     const Block* const block = file.find(keyword);
     return block ? block->count : 0;
 }
 
-/// Counts fit their blocks, so that any run of rows is there. Errors: see check_size.
-template <int K>
+/// Counts fit their blocks, so that any run of rows is there, and no others are of the other degree. Errors: see
+/// check_size; unsupported.
+template <int K, int Degree>
 Outcome<Done> check_simplices(const File& file) {
-    if (const Block* const curved = file.find(curved_keyword<K>); curved && curved->count > 0)
-        return fail(ErrorKind::unsupported, "elements of degree 2 are not read by runs", place(file, curved->start), {},
-                    read_whole);
-    const Block* const block = file.find(straight_keyword<K>);
-    return block ? check_size(file, *block, K + 2, 0) : Outcome<Done>(Done{});
+    if (const Block* const others = file.find(simplex_keyword<K, 3 - Degree>); others && others->count > 0)
+        return fail(ErrorKind::unsupported,
+                    Degree == 1 ? "elements of degree 2 are not read by runs"
+                                : std::string(others->info->name) + " beside those of degree 2 are not read by runs",
+                    place(file, others->start), {}, Degree == 1 ? straighten : rewrite);
+    const Block* const block = file.find(simplex_keyword<K, Degree>);
+    if (!block) return Done{};
+    if (auto fits = check_size(file, *block, nodes_of_degree<K, Degree> + 1, 0); !fits) return fits;
+    if constexpr (Degree == 2)
+        if (auto order = read_order<K>(file); !order) return fail(order.error());
+    return Done{};
 }
 
-template <int D>
+template <int D, int Degree>
 Outcome<Done> check_blocks(const File& file) {
     if (file.encoding == GmfEncoding::ascii)
-        return fail(ErrorKind::unsupported, "text is not read by runs", file.name, {}, read_whole);
+        return fail(ErrorKind::unsupported, "text is not read by runs", file.name, {}, rewrite);
     if (*file.dimension != D)
         return fail(ErrorKind::unsupported, "the mesh is not one of dimension " + std::to_string(D), file.name);
     for (const Block& block : file.blocks)
@@ -46,10 +59,13 @@ Outcome<Done> check_blocks(const File& file) {
                         place(file, block.start), {}, "convert it: camber convert");
     const Block* const points = file.find(Keyword::vertices);
     if (!points) return fail_at(file, 0, "the file has no Vertices", "give a mesh");
+    if (Degree == 2 && file.bezier_basis == 1)
+        return fail(ErrorKind::unsupported, "nodes that are control points are not read by runs", file.name, {},
+                    rewrite);
     return check_size(file, *points, 1, D)
-        .and_then([&](Done) { return check_simplices<D>(file); })
-        .and_then([&](Done) { return check_simplices<D - 1>(file); })
-        .and_then([&](Done) { return D == 3 ? check_simplices<1>(file) : Outcome<Done>(Done{}); });
+        .and_then([&](Done) { return check_simplices<D, Degree>(file); })
+        .and_then([&](Done) { return check_simplices<D - 1, Degree>(file); })
+        .and_then([&](Done) { return D == 3 ? check_simplices<1, Degree>(file) : Outcome<Done>(Done{}); });
 }
 
 /// store(row of the run, row) → Fault for each of `size` rows from `begin` on, by one thread: others read other runs.
@@ -75,63 +91,91 @@ Outcome<Done> read_run(const File& file, Keyword keyword, std::size_t begin, std
 
 }  // namespace gmf
 
-template <int D>
-GmfCounts GmfRuns<D>::counts() const {
-    using gmf::count_of, gmf::straight_keyword;
-    return {count_of(*file_, gmf::Keyword::vertices), count_of(*file_, straight_keyword<D>),
-            count_of(*file_, straight_keyword<D - 1>), D == 3 ? count_of(*file_, straight_keyword<1>) : 0};
+template <int D, int Degree>
+GmfCounts GmfRuns<D, Degree>::counts() const {
+    using gmf::count_of, gmf::simplex_keyword;
+    return {count_of(*file_, gmf::Keyword::vertices), count_of(*file_, simplex_keyword<D, Degree>),
+            count_of(*file_, simplex_keyword<D - 1, Degree>),
+            D == 3 ? count_of(*file_, simplex_keyword<1, Degree>) : 0};
 }
 
-template <int D>
-Outcome<Done> GmfRuns<D>::points(std::size_t begin, std::span<Vec<D>> points, std::span<Reference> references) const {
+template <int D, int Degree>
+Outcome<Done> GmfRuns<D, Degree>::points(std::size_t begin, std::span<Vec<D>> points,
+                                         std::span<Reference> references) const {
     return gmf::read_run<gmf::VertexRow<D>>(*file_, gmf::Keyword::vertices, begin, points.size(),
                                             [&](std::size_t i, const gmf::VertexRow<D>& row) {
                                                 return gmf::store_point<D>(row, points[i], references[i]);
                                             });
 }
 
-template <int D>
+template <int D, int Degree>
 template <int K>
-Outcome<Done> GmfRuns<D>::simplices(std::size_t begin, std::span<SimplexVertices<K>> vertices,
-                                    std::span<Reference> references) const {
+Outcome<Done> GmfRuns<D, Degree>::simplices(std::size_t begin, std::span<Nodes<K>> nodes,
+                                            std::span<Reference> references) const {
+    constexpr int count = nodes_of_degree<K, Degree>;
     const std::size_t points = counts().points;
-    return gmf::read_run<gmf::SimplexRow<K + 1>>(*file_, gmf::straight_keyword<K>, begin, vertices.size(),
-                                                 [&](std::size_t i, const gmf::SimplexRow<K + 1>& row) -> gmf::Fault {
-                                                     // Of the whole file such edges are left out, which changes the
-                                                     // numbers of those behind.
-                                                     if (K == 1 && row.integer[0] == row.integer[1])
-                                                         return {gmf::FaultKind::repeated, row.integer[0]};
-                                                     return gmf::store_simplex<K + 1>(row, points, vertices[i],
-                                                                                      references[i]);
-                                                 });
+    const auto store = [&](std::size_t i, const gmf::SimplexRow<count>& row) -> gmf::Fault {
+        // Of the whole file such edges are left out, which changes the numbers of those behind.
+        if (K == 1 && row.integer[0] == row.integer[1]) return {gmf::FaultKind::repeated, row.integer[0]};
+        return gmf::store_simplex<count>(row, points, nodes[i], references[i]);
+    };
+    auto read =
+        gmf::read_run<gmf::SimplexRow<count>>(*file_, gmf::simplex_keyword<K, Degree>, begin, nodes.size(), store);
+    if constexpr (Degree == 2) {
+        if (!read) return read;
+        const auto order = gmf::read_order<K>(*file_);
+        if (!order) return fail(order.error());
+        if (!*order) return read;
+        for (Nodes<K>& simplex : nodes) {
+            const Nodes<K> in_file = simplex;
+            for (std::size_t n = 0; n < in_file.size(); ++n) simplex[(**order)[n]] = in_file[n];
+        }
+    }
+    return read;
 }
 
-template <int D>
-Outcome<LinearMesh<D>> GmfRuns<D>::lists() const {
-    return guarded([&] { return gmf::read_lists<D>(*file_); });
+template <int D, int Degree>
+Outcome<LinearMesh<D>> GmfRuns<D, Degree>::lists() const {
+    return guarded([&] { return gmf::read_lists<D, Degree>(*file_); });
 }
 
-template <int D>
-Outcome<GmfRuns<D>> gmf_runs(std::span<const std::byte> bytes, std::string_view name) {
-    return guarded([&]() -> Outcome<GmfRuns<D>> {
-        auto file = gmf::open_file(bytes, name, {});
-        if (!file) return fail(std::move(file.error()));
-        if (auto fits = gmf::check_blocks<D>(*file); !fits) return fail(std::move(fits.error()));
-        return GmfRuns<D>(std::make_shared<const gmf::File>(std::move(*file)));
+Outcome<GmfShape> gmf_shape(std::span<const std::byte> bytes, std::string_view name) {
+    return guarded([&]() -> Outcome<GmfShape> {
+        const auto file = gmf::open_file(bytes, name, {});
+        if (!file) return fail(file.error());
+        const std::size_t curved = gmf::count_of(*file, gmf::curved_keyword<1>) +
+                                   gmf::count_of(*file, gmf::curved_keyword<2>) +
+                                   gmf::count_of(*file, gmf::curved_keyword<3>);
+        return GmfShape{static_cast<int>(*file->dimension), curved > 0 ? 2 : 1};
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template class GmfRuns<D>;                                                                                        \
-    template Outcome<Done> GmfRuns<D>::simplices<D>(std::size_t, std::span<SimplexVertices<D>>, std::span<Reference>) \
-        const;                                                                                                        \
-    template Outcome<Done> GmfRuns<D>::simplices<D - 1>(std::size_t, std::span<SimplexVertices<D - 1>>,               \
-                                                        std::span<Reference>) const;                                  \
-    template Outcome<GmfRuns<D>> gmf_runs<D>(std::span<const std::byte>, std::string_view);
+template <int D, int Degree>
+Outcome<GmfRuns<D, Degree>> gmf_runs(std::span<const std::byte> bytes, std::string_view name) {
+    return guarded([&]() -> Outcome<GmfRuns<D, Degree>> {
+        auto file = gmf::open_file(bytes, name, {});
+        if (!file) return fail(std::move(file.error()));
+        if (auto fits = gmf::check_blocks<D, Degree>(*file); !fits) return fail(std::move(fits.error()));
+        return GmfRuns<D, Degree>(std::make_shared<const gmf::File>(std::move(*file)));
+    });
+}
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-template Outcome<Done> GmfRuns<3>::simplices<1>(std::size_t, std::span<SimplexVertices<1>>, std::span<Reference>) const;
+#define CAMBER_INSTANTIATE_SIMPLICES(D, DEGREE, K)                                                                \
+    template Outcome<Done> GmfRuns<D, DEGREE>::simplices<K>(std::size_t, std::span<GmfRuns<D, DEGREE>::Nodes<K>>, \
+                                                            std::span<Reference>) const;
+#define CAMBER_INSTANTIATE(D, DEGREE)                \
+    template class GmfRuns<D, DEGREE>;               \
+    CAMBER_INSTANTIATE_SIMPLICES(D, DEGREE, D)       \
+    CAMBER_INSTANTIATE_SIMPLICES(D, DEGREE, (D - 1)) \
+    template Outcome<GmfRuns<D, DEGREE>> gmf_runs<D, DEGREE>(std::span<const std::byte>, std::string_view);
+
+CAMBER_INSTANTIATE(2, 1)
+CAMBER_INSTANTIATE(3, 1)
+CAMBER_INSTANTIATE(2, 2)
+CAMBER_INSTANTIATE(3, 2)
+CAMBER_INSTANTIATE_SIMPLICES(3, 1, 1)
+CAMBER_INSTANTIATE_SIMPLICES(3, 2, 1)
 #undef CAMBER_INSTANTIATE
+#undef CAMBER_INSTANTIATE_SIMPLICES
 
 }  // namespace camber

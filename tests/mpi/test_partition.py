@@ -13,20 +13,26 @@ PARTS = 5
 
 class Partition(OnRanks):
     def cells(self, name):
-        """Of each kind of cells a sorted list of (places of their vertices, reference)."""
+        """Of each kind of cells a sorted list of (places of their nodes, reference)."""
         mesh = gmf.read(self.folder / name)
         places = [tuple(point) for point in numpy.array(mesh.points).tolist()]
         return {kind: sorted((tuple(sorted(places[v] for v in cell)), int(reference))
                              for cell, reference in zip(cells.nodes.tolist(), cells.refs.tolist()))
                 for kind, cells in mesh.cells.items()}
 
+    def in_parts(self, ranks, parts, *arguments):
+        """What ranks bring into parts.pvtu, of which the cells are given."""
+        run = self.on_ranks(ranks, *arguments, "-o", "parts.pvtu", "--partition", parts)
+        if "PT-Scotch" in run.stderr:
+            self.skipTest("Camber was built without PT-Scotch")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.camber("convert", "parts.pvtu", "-o", "joined.meshb")
+        return self.cells("joined.meshb")
+
     def test_parts_are_the_whole(self):
         for kind, shape in (("Tetrahedra", ("box", "--set", "cells=[8,8,8]")), ("Triangles", ("rectangle", "--set", "cells=[20,20]"))):
             self.camber("generate", *shape, "-o", "whole.meshb")
-            run = self.on_ranks(3, "convert", "whole.meshb", "-o", "parts.pvtu", "--partition", PARTS)
-            if "PT-Scotch" in run.stderr:
-                self.skipTest("Camber was built without PT-Scotch")
-            self.assertEqual(run.returncode, 0, run.stderr)
+            joined = self.in_parts(3, PARTS, "convert", "whole.meshb")
             sizes = []
             for part in range(1, PARTS + 1):
                 self.camber("convert", f"parts.{part}.vtu", "-o", "part.meshb")
@@ -34,17 +40,17 @@ class Partition(OnRanks):
             mean = sum(sizes) / PARTS
             self.assertLess(max(sizes) / mean, 1.06, sizes)
             self.assertGreater(min(sizes) / mean, 0.94, sizes)
-            self.camber("convert", "parts.pvtu", "-o", "joined.meshb")
-            self.assertEqual(self.cells("joined.meshb"), self.cells("whole.meshb"))
+            self.assertEqual(joined, self.cells("whole.meshb"))
+
+    def test_parts_of_degree_2_are_the_whole_to_the_bit(self):
+        for shape in (("shell", "--set", "inner_size=0.5"), ("annulus", "--elements", 300)):
+            self.camber("generate", *shape, "-o", "straight.meshb")
+            self.camber("curve", "straight.meshb", "-o", "whole.meshb")
+            self.assertEqual(self.in_parts(3, PARTS, "convert", "whole.meshb"), self.cells("whole.meshb"))
 
     def test_more_ranks_than_parts(self):
         self.camber("generate", "box", "-o", "whole.meshb")
-        run = self.on_ranks(4, "convert", "whole.meshb", "-o", "parts.pvtu", "--partition", 2)
-        if "PT-Scotch" in run.stderr:
-            self.skipTest("Camber was built without PT-Scotch")
-        self.assertEqual(run.returncode, 0, run.stderr)
-        self.camber("convert", "parts.pvtu", "-o", "joined.meshb")
-        self.assertEqual(self.cells("joined.meshb"), self.cells("whole.meshb"))
+        self.assertEqual(self.in_parts(4, 2, "convert", "whole.meshb"), self.cells("whole.meshb"))
 
     def test_what_ranks_do_not_convert_is_refused(self):
         self.camber("generate", "box", "-o", "whole.meshb")

@@ -249,7 +249,7 @@ Outcome<Done> check_on_ranks(const ConvertArguments& a) {
         return fail(ErrorKind::usage, "several ranks convert a mesh to a .pvtu in parts, and nothing else", a.output,
                     {}, "camber, or mpirun -n 1");
     if (!a.input.ends_with(".meshb") || !a.metric.empty() || a.elevate || a.straighten || !a.format.empty())
-        return fail(ErrorKind::usage, "several ranks take a .meshb of degree 1 as it is", a.input, {},
+        return fail(ErrorKind::usage, "several ranks take a .meshb as it is", a.input, {},
                     "camber convert brings it into that form");
     return Done{};
 }

@@ -158,28 +158,29 @@ struct Writer {
 };
 
 /// As PieceRows, of a piece of what a rank has.
-template <int D>
-PieceRows rows_of(const RowCounts& whole, const PartsOfRank<D>& own, const MeshPiece<LinearMesh<D>>& piece) {
+template <class Mesh>
+PieceRows rows_of(const RowCounts& whole, const PartsOfRank<Mesh>& own, const MeshPiece<Mesh>& piece) {
     PieceRows rows;
     const auto add = [](std::vector<std::uint64_t>& to, const Column<std::uint32_t>& from,
                         const std::vector<std::uint64_t>& numbers, std::size_t before) {
         for (const std::uint32_t row : from) to.push_back(before + numbers[row]);
     };
     add(rows.nodes, piece.vertices, own.vertices, 0);
+    add(rows.nodes, piece.mid_nodes, own.mid_nodes, whole.points);
     add(rows.cells, piece.elements, own.elements, 0);
     add(rows.cells, piece.facets, own.facets, whole.elements);
     add(rows.cells, piece.edges, own.edges, whole.elements + whole.facets);
     return rows;
 }
 
-template <int D>
-Outcome<Done> write_own_parts(const Writer& writer, const MeshRows<D>& rows, const PartsOfRank<D>& own,
+template <class Mesh>
+Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, const PartsOfRank<Mesh>& own,
                               const std::vector<std::string>& names) {
     const CellParts parts{own.part_of_element, own.part_of_facet, own.part_of_edge};
     for (std::size_t p = own.first; p < own.last; ++p) {
         const auto piece = piece_of(own.mesh, parts, static_cast<std::int32_t>(p), writer.execution);
         if (!piece) return fail(piece.error());
-        const PieceRows numbers_here = rows_of(rows.counts(), own, *piece);
+        const PieceRows numbers_here = rows_of(whole, own, *piece);
         MeshFields fields = MeshFields().with(
             numbers("partition", Centring::cell, std::vector<std::uint64_t>(numbers_here.cells.size(), p)));
         fields = std::move(fields).with(numbers(global_nodes, Centring::node, numbers_here.nodes));
@@ -189,20 +190,37 @@ Outcome<Done> write_own_parts(const Writer& writer, const MeshRows<D>& rows, con
     return Done{};
 }
 
-template <int D>
-Outcome<std::vector<std::string>> write_on_ranks(const Host& host, const Opened<D>& opened, std::size_t parts,
-                                                 const Writer& writer) {
-    Ranks& ranks = *host.ranks;
-    const auto own = parts_of_rows<D>(*opened.rows, parts, host.partition, ranks);
-    if (!own) return fail(own.error());
+/// The pieces of all ranks, and what names them.
+template <class Mesh>
+Outcome<std::vector<std::string>> write_on_ranks(Ranks& ranks, const RowCounts& whole, const PartsOfRank<Mesh>& own,
+                                                 std::size_t parts, const Writer& writer) {
     std::vector<std::string> names;
     names.reserve(parts);
     for (std::size_t p = 0; p < parts; ++p) names.push_back(part_name(writer.path, p + 1, ".vtu"));
-    if (auto all = agreed(ranks, write_own_parts(writer, *opened.rows, *own, names)); !all) return fail(all.error());
-    const bool has_first = own->first == 0 && own->last > 0;
+    if (auto all = agreed(ranks, write_own_parts(writer, whole, own, names)); !all) return fail(all.error());
+    const bool has_first = own.first == 0 && own.last > 0;
     auto listed = agreed(ranks, has_first ? writer.write_list(names) : Outcome<Done>(Done{}));
     if (!listed) return fail(listed.error());
     return names;
+}
+
+/// A file of whichever degree, in parts.
+template <int D>
+Outcome<std::vector<std::string>> convert_on_ranks(const Host& host, const std::string& input, int degree,
+                                                   std::size_t parts, const Writer& writer) {
+    Ranks& ranks = *host.ranks;
+    if (degree == 1) {
+        const auto opened = agreed(ranks, mapped<D>(input));
+        if (!opened) return fail(opened.error());
+        const auto own = parts_of_rows<D>(*opened->rows, parts, host.partition, ranks);
+        if (!own) return fail(own.error());
+        return write_on_ranks(ranks, opened->rows->counts(), *own, parts, writer);
+    }
+    const auto rows = mapped_quadratic<D>(input, ranks);
+    if (!rows) return fail(rows.error());
+    const auto own = parts_of_quadratic_rows<D>(**rows, parts, host.partition, ranks, writer.execution);
+    if (!own) return fail(own.error());
+    return write_on_ranks(ranks, (*rows)->counts(), *own, parts, writer);
 }
 
 }  // namespace
@@ -231,15 +249,11 @@ Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, cons
     if (!format) return fail(format.error());
     Written written;
     const Writer writer{**format, options, path, written, execution};
-    auto in_space = mapped<3>(input);
-    Outcome<Opened<2>> plane = fail(ErrorKind::internal, "not opened");
-    if (!in_space && in_space.error().kind == ErrorKind::unsupported) plane = mapped<2>(input);
-    const bool is_open = in_space || plane;
-    if (auto all = agreed(*host.ranks, is_open ? Outcome<Done>(Done{}) : fail(in_space.error())); !all)
-        return fail(all.error());
     return together(*host.ranks, [&]() -> Outcome<Names> {
-        return in_space ? write_on_ranks<3>(host, *in_space, parts, writer)
-                        : write_on_ranks<2>(host, *plane, parts, writer);
+        const auto shape = agreed(*host.ranks, shape_of_file(input));
+        if (!shape) return fail(shape.error());
+        return shape->dimension == 3 ? convert_on_ranks<3>(host, input, shape->degree, parts, writer)
+                                     : convert_on_ranks<2>(host, input, shape->degree, parts, writer);
     });
 }
 

@@ -24,7 +24,7 @@ namespace camber::app {
                                            EncodeOptions options, const std::string& path, Written& written,
                                            const Execution& execution);
 
-/// The same of a binary .meshb of degree 1 that several ranks read, into a .pvtu whose pieces each of them writes some
+/// The same of a binary .meshb that several ranks read, into a .pvtu whose pieces each of them writes some
 /// of: all ranks call it. The names of the pieces. Errors: of any rank; usage, unsupported.
 [[nodiscard]] Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input,
                                                                         std::size_t parts, EncodeOptions options,

@@ -24,6 +24,14 @@ struct Opened {
 template <int D>
 [[nodiscard]] Outcome<Opened<D>> mapped(const std::string& path);
 
+/// The same of a file of degree 2. All ranks call it. Errors: of any rank; unsupported where it is of another form than
+/// QuadraticRows takes.
+template <int D>
+[[nodiscard]] Outcome<std::unique_ptr<QuadraticRows<D>>> mapped_quadratic(const std::string& path, Ranks& ranks);
+
+/// What simplices a binary file has. Errors: input.
+[[nodiscard]] Outcome<GmfShape> shape_of_file(const std::string& path);
+
 /// A mesh of degree 1 in memory, made sound, in an order in which what is near is near.
 template <int D>
 [[nodiscard]] Outcome<Opened<D>> prepared(LinearMesh<D> given, std::vector<std::string>& notices,
