@@ -12,6 +12,17 @@ import camber.recipes;
 
 namespace camber::app {
 
+namespace {
+
+void add_partition(CLI::App* verb, PipelineArguments& a) {
+    const auto partition = camber::option_of(&camber::config::Output::partition);
+    verb->add_option("--partition", a.partition,
+                     "The mesh in so many parts for a solver, as convert has it: -o OUT.pvtu, which names its pieces")
+        ->check(within<int>(partition.limits));
+}
+
+}  // namespace
+
 void add_run(CLI::App& app, Verb& verb) {
     CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
     run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
@@ -42,6 +53,7 @@ void add_curve(CLI::App& app, Verb& verb) {
         ->transform(CLI::AsSizeValue(false));
     add_bound(curve, a);
     add_solution_along(curve, a.solution);
+    add_partition(curve, a);
     add_pipeline(curve, a);
     add_histogram(curve, a.histogram);
 }
@@ -109,6 +121,7 @@ void add_remesh(CLI::App& app, Verb& verb) {
     remesh->add_option("--output-metric", a.output_metric,
                        "Also write the metric at the new vertices (" + endings_of_solutions() + ")");
     add_solution_along(remesh, a.solution);
+    add_partition(remesh, a);
     add_pipeline(remesh, a);
     add_histogram(remesh, a.histogram);
 }

@@ -30,8 +30,8 @@ const std::vector<std::string> verbs_by_blocks{"curve", "remesh", "generate", "c
 int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>& ranks,
              const GraphPartitioner& partition) {
     if (app.got_subcommand("run")) return run_command(verb.run);
-    if (app.got_subcommand("curve")) return curve_command(verb.curve, {.ranks = ranks});
-    if (app.got_subcommand("remesh")) return remesh_command(verb.remesh, {.ranks = ranks});
+    if (app.got_subcommand("curve")) return curve_command(verb.curve, {.ranks = ranks, .partition = partition});
+    if (app.got_subcommand("remesh")) return remesh_command(verb.remesh, {.ranks = ranks, .partition = partition});
     if (app.got_subcommand("adapt")) return adapt_command(verb.adapt);
     if (app.got_subcommand("repair")) return repair_command(verb.repair);
     if (app.got_subcommand("plot")) return plot_command(verb.plot);

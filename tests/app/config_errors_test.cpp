@@ -34,7 +34,7 @@ TEST_CASE("unknown keys are refused with their path and the nearest known key") 
     CHECK(error_with(R"("output": {"qqqqqqqqq": 1})") ==
           "config.json: /output/qqqqqqqqq: unknown key (known: mesh, format, report, vtu, vtu_cells, metric, solution, "
           "plots, page, "
-          "distances)");
+          "distances, partition)");
     CHECK(error_with(R"("metric": "naturl")") ==
           "config.json: /metric: unknown word \"naturl\" (did you mean \"natural\"?)");
     CHECK(error_with(R"("output": {"$schema": "only at the top"})")

@@ -48,6 +48,20 @@ class Partition(OnRanks):
             self.camber("curve", "straight.meshb", "-o", "whole.meshb")
             self.assertEqual(self.in_parts(3, PARTS, "convert", "whole.meshb"), self.cells("whole.meshb"))
 
+    def test_what_ranks_curve_and_remesh_goes_into_parts(self):
+        """What they write as one file, in parts; nothing is written but these."""
+        self.camber("generate", "annulus", "--elements", 300, "-o", "in.meshb")
+        for verb in (("curve", "in.meshb", "--blocks", 60), ("remesh", "in.meshb", "--metric", 0.1, "--blocks", 200)):
+            self.camber(*verb, "-o", "whole.meshb")
+            before = {p.name for p in self.folder.iterdir()}
+            joined = self.in_parts(3, 2, *verb)
+            self.assertEqual({p.name for p in self.folder.iterdir()} - before,
+                             {"parts.pvtu", "parts.1.vtu", "parts.2.vtu", "joined.meshb"})
+            self.assertEqual(joined, self.cells("whole.meshb"))
+            for path in self.folder.glob("parts.*"):
+                path.unlink()
+            (self.folder / "joined.meshb").unlink()
+
     def test_more_ranks_than_parts(self):
         self.camber("generate", "box", "-o", "whole.meshb")
         self.assertEqual(self.in_parts(4, 2, "convert", "whole.meshb"), self.cells("whole.meshb"))
@@ -58,6 +72,9 @@ class Partition(OnRanks):
             run = self.on_ranks(2, "convert", "whole.meshb", *arguments)
             self.assertEqual(run.returncode, 2, run.stderr)
             self.assertEqual(run.stderr.count("camber: "), 1, run.stderr)
+        run = self.on_ranks(2, "curve", "whole.meshb", "-o", "no.vtu", "--partition", 2)
+        self.assertEqual(run.returncode, 3, run.stderr)
+        self.assertIn(".pvtu in parts (--partition)", run.stderr)
 
 
 if __name__ == "__main__":

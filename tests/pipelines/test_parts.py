@@ -48,6 +48,16 @@ class Partition(unittest.TestCase):
         self.assertIn("GlobalNodeId", self.camber("info", "parts.2.msh").stdout)
         self.assertEqual(self.counts("parts.msh"), self.counts("curved.meshb"))
 
+    def test_what_is_curved_goes_into_parts_at_once(self):
+        for more in ((), ("--blocks", 300)):
+            self.camber("curve", "shell.meshb", "-o", "parts.pvtu", "--partition", 3, *more)
+            self.assertEqual(self.counts("parts.pvtu"), self.counts("curved.meshb"))
+        for arguments, said in ((("-o", "parts.pvtu"), "say into how many: --partition N"),
+                                (("-o", "-", "--format", "vtu", "--partition", 2), "parts are several")):
+            run = self.folder.camber("curve", "shell.meshb", *arguments)
+            self.assertEqual(run.returncode, 2, run.stderr)
+            self.assertIn(said, run.stderr)
+
     def test_the_same_parts_again(self):
         for name in ("a", "b"):
             self.camber("convert", "shell.meshb", "-o", f"{name}.meshb", "--partition", 4, "--threads", 1 + (name == "b"))

@@ -26,6 +26,7 @@ import :ending;
 import :execute;
 import :formats;
 import :given;
+import :in_parts;
 import :opened_rows;
 import :written_together;
 
@@ -74,9 +75,13 @@ class Steps {
 
 bool is_meshb(const std::string& path) { return path.ends_with(".meshb"); }
 
-/// The output of a run that is written by parts.
-bool writes_parts(const config::Pipeline& pipeline) {
-    return is_meshb(pipeline.output.mesh) && pipeline.output.format.empty();
+/// The output of a run that each rank writes its rows of.
+bool is_written_by_rows(const config::Output& output) {
+    return is_meshb(output.mesh) && output.format.empty() && output.partition == 0;
+}
+/// The output that each rank writes some pieces of.
+bool is_written_by_pieces(const config::Output& output) {
+    return names_its_pieces(output.mesh) && output.format.empty() && output.partition > 0;
 }
 
 /// One run by blocks.
@@ -101,13 +106,15 @@ class BlocksRun {
         if (auto bounded = keep_to_memory(); !bounded) return fail(bounded.error());
         if (auto outputs = check_outputs_here(); !outputs) return fail(outputs.error());
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
-        if (file != nullptr && is_meshb(file->path) && writes_parts(pipeline_) && is_mapped())
-            return run_mapped(file->path);
+        if (file != nullptr && is_meshb(file->path) && is_mapped()) return run_mapped(file->path);
         return run_in_memory();
     }
 
     /// One rank takes a mesh as it is; what it cannot hold, and several ranks, take it by offsets.
-    [[nodiscard]] bool is_mapped() const { return host_.ranks->size() > 1 || run::memory_by_blocks(pipeline_) > 0; }
+    [[nodiscard]] bool is_mapped() const {
+        return host_.ranks->size() > 1 ||
+               (run::memory_by_blocks(pipeline_) > 0 && is_written_by_rows(pipeline_.output));
+    }
 
     /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the
     /// bound.
@@ -134,8 +141,9 @@ class BlocksRun {
             if (!other.empty())
                 return fail(ErrorKind::unsupported, "is not written by blocks", other, {},
                             "write the mesh and its report, and make the others of these");
-        if (host_.ranks->size() > 1 && !writes_parts(pipeline_))
-            return fail(ErrorKind::unsupported, "several ranks write a mesh as .meshb", output.mesh, {},
+        if (host_.ranks->size() > 1 && !is_written_by_rows(output) && !is_written_by_pieces(output))
+            return fail(ErrorKind::unsupported,
+                        "several ranks write a mesh as .meshb, or as a .pvtu in parts (--partition)", output.mesh, {},
                         "camber convert brings it into any other format");
         return host_.ranks->rank() == 0 ? check_outputs(output) : Done{};
     }
@@ -285,8 +293,17 @@ class BlocksRun {
 
     template <int D>
     Outcome<Done> write(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
-        if (writes_parts(pipeline_) && !opened.order && !opened.lift) return write_parts(opened, curved, execution);
-        const auto format = format_of_mesh(pipeline_.output.mesh, pipeline_.output.format);
+        const config::Output& output = pipeline_.output;
+        const bool is_as_given = !opened.order && !opened.lift;
+        if (host_.ranks->size() > 1 && !is_as_given)
+            return fail(ErrorKind::unsupported,
+                        opened.lift ? "several ranks write no flat mesh in space"
+                                    : "several ranks write a mesh in the order that it has, and this is a bad one",
+                        output.mesh, {}, "camber reorders and writes it: by one process");
+        if (host_.ranks->size() > 1 && is_written_by_pieces(output)) return write_pieces(opened, curved, execution);
+        if (is_written_by_rows(output) && is_as_given) return write_parts(opened, curved, execution);
+        const auto format = output.partition > 0 ? format_of_parts(output.mesh, output.format)
+                                                 : format_of_mesh(output.mesh, output.format);
         if (!format) return fail(format.error());
         auto mesh = joined(curved, *opened.mesh, execution);
         if (!mesh) return fail(mesh.error());
@@ -301,7 +318,23 @@ class BlocksRun {
             if (!in_space) return fail(in_space.error());
             whole = std::move(*in_space);
         }
-        return write_mesh(**format, whole, {}, {}, pipeline_.output.mesh, execution);
+        const EncodeOptions options{output.vtu_cells};
+        if (output.partition > 0)
+            return write_in_parts(**format, {whole, {}}, static_cast<std::size_t>(output.partition), options,
+                                  output.mesh, written_, execution);
+        return write_mesh(**format, whole, {}, options, output.mesh, execution);
+    }
+
+    /// Each rank some pieces, of what all have.
+    template <int D>
+    Outcome<Done> write_pieces(const Opened<D>& opened, const CurvedBlocks<D>& curved, const Execution& execution) {
+        Ranks& ranks = *host_.ranks;
+        const auto parts = static_cast<std::size_t>(pipeline_.output.partition);
+        const auto own = parts_of_blocks<D>(*opened.rows, curved, parts, host_.partition, ranks, execution);
+        if (!own) return fail(own.error());
+        return write_parts_of_ranks(ranks, opened.rows->counts(), *own, parts, {pipeline_.output.vtu_cells},
+                                    pipeline_.output.mesh, execution)
+            .map([](const auto&) { return Done{}; });
     }
 
     /// A piece after the other, each at its place.

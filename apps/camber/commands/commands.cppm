@@ -52,6 +52,7 @@ struct PipelineArguments {
     std::vector<std::string> settings;  ///< path=value
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
+    std::optional<int> partition;  ///< parts; none: those of the settings
     bool print_config = false, histogram = false, dry_run = false;
 };
 

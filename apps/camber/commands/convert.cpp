@@ -208,9 +208,7 @@ Outcome<Done> check_choices(const ConvertArguments& a, const MeshFormat& format)
 }
 
 Outcome<Done> convert_mesh(const ConvertArguments& a, const Execution& execution) {
-    if (names_its_pieces(a.output))
-        return fail(ErrorKind::usage, "names files that hold its pieces", a.output, {},
-                    "say into how many: --partition N");
+    if (names_its_pieces(a.output)) return in_parts_alone(a.output);
     const auto by_name = format_of_mesh(a.output, a.format);
     if (!by_name) return fail(by_name.error());
     if (auto writable = check_writable(a.output); !writable) return writable;

@@ -31,6 +31,7 @@ import :ending;
 import :execute;
 import :formats;
 import :given;
+import :in_parts;
 import :inputs;
 import :nodal_fields;
 import :page_file;
@@ -81,9 +82,20 @@ bool holds_metrics(const MeshFormat& format) {
            (!format.holds || format.holds({"metric", Centring::node, FieldKind::symmetric_tensor, {}}));
 }
 
+Outcome<Done> check_mesh_output(const config::Output& output) {
+    if (output.mesh.empty() && output.partition > 0)
+        return fail(ErrorKind::usage, "there is no file of a mesh to be in parts", "/output/partition", {},
+                    "name one in \"mesh\", or leave it out");
+    if (output.mesh.empty()) return Done{};
+    if (output.partition == 0 && names_its_pieces(output.mesh)) return in_parts_alone(output.mesh);
+    const auto known =
+        output.partition > 0 ? format_of_parts(output.mesh, output.format) : format_of_mesh(output.mesh, output.format);
+    if (!known) return fail(known.error());
+    return Done{};
+}
+
 Outcome<Done> check_endings(const config::Output& output) {
-    if (!output.mesh.empty())
-        if (auto known = format_of_mesh(output.mesh, output.format); !known) return fail(known.error());
+    if (auto known = check_mesh_output(output); !known) return known;
     if (!output.page.empty())
         if (auto possible = check_page(output.page); !possible) return possible;
     const auto ends_in = [](const std::string& path, const std::vector<std::string_view>& endings) {
@@ -162,6 +174,10 @@ struct OutputWriter {
             if (path.empty()) continue;
             const auto format = format_of(path);
             if (!format) return fail(format.error());
+            if (path == output.mesh && output.partition > 0) {
+                if (auto done = write_parts_with(**format); !done) return done;
+                continue;
+            }
             if (auto done = write_with(**format, path, fields_for(**format)); !done) return done;
         }
         if (!output.mesh.empty())
@@ -202,6 +218,7 @@ struct OutputWriter {
     /// The mesh's own is asked for by name; the others go by their endings.
     [[nodiscard]] Outcome<const MeshFormat*> format_of(const std::string& path) const {
         const bool is_mesh = &path == &output.mesh || path == output.mesh;
+        if (is_mesh && output.partition > 0) return format_of_parts(path, output.format);
         return format_of_mesh(path, is_mesh ? output.format : std::string(), input_format);
     }
 
@@ -222,6 +239,15 @@ struct OutputWriter {
             return write_mesh(format, mesh_for(format), fields, EncodeOptions{output.vtu_cells}, path, execution);
         });
         return written.add(path, std::move(done));
+    }
+
+    Outcome<Done> write_parts_with(const MeshFormat& format) {
+        DecodedMesh whole{mesh_for(format), {}};
+        whole.fields = fields_for(format);
+        return around("write", [&](const Execution& execution) {
+            return write_in_parts(format, whole, static_cast<std::size_t>(output.partition), {output.vtu_cells},
+                                  output.mesh, written, execution);
+        });
     }
 
     Outcome<Done> write_metric(const Solution& metric, const std::string& path) {
@@ -250,17 +276,27 @@ struct OutputWriter {
 
 /// What a run leaves with its ranks, written by all of them, and given up.
 template <int D>
-Outcome<Done> write_rows(FinishedRows<D>& rows, Ranks& ranks, const std::string& path, const Execution& execution) {
-    return write_meshb_together<D, 1>(
-        ranks, path, rows.totals, rows.lists, 1, [&](std::size_t) { return std::exchange(rows.part, {}); }, execution);
+Outcome<Done> write_rows(FinishedRows<D>& rows, const Host& host, const config::Output& output,
+                         const Execution& execution) {
+    Ranks& ranks = *host.ranks;
+    if (output.partition == 0)
+        return write_meshb_together<D, 1>(
+            ranks, output.mesh, rows.totals, rows.lists, 1, [&](std::size_t) { return std::exchange(rows.part, {}); },
+            execution);
+    const auto parts = static_cast<std::size_t>(output.partition);
+    const RowCounts whole{rows.totals.vertices, rows.totals.elements, rows.totals.facets, rows.totals.edges};
+    const auto own = parts_of_finished<D>(std::exchange(rows, {}), parts, host.partition, ranks);
+    if (!own) return fail(own.error());
+    return write_parts_of_ranks(ranks, whole, *own, parts, {output.vtu_cells}, output.mesh, execution)
+        .map([](const auto&) { return Done{}; });
 }
-Outcome<Done> write_rows(run::Run& run, Ranks& ranks, const std::string& path, const Execution& execution) {
+Outcome<Done> write_rows(run::Run& run, const Host& host, const config::Output& output, const Execution& execution) {
     return std::visit(
         [&]<class Rows>(Rows& rows) -> Outcome<Done> {
             if constexpr (std::is_same_v<Rows, std::monostate>)
                 return Done{};
             else
-                return write_rows(rows, ranks, path, execution);
+                return write_rows(rows, host, output, execution);
         },
         run.rows);
 }
@@ -424,7 +460,7 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
         writer.in_space = std::move(*placed);
     }
     const bool writes = host.ranks->rank() == 0;  // all have the same, or write together
-    const auto write_own_rows = [&](const Execution& e) { return write_rows(*run, *host.ranks, files.mesh, e); };
+    const auto write_own_rows = [&](const Execution& e) { return write_rows(*run, host, files, e); };
     if (!std::holds_alternative<std::monostate>(run->rows)) {
         if (auto done = written.add(files.mesh, around("write", write_own_rows)); !done) return fail(done.error());
     } else if (writes) {

@@ -190,42 +190,33 @@ Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, cons
     return Done{};
 }
 
-/// The pieces of all ranks, and what names them.
-template <class Mesh>
-Outcome<std::vector<std::string>> write_on_ranks(Ranks& ranks, const RowCounts& whole, const PartsOfRank<Mesh>& own,
-                                                 std::size_t parts, const Writer& writer) {
-    std::vector<std::string> names;
-    names.reserve(parts);
-    for (std::size_t p = 0; p < parts; ++p) names.push_back(part_name(writer.path, p + 1, ".vtu"));
-    if (auto all = agreed(ranks, write_own_parts(writer, whole, own, names)); !all) return fail(all.error());
-    const bool has_first = own.first == 0 && own.last > 0;
-    auto listed = agreed(ranks, has_first ? writer.write_list(names) : Outcome<Done>(Done{}));
-    if (!listed) return fail(listed.error());
-    return names;
-}
-
 /// A file of whichever degree, in parts.
 template <int D>
 Outcome<std::vector<std::string>> convert_on_ranks(const Host& host, const std::string& input, int degree,
-                                                   std::size_t parts, const Writer& writer) {
+                                                   std::size_t parts, EncodeOptions options, const std::string& path,
+                                                   const Execution& execution) {
     Ranks& ranks = *host.ranks;
     if (degree == 1) {
         const auto opened = agreed(ranks, mapped<D>(input));
         if (!opened) return fail(opened.error());
         const auto own = parts_of_rows<D>(*opened->rows, parts, host.partition, ranks);
         if (!own) return fail(own.error());
-        return write_on_ranks(ranks, opened->rows->counts(), *own, parts, writer);
+        return write_parts_of_ranks(ranks, opened->rows->counts(), *own, parts, options, path, execution);
     }
     const auto rows = mapped_quadratic<D>(input, ranks);
     if (!rows) return fail(rows.error());
-    const auto own = parts_of_quadratic_rows<D>(**rows, parts, host.partition, ranks, writer.execution);
+    const auto own = parts_of_quadratic_rows<D>(**rows, parts, host.partition, ranks, execution);
     if (!own) return fail(own.error());
-    return write_on_ranks(ranks, (*rows)->counts(), *own, parts, writer);
+    return write_parts_of_ranks(ranks, (*rows)->counts(), *own, parts, options, path, execution);
 }
 
 }  // namespace
 
 bool names_its_pieces(const std::string& path) { return path.ends_with(with_pieces); }
+
+Outcome<Done> in_parts_alone(const std::string& path) {
+    return fail(ErrorKind::usage, "names files that hold its pieces", path, {}, "say into how many: --partition N");
+}
 
 Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name) {
     if (path == standard_stream)
@@ -240,21 +231,46 @@ Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, 
     return std::visit([&](const auto& m) { return writer.write_parts(m, mesh.fields, parts); }, mesh.mesh);
 }
 
-Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input, std::size_t parts,
-                                                          EncodeOptions options, const std::string& path,
-                                                          const Execution& execution) {
-    using Names = std::vector<std::string>;
-    if (!host.partition) return fail(ErrorKind::internal, "ranks without what partitions graphs");
+template <class Mesh>
+Outcome<std::vector<std::string>> write_parts_of_ranks(Ranks& ranks, const RowCounts& whole,
+                                                       const PartsOfRank<Mesh>& own, std::size_t parts,
+                                                       EncodeOptions options, const std::string& path,
+                                                       const Execution& execution) {
     const auto format = format_of_parts(path, {});
     if (!format) return fail(format.error());
     Written written;
     const Writer writer{**format, options, path, written, execution};
-    return together(*host.ranks, [&]() -> Outcome<Names> {
+    std::vector<std::string> names;
+    names.reserve(parts);
+    for (std::size_t p = 0; p < parts; ++p) names.push_back(part_name(path, p + 1, ".vtu"));
+    if (auto all = agreed(ranks, write_own_parts(writer, whole, own, names)); !all) return fail(all.error());
+    const bool has_first = own.first == 0 && own.last > 0;
+    auto listed = agreed(ranks, has_first ? writer.write_list(names) : Outcome<Done>(Done{}));
+    if (!listed) return fail(listed.error());
+    return names;
+}
+
+Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input, std::size_t parts,
+                                                          EncodeOptions options, const std::string& path,
+                                                          const Execution& execution) {
+    if (!host.partition) return fail(ErrorKind::internal, "ranks without what partitions graphs");
+    return together(*host.ranks, [&]() -> Outcome<std::vector<std::string>> {
         const auto shape = agreed(*host.ranks, shape_of_file(input));
         if (!shape) return fail(shape.error());
-        return shape->dimension == 3 ? convert_on_ranks<3>(host, input, shape->degree, parts, writer)
-                                     : convert_on_ranks<2>(host, input, shape->degree, parts, writer);
+        return shape->dimension == 3 ? convert_on_ranks<3>(host, input, shape->degree, parts, options, path, execution)
+                                     : convert_on_ranks<2>(host, input, shape->degree, parts, options, path, execution);
     });
 }
+
+#define CAMBER_INSTANTIATE(MESH)                                                                            \
+    template Outcome<std::vector<std::string>> write_parts_of_ranks<MESH>(                                  \
+        Ranks&, const RowCounts&, const PartsOfRank<MESH>&, std::size_t, EncodeOptions, const std::string&, \
+        const Execution&);
+
+CAMBER_INSTANTIATE(LinearMesh<2>)
+CAMBER_INSTANTIATE(LinearMesh<3>)
+CAMBER_INSTANTIATE(QuadraticMesh<2>)
+CAMBER_INSTANTIATE(QuadraticMesh<3>)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::app

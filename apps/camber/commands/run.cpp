@@ -138,6 +138,7 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     if (!arguments.vtu.empty()) output.vtu = arguments.vtu;
     if (!arguments.plots.empty()) output.plots = arguments.plots;
     if (!arguments.page.empty()) output.page = arguments.page;
+    output.partition = arguments.partition.value_or(output.partition);
     const SolutionChoice& solution = arguments.solution;
     if (!solution.given.empty()) {
         const bool is_file = names_a_file(solution.given);

@@ -287,6 +287,7 @@ struct Output {
     std::string format;  ///< of the mesh, by its name; empty: that of its ending
     VtuCells vtu_cells = VtuOptions{}.cells;
     DistanceWays distances = DistanceWays::boundary;
+    int partition = 0;  ///< parts of the mesh; 0: it is not in parts
 
     [[nodiscard]] static constexpr auto options() {
         using S = Output;
@@ -314,7 +315,13 @@ struct Output {
             option(
                 "distances", &S::distances,
                 "which distances the report has: boundary, the largest from the curved boundary to the geometry; both, "
-                "also from the geometry to the boundary, largest and mean of each surface and curve"));
+                "also from the geometry to the boundary, largest and mean of each surface and curve"),
+            option("partition", &S::partition,
+                   "the mesh in so many parts for a solver, as files with numbers in their names beside it, or of a "
+                   ".pvtu, which names them; 0: as one file")
+                .at_least(0)
+                .at_most(1 << 20)
+                .unit("parts"));
     }
     friend bool operator==(const Output&, const Output&) = default;
 };

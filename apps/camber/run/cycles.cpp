@@ -166,6 +166,9 @@ Outcome<Done> check_cycles(const config::Pipeline& pipeline) {
         return fail(ErrorKind::usage, what, where, {}, remedy);
     };
     const bool is_once = pipeline.adapt.cycles == 1;
+    if (pipeline.output.partition > 0)
+        return refuse("parts are of a single run's mesh", "/output/partition",
+                      "bring the last mesh into parts: camber convert --partition");
     if (!asks_a_solver(pipeline) && !pipeline.solution.file.empty() && !is_once)
         return refuse("is a solution on the first mesh alone", "/solution/file",
                       "give \"adapt\": {\"cycles\": 1}, or \"solve\", a command that makes it anew on each mesh");

@@ -344,6 +344,7 @@ bool is_curved(const AnyMesh& mesh) {
 /// Null: none that is known.
 const MeshFormat* format_of(const config::Output& output) {
     if (output.mesh.empty()) return nullptr;
+    if (output.partition > 0 && output.mesh.ends_with(".pvtu")) return format_with_name(mesh_formats(), "vtu");
     return output.format.empty() ? format_with_ending(mesh_formats(), output.mesh)
                                  : format_with_name(mesh_formats(), output.format);
 }
@@ -367,7 +368,9 @@ bool places_by_solution(const config::Pipeline& pipeline) {
 
 bool may_end_in_rows(const config::Pipeline& pipeline) {
     const config::Output& output = pipeline.output;
-    const bool is_rows = output.mesh.ends_with(".meshb") && output.format.empty() && !config::is_in_memory(output.mesh);
+    const char* const written_by_rows = output.partition > 0 ? ".pvtu" : ".meshb";
+    const bool is_rows =
+        output.mesh.ends_with(written_by_rows) && output.format.empty() && !config::is_in_memory(output.mesh);
     const bool is_alone = output.vtu.empty() && output.metric.empty() && output.solution.empty() &&
                           output.plots.empty() && output.page.empty();
     return is_rows && is_alone && !pipeline.stages.empty() &&
