@@ -93,8 +93,7 @@ Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
     if (!repaired) return fail(repaired.error());
     const auto all = gather_all(run.ranks, Outcome<std::vector<RepairStatistics>>({*repaired}));
     if (!all) return fail(all.error());
-    for (const RepairStatistics& s : *all)
-        if (s.corrected_elements + s.moved_volume_nodes + s.moved_surface_nodes > 0 || s.work > 0) run.out.repair = s;
+    for (const RepairStatistics& s : *all) add_up(run.out.repair, s);
     auto validation = judged_blocks(run, part_of(execution, 0.9, 1));
     if (!validation) return fail(validation.error());
     run.out.after = std::move(*validation);

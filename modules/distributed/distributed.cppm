@@ -31,6 +31,7 @@ import :first_of_ranks;
 import :packing;
 import :sending;
 import :sent_parts;
+import :grown_places;
 import :kept_part;
 import :moved_nodes;
 import :part_layout;

@@ -3,15 +3,14 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
-#include <optional>
-#include <span>
+#include <map>
 #include <utility>
 #include <vector>
 module camber.distributed;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import :grown_places;
 import :moved_nodes;
 import :part_state;
 import :ringed_parts;
@@ -23,74 +22,6 @@ import :simplex_row;
 namespace camber {
 
 namespace {
-
-template <int D>
-SimplexRow<D> row_of(const RingedPart<D>& part, ElementId e) {
-    SimplexRow<D> row{part.elements[e], {}, part.mesh.elements.references[e]};
-    for (int i = 0; i <= D; ++i) row.vertices[i] = part.vertices[part.mesh.elements.vertices[e][i]];
-    return row;
-}
-
-/// The given elements, from the parts that own them, on all ranks: they are few, and the lowest says who repairs.
-template <int D>
-Outcome<std::vector<SimplexRow<D>>> seeds_of(const RingedParts<D>& parts, const std::vector<GlobalNumber>& elements,
-                                             Ranks& ranks) {
-    std::vector<SimplexRow<D>> own;
-    for (const RingedPart<D>& part : parts.own)
-        for (std::size_t e = 0; e < part.elements.size(); ++e)
-            if (part.owns(part.mesh.elements.vertices[e]) && std::ranges::binary_search(elements, part.elements[e]))
-                own.push_back(row_of(part, ElementId(e)));
-    auto all = gather_all(ranks, Outcome<std::vector<SimplexRow<D>>>(std::move(own)));
-    if (all) std::ranges::sort(*all, {}, &SimplexRow<D>::row);
-    return all;
-}
-
-/// What is around these vertices, of all parts, on the rank that asks: `mine` is empty on all others.
-template <int D>
-Outcome<std::vector<SimplexRow<D>>> around_vertices(const RingedParts<D>& parts,
-                                                    std::span<const Incidence<ElementId>> balls,
-                                                    const std::vector<GlobalNumber>& mine, std::size_t owner,
-                                                    Ranks& ranks) {
-    std::vector<std::vector<GlobalNumber>> of_ranks(ranks.size());
-    for (const GlobalNumber v : mine) of_ranks[parts.layout.rank_of(parts.layout.part_with(v))].push_back(v);
-    std::vector<Bytes> to;
-    to.reserve(of_ranks.size());
-    for (const auto& some : of_ranks) to.push_back(bytes_of<GlobalNumber>(some));
-    const auto asked = ranks.exchange(std::move(to));
-    if (!asked) return fail(asked.error());
-    std::vector<GlobalNumber> vertices;
-    append_values((*asked)[owner], vertices);
-    std::vector<SimplexRow<D>> rows;
-    for (const GlobalNumber v : vertices) {
-        const std::size_t b = parts.layout.part_with(v) - parts.layout.begin_of(ranks.rank());
-        const RingedPart<D>& part = parts.own[b];
-        const VertexId local(std::ranges::lower_bound(part.vertices, v) - part.vertices.begin());
-        for (const ElementId e : balls[b][local]) rows.push_back(row_of(part, e));
-    }
-    std::vector<Bytes> back(ranks.size());
-    back[owner] = bytes_of<SimplexRow<D>>(rows);
-    const auto answers = ranks.exchange(std::move(back));
-    if (!answers) return fail(answers.error());
-    std::vector<SimplexRow<D>> all;
-    for (const Bytes& bytes : *answers) append_values(bytes, all);
-    return all;
-}
-
-template <int D>
-void sort_rows(std::vector<SimplexRow<D>>& rows) {
-    std::ranges::sort(rows, {}, &SimplexRow<D>::row);
-    const auto again = std::ranges::unique(rows, {}, &SimplexRow<D>::row);
-    rows.erase(again.begin(), again.end());
-}
-
-template <int D>
-std::vector<GlobalNumber> vertices_of(std::span<const SimplexRow<D>> rows) {
-    std::vector<GlobalNumber> vertices;
-    for (const auto& row : rows) vertices.insert(vertices.end(), row.vertices.begin(), row.vertices.end());
-    std::ranges::sort(vertices);
-    vertices.erase(std::ranges::unique(vertices).begin(), vertices.end());
-    return vertices;
-}
 
 /// A vertex and an edge of a part, as their owner has them.
 template <int D>
@@ -165,43 +96,18 @@ Outcome<Done> take_edges(const RingedParts<D>& parts, const std::vector<PartStat
     return Done{};
 }
 
-}  // namespace
-
+/// What a rank has grown, with what the parts know of it.
 template <int D>
-Outcome<Region<D>> region_around(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
-                                 const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks,
-                                 const Execution& execution) {
-    auto rows = seeds_of(parts, elements, ranks);
-    if (!rows) return fail(rows.error());
-    if (rows->empty()) return Region<D>{};
-    const std::size_t owner = parts.layout.rank_of(parts.layout.part_with(std::ranges::min(rows->front().vertices)));
-    const bool is_here = owner == ranks.rank();
-    if (!is_here) rows->clear();
-    std::vector<Incidence<ElementId>> around;
-    for (const PartState<D>& state : states) {
-        auto of = balls(state.mesh.linear, without_progress(execution));
-        if (!of) return fail(of.error());
-        around.push_back(std::move(*of));
-    }
-    std::vector<GlobalNumber> asked;
-    for (int ring = 0; ring < rings; ++ring) {
-        const auto all = vertices_of<D>(*rows);
-        std::vector<GlobalNumber> front;
-        std::ranges::set_difference(all, asked, std::back_inserter(front));
-        const auto more = around_vertices<D>(parts, around, front, owner, ranks);
-        if (!more) return fail(more.error());
-        rows->insert(rows->end(), more->begin(), more->end());
-        sort_rows(*rows);
-        asked = all;
-    }
+Outcome<Region<D>> region_of(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
+                             const GrownPlaces<D>& grown, Ranks& ranks, const Execution& execution) {
     Region<D> region;
-    region.vertices = vertices_of<D>(*rows);
+    region.vertices = vertices_of<D>(grown.rows);
     region.outer = Buffer<std::uint8_t>(region.vertices.size());
     for (std::size_t v = 0; v < region.vertices.size(); ++v)
-        region.outer[v] = std::ranges::binary_search(asked, region.vertices[v]) ? 0 : 1;
+        region.outer[v] = std::ranges::binary_search(grown.inner, region.vertices[v]) ? 0 : 1;
     Buffer<SimplexVertices<D>> simplices;
     Buffer<Reference> references;
-    for (const auto& row : *rows) {
+    for (const auto& row : grown.rows) {
         SimplexVertices<D> simplex;
         for (int i = 0; i <= D; ++i)
             simplex[i] = VertexId(std::ranges::lower_bound(region.vertices, row.vertices[i]) - region.vertices.begin());
@@ -227,9 +133,96 @@ Outcome<Region<D>> region_around(const RingedParts<D>& parts, const std::vector<
     return region;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                             \
-    template Outcome<Region<D>> region_around<D>(const RingedParts<D>&, const std::vector<PartState<D>>&, \
-                                                 const std::vector<GlobalNumber>&, int, Ranks&, const Execution&);
+/// One of the places of a region: its elements, rising, are all that hang together.
+template <int D>
+Outcome<Region<D>> place_of(const Region<D>& all, const std::vector<ElementId>& elements, const Execution& execution) {
+    Region<D> place;
+    std::vector<VertexId> vertices;
+    for (const ElementId e : elements) {
+        const auto& simplex = all.mesh.linear.elements.vertices[e];
+        vertices.insert(vertices.end(), simplex.begin(), simplex.end());
+    }
+    std::ranges::sort(vertices);
+    vertices.erase(std::ranges::unique(vertices).begin(), vertices.end());
+    Buffer<Vec<D>> points;
+    Buffer<Reference> point_references, references;
+    for (const VertexId v : vertices) {
+        place.vertices.push_back(all.vertices[v.index()]);
+        place.outer.push_back(all.outer[v.index()]);
+        place.log_metrics.push_back(all.log_metrics[v.index()]);
+        points.push_back(all.mesh.linear.points[v]);
+        point_references.push_back(all.mesh.linear.point_references[v]);
+    }
+    Buffer<SimplexVertices<D>> simplices;
+    for (const ElementId e : elements) {
+        SimplexVertices<D> simplex = all.mesh.linear.elements.vertices[e];
+        for (VertexId& v : simplex) v = VertexId(std::ranges::lower_bound(vertices, v) - vertices.begin());
+        simplices.push_back(simplex);
+        references.push_back(all.mesh.linear.elements.references[e]);
+        place.elements.push_back(all.elements[e.index()]);
+    }
+    LinearMesh<D> linear;
+    linear.points = std::move(points);
+    linear.point_references = std::move(point_references);
+    linear.elements = {std::move(simplices), std::move(references), {}};
+    auto elevated = elevate(std::move(linear), without_progress(execution));
+    if (!elevated) return fail(elevated.error());
+    place.mesh = std::move(*elevated);
+    Buffer<LagrangeNode<D>> nodes;
+    Buffer<EdgeKind> kinds;
+    for (const auto& [a, b] : place.mesh.edges.vertices) {
+        const EdgeId e = find_edge(all.mesh.edges, vertices[a.index()], vertices[b.index()]);
+        nodes.push_back(all.mesh.mid_nodes[e]);
+        kinds.push_back(all.kinds[e]);
+        if (!all.extended.empty()) place.extended.push_back(all.extended[e.index()]);
+        if (!all.back_nodes.empty()) place.back_nodes.push_back(all.back_nodes[e.index()]);
+    }
+    place.mesh.mid_nodes = std::move(nodes);
+    place.kinds = std::move(kinds);
+    return place;
+}
+
+template <int D>
+Outcome<std::vector<Region<D>>> places_of(const Region<D>& all, const Execution& execution) {
+    DisjointSets sets(all.vertices.size());
+    const auto& simplices = all.mesh.linear.elements.vertices;
+    for (const auto& simplex : simplices)
+        for (const VertexId v : simplex) sets.unite(simplex[0].index(), v.index());
+    std::map<std::size_t, std::vector<ElementId>> elements;  // by the lowest vertex
+    for (std::size_t e = 0; e < simplices.size(); ++e)
+        elements[sets.lowest(simplices[e][0].index())].push_back(ElementId(e));
+    std::vector<Region<D>> places;
+    for (const auto& [lowest, of_place] : elements) {
+        auto place = place_of(all, of_place, execution);
+        if (!place) return fail(place.error());
+        places.push_back(std::move(*place));
+    }
+    return places;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<std::vector<Region<D>>> regions_around(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
+                                               const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks,
+                                               const Execution& execution) {
+    std::vector<Incidence<ElementId>> around;
+    for (const PartState<D>& state : states) {
+        auto of = balls(state.mesh.linear, without_progress(execution));
+        if (!of) return fail(of.error());
+        around.push_back(std::move(*of));
+    }
+    const auto grown = grown_places<D>(parts, around, elements, rings, ranks);
+    if (!grown) return fail(grown.error());
+    const auto all = region_of(parts, states, *grown, ranks, execution);
+    if (!all) return fail(all.error());
+    return places_of(*all, execution);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<std::vector<Region<D>>> regions_around<D>(                                                 \
+        const RingedParts<D>&, const std::vector<PartState<D>>&, const std::vector<GlobalNumber>&, int, Ranks&, \
+        const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

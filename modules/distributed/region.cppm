@@ -11,7 +11,7 @@ import :ranks;
 
 namespace camber {
 
-/// Some elements of a mesh in blocks with all within some rings around them, on one rank; on others it is empty.
+/// Some elements of a mesh in blocks with all within some rings around them, on one rank.
 template <int D>
 struct Region {
     QuadraticMesh<D> mesh;  ///< without facets; nodes as the parts have them
@@ -20,14 +20,14 @@ struct Region {
     Buffer<LogMetric<D>> log_metrics;
     Column<EdgeKind> kinds;
     Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty where the parts have none
-
-    [[nodiscard]] bool is_here() const { return !elements.empty(); }
 };
 
-/// Around these elements, of all ranks: all on the rank that has the lowest of them. Errors: of any rank.
+/// Around these elements, of all ranks: regions that have no vertex in common, each on the rank that has the lowest of
+/// its elements among these. Which regions there are does not depend on the ranks. Errors: of any rank.
 template <int D>
-[[nodiscard]] Outcome<Region<D>> region_around(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
-                                               const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks,
-                                               const Execution& execution);
+[[nodiscard]] Outcome<std::vector<Region<D>>> regions_around(const RingedParts<D>& parts,
+                                                             const std::vector<PartState<D>>& states,
+                                                             const std::vector<GlobalNumber>& elements, int rings,
+                                                             Ranks& ranks, const Execution& execution);
 
 }  // namespace camber

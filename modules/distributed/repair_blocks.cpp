@@ -90,8 +90,9 @@ class RegionBoundary {
             bool is_here = true;
             for (VertexId& v : simplex) {
                 const auto at = find(v);
-                is_here &= at.has_value();
-                if (at) v = *at;
+                is_here = at.has_value();
+                if (!is_here) break;
+                v = *at;
             }
             if (!is_here || !has_edges(simplex)) continue;
             if (std::ranges::find(from.required, s) != from.required.end())
@@ -196,6 +197,23 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
     return moved;
 }
 
+/// Of each place by itself, one after the other: so it does not matter which of them are here.
+template <int D>
+Outcome<Moved<D>> repair_places(const RepairedBlocks<D>& of, std::vector<Region<D>> places,
+                                const RepairOptions& options, const Execution& execution) {
+    Moved<D> all;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+        const auto share = [&](std::size_t n) { return static_cast<double>(n) / static_cast<double>(places.size()); };
+        auto moved = repair_region(of, places[p], options, part_of(execution, share(p), share(p + 1)));
+        if (!moved) return moved;
+        all.vertices.insert(all.vertices.end(), moved->vertices.begin(), moved->vertices.end());
+        all.nodes.insert(all.nodes.end(), moved->nodes.begin(), moved->nodes.end());
+        add_up(all.statistics, moved->statistics);
+        places[p] = {};
+    }
+    return all;
+}
+
 template <int D>
 void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
     for (std::size_t b = 0; b < of.states.size(); ++b) {
@@ -230,10 +248,9 @@ void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
 template <int D>
 Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& not_valid,
                                         const RepairOptions& options, Ranks& ranks, const Execution& execution) {
-    auto region = region_around(of.parts, of.states, not_valid, rings_around, ranks, execution);
-    if (!region) return fail(region.error());
-    Outcome<Moved<D>> moved{Moved<D>{}};
-    if (region->is_here()) moved = repair_region(of, *region, options, execution);
+    auto places = regions_around(of.parts, of.states, not_valid, rings_around, ranks, execution);
+    if (!places) return fail(places.error());
+    auto moved = repair_places(of, std::move(*places), options, execution);
     if (!moved) return fail(moved.error());
     const auto vertices = gather_all(ranks, Outcome<std::vector<MovedVertex<D>>>(std::move(moved->vertices)));
     if (!vertices) return fail(vertices.error());

@@ -39,6 +39,17 @@ LinearMesh<D> shell(double size, double outer_radius = 2) {
     return must(renumbered(mesh, must(space_filling_order(mesh, alone)), alone));
 }
 
+/// A ring with elements so thin along its inner circle that some here and there lose shape when that is curved.
+LinearMesh<2> ring_of_thin_layers() {
+    ShellOptions<2> options;
+    options.outer_radius = 2;
+    options.inner_size = 0.05;
+    options.outer_size = 0.1;
+    options.inner_layer = {.count = 4, .first_height = 0.001, .growth = 1.5};
+    auto mesh = must(generate(options, alone));
+    return must(renumbered(mesh, must(space_filling_order(mesh, alone)), alone));
+}
+
 /// Nodes of all edges, from those who own them.
 template <int D>
 std::vector<LagrangeNode<D>> nodes_of(const std::vector<Outcome<CurvedBlocks<D>>>& made) {
@@ -98,6 +109,11 @@ TEST_CASE("curving by blocks is that of the whole mesh") {
     SUBCASE("2D") { compare(shell<2>(0.1), 300, {}); }
     SUBCASE("3D") { compare(shell<3>(0.25), 1500, {}); }
     SUBCASE("2D, blocks that no curve comes near") { compare(shell<2>(0.15, 8), 150, {}); }
+    SUBCASE("2D, elements to be repaired in several places") {
+        CurveMeshOptions options;
+        options.repair.min_scaled_jacobian = 0.5;
+        compare(ring_of_thin_layers(), 700, options, 1e-9);
+    }
     SUBCASE("3D by energy") {
         CurveMeshOptions options;
         options.curve.objective = Objective::energy;
