@@ -99,6 +99,7 @@ std::vector<OfPlace> places_here(const std::vector<SimplexRow<D>>& rows) {
     for (const auto& row : rows)
         for (const GlobalNumber v : row.vertices) sets.unite(at(row.vertices[0]), at(v));
     std::vector<OfPlace> places;
+    places.reserve(vertices.size());
     for (std::size_t v = 0; v < vertices.size(); ++v) places.push_back({vertices[v], vertices[sets.lowest(v)]});
     return places;
 }
@@ -154,6 +155,7 @@ Outcome<GrownPlaces<D>> grown_places(const RingedParts<D>& parts, std::span<cons
         GlobalNumber place = 0;
     };
     std::vector<Seed> own;
+    own.reserve(seeds.size());
     for (const SimplexRow<D>& seed : seeds) {
         const auto at = std::ranges::lower_bound(here, seed.vertices[0], {}, &OfPlace::number);
         own.push_back({seed, together.name_of(at->place)});

@@ -65,6 +65,7 @@ Outcome<RunsOfRank<D>> runs_of(const FinishedRows<D>& rows, Ranks& ranks) {
     auto facets = evened<D - 1>(rows.part.facets, rows.totals.facets, ranks);
     if (!facets) return fail(facets.error());
     std::vector<FileRow<1>> own;
+    own.reserve(rows.part.edges.nodes.size());
     for (std::size_t i = 0; i < rows.part.edges.nodes.size(); ++i) own.push_back(file_row<1>(rows.part.edges, i));
     const auto edges = gather_all(ranks, Outcome<std::vector<FileRow<1>>>(std::move(own)));
     if (!edges) return fail(edges.error());
