@@ -10,10 +10,10 @@ partition exports that the primary unit does not export again is not exported by
 reach stays alone, and imports the module instead of the partitions that are in it: what it includes is not to reach whoever imports the module.
 With --install a second text is written, for other machines: its #line name no folder of this one.
 
-Implementation units of a module go together if they import the same (what the module's own interface units import, all of its units see anyway),
-include the same headers of other libraries and of our own, and have no local name in each other's way: so each of them still compiles by
-itself. Headers of the standard library are another matter (tests/includes/check_includes.py). Units of no module, which are those of tests and
-programs, may import what they like. Where `write` finds that units no longer go together it fails, after it has touched the stamp beside
+Implementation units of a module go together if they include the same headers of other libraries and of our own, but for those that cost
+nothing (LIGHT), and have no local name in each other's way. What they import is united: that each imports what it uses is looked for by
+tests/includes/check_imports.py, as headers of the standard library are by check_includes.py. Units of no module are those of tests and
+programs. Where `write` finds that units no longer go together it fails, after it has touched the stamp beside
 the text that CMake watches: the next build groups them anew.
 """
 import argparse
@@ -27,6 +27,7 @@ MODULE = re.compile(r"^(export )?module (camber[\w.]*)(:\w+)?;")
 IMPORT = re.compile(r"^(?:export )?import ")
 PARTITION = re.compile(r"^(export )?import (:\w+);")
 INCLUDE = re.compile(r'^#include ([<"])([^>"]+)[>"]')
+LIGHT = re.compile(r"(?:fmt|nlohmann|range|CLI)/")  # headers of other libraries that are compiled once, or that are short
 LOCAL_TYPE = re.compile(r"^(?:template <[^>]*>\s*)?(?:(?:struct|class|enum class|enum|union|concept)\s+(\w+)\b(?!\s*;)|using (\w+) =)")
 LOCAL_VALUE = re.compile(r"^(?:static |inline |constexpr |const )+[\w:<>,*& ]+?[\s*&](\w+)(?:\[\w*\])?(?:\s*=|\{|;)")
 INSTANTIATED = re.compile(r"^(?:#define CAMBER_INSTANTIATE\(D\))?\s*template (?:class (\w+)<|[^<(].*?\s(\w+)<\w+>::)")  # a class, or a member of it: not both in one text
@@ -212,10 +213,9 @@ def texts_of(units: list, key, most: int) -> list:
     return [text for places in texts.values() for text in places]
 
 
-def key_of(beside: list):
+def key_of(unit: Source) -> tuple:
     """What units that may go together have in common."""
-    seen = frozenset(line for source in beside for line in source.imports())
-    return lambda unit: (unit.module, unit.imports() - seen, unit.headers()) if unit.module else ("",)
+    return (unit.module, frozenset(name for name in unit.headers() if not LIGHT.match(name))) if unit.module else ("",)
 
 
 def hidden(unit: Source) -> Source:
@@ -326,7 +326,7 @@ def text_of(units: list, beside: list):
     if units[0].path in {unit.path for unit in beside}:
         return joined([without_partitions(units[0], interface)]) if units[0].path not in inside and len(units) == 1 else None
     units = [without_partitions(unit, interface) for unit in units]
-    return joined(units) if len(texts_of(units, key_of(beside), sys.maxsize)) == 1 else None
+    return joined(units) if len(texts_of(units, key_of, sys.maxsize)) == 1 else None
 
 
 def write(out: Path, paths: list, beside: list, installed: list) -> int:
@@ -348,7 +348,7 @@ def group(most: int, paths: list, beside: list) -> int:
     beside = [read_source(path) for path in beside]
     interface = one_interface(beside)
     units = [without_partitions(read_source(path), interface) for path in paths]
-    for text in texts_of(units, key_of(beside), most):
+    for text in texts_of(units, key_of, most):
         print("|".join(str(unit.path) for unit in text.units))
     return 0
 

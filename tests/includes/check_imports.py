@@ -1,5 +1,5 @@
-"""Does each interface unit import the partitions and modules of the names that it uses? Where the interface units of a module are compiled
-as one text (cmake/Together.cmake) no compiler says so, and a build with -DCAMBER_TOGETHER=OFF would break.
+"""Does each unit of a module import the partitions and modules of the names that it uses, and include the headers of other libraries? Where
+several units are compiled as one text (cmake/Together.cmake) no compiler says so, and a build with -DCAMBER_TOGETHER=OFF would break.
 
     python3 tests/includes/check_imports.py        exit code 1: something is missing
 
@@ -23,6 +23,7 @@ FUNCTION = re.compile(r"^(?![#/}]|return|namespace|export |template|import|modul
 USED = re.compile(r"(?:(?<![\w.>:~])|(?<=[a-z]::))(?:([A-Z]\w*)|(?!sizeof|operator|static_assert|camber\b|std\b)(\w+)(?=[(<]|::))")
 OWN = re.compile(r"[\w\]>][>&*]*(?<!return)(?<!throw)(?<!else)(?<!case)(?<!requires) (\w+)\s*(?=[=;,){(\[]|:(?!:))|, (\w+) =")
 PARAMETER = re.compile(r"(?:class|typename|auto|int)(?:[.]{3})? (\w+)")
+LIBRARIES = {"fmt": "fmt/", "nlohmann": "nlohmann/", "CLI": "CLI/", "ranges": "range/"}  # by namespace: where their headers are
 BESIDE = {"model_of", "words"}  # found beside an argument's type, by concepts
 
 
@@ -57,19 +58,40 @@ def seen_by(unit: together.Source, units: dict) -> tuple:
     return seen, modules
 
 
+def sees(unit: together.Source, units: dict) -> tuple:
+    """What the text of a unit sees: an implementation unit its module's interface, too."""
+    seen, modules = seen_by(unit, units)
+    if unit.module:
+        paths, others = seen_by(units[unit.of, ""], units)
+        seen, modules = seen | paths, modules | others
+    return seen, modules
+
+
+def libraries(unit: together.Source, text: str) -> list:
+    """What the unit uses of libraries whose headers it does not include, as `missing` says it."""
+    included = unit.headers()
+    for path in together.own_headers(unit):
+        included |= together.read_source(path).headers()
+    uses = ((space, re.search(rf"(?<![\w:]){space}::", text)) for space, folder in LIBRARIES.items()
+            if not any(name.startswith(folder) for name in included))
+    return [(unit.path, text.count("\n", 0, match.start()) + 1, space, []) for space, match in uses if match]
+
+
 def missing(paths: list) -> list:
     """[(unit, line, name, the units that declare it)], the first use of each name."""
-    units = {(unit.of, unit.partition): unit for unit in map(together.read_source, paths)}
-    texts = {unit.path: plain(unit.path) for unit in units.values()}
+    sources = [unit for unit in map(together.read_source, paths) if unit.of]
+    units = {(unit.of, unit.partition): unit for unit in sources if not unit.module}
+    texts = {unit.path: plain(unit.path) for unit in sources}
     owners, united = defaultdict(set), defaultdict(set)  # of a name; of a module: what it imports, and itself
-    for unit in units.values():
+    for unit in sources:
         united[unit.of] |= {unit.of, *seen_by(unit, units)[1]}
+    for unit in units.values():
         for name in declared(texts[unit.path]):
             owners[name].add((unit.of, unit.path))
     found = []
-    for unit in units.values():
+    for unit in sources:
         text = texts[unit.path]
-        seen, modules = seen_by(unit, units)
+        seen, modules = sees(unit, units)
         passed = own(text) | declared(text) | BESIDE
         for match in USED.finditer(text):
             name = match[1] or match[2]
@@ -77,13 +99,15 @@ def missing(paths: list) -> list:
             if name not in passed and given and not any(path in seen or of in modules for of, path in given):
                 found.append((unit.path, text.count("\n", 0, match.start()) + 1, name, sorted(path for _, path in given)))
             passed.add(name)
+        found += libraries(unit, text)
     return found
 
 
 def main() -> int:
-    found = missing(sorted(path for folder in ("modules", "apps") for path in (ROOT / folder).rglob("*.cppm")))
+    found = missing(sorted(path for folder in ("modules", "apps") for path in (ROOT / folder).rglob("*.cpp*")))
     for path, line, name, needed in found:
-        print(f"{path.relative_to(ROOT)}:{line}: {name} needs an import of what is in {' or '.join(str(one.relative_to(ROOT)) for one in needed)}")
+        where = " or ".join(str(one.relative_to(ROOT)) for one in needed)
+        print(f"{path.relative_to(ROOT)}:{line}: {name} needs " + (f"an import of what is in {where}" if needed else "its header"))
     return 1 if found else 0
 
 

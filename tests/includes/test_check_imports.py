@@ -1,4 +1,4 @@
-"""The check for missing imports between interface units finds what is missing, and nothing else."""
+"""The check for missing imports and headers finds what is missing, and nothing else."""
 import tempfile
 import unittest
 from pathlib import Path
@@ -12,7 +12,7 @@ LOW = "export module camber.low;\nexport import :types;\n"
 class MissingImports(unittest.TestCase):
     def names(self, *texts):
         with tempfile.TemporaryDirectory() as folder:
-            paths = [Path(folder) / f"{i}.cppm" for i in range(len(texts))]
+            paths = [Path(folder) / f"{i}.{'cppm' if text.startswith('export ') else 'cpp'}" for i, text in enumerate(texts)]
             for path, text in zip(paths, texts):
                 path.write_text(text)
             return [(path.name, line, name) for path, line, name, _ in missing(paths)]
@@ -35,6 +35,18 @@ class MissingImports(unittest.TestCase):
     def test_members_parameters_and_comments_are_no_names_of_others(self):
         more = "export module camber.low:more;\n// twice(1)\nint f(auto x, auto twice) { return x.twice(1) + twice(2); }\n"
         self.assertEqual(self.names(LOW, TYPES, more), [])
+
+    def test_an_implementation_unit_sees_the_interface_and_what_it_imports_itself(self):
+        high = "export module camber.high;\n"
+        helper = "export module camber.high:helper;\nint helped();\n"
+        unit = "module camber.high;\n{}int f() {{ return twice(1) + helped(); }}\n"
+        self.assertEqual(self.names(LOW, TYPES, high, helper, unit.format("import :helper;\n"), unit.format("import camber.low;\n")),
+                         [("4.cpp", 3, "twice"), ("5.cpp", 3, "helped")])
+        self.assertEqual(self.names(LOW, TYPES, high + "import camber.low;\nimport :helper;\n", helper, unit.format("")), [])
+
+    def test_a_library_whose_header_a_neighbour_includes(self):
+        unit = "module;\n{}module camber.low;\nauto f() {{ return fmt::format(\"\"); }}\n"
+        self.assertEqual(self.names(LOW, TYPES, unit.format("#include <fmt/format.h>\n"), unit.format("")), [("3.cpp", 3, "fmt")])
 
 
 if __name__ == "__main__":

@@ -89,7 +89,7 @@ class Together(unittest.TestCase):
             body = line if name == "overloaded" else f'TEST_CASE("two") {{\n    {line}\n}}'
             self.path("two.cpp").write_text(f"import camber.io;\n{body}\n")
             units = [together.read_source(self.path(unit)) for unit in ("one.cpp", "two.cpp")]
-            texts[name] = len(together.texts_of(units, together.key_of([]), 100))
+            texts[name] = len(together.texts_of(units, together.key_of, 100))
         self.assertEqual(texts, {"neither": 1, "shadowed": 2, "overloaded": 2})
 
     def test_partitions_that_import_each_other_are_an_error(self):
