@@ -169,7 +169,7 @@ def run(arguments, text: Text, number: int) -> tuple:
     source, places = first.compiled, []
     imports = {name: file for unit in text.units for name, file in unit.given.items()}
     header_filter = "|".join(f"^{re.escape(str(part.compiled))}$" for part in text.parts)
-    command = [*first.command, *(f"-iquote{folder}" for folder in sorted({str(unit.path.parent) for unit in text.units}))]
+    command = [*first.command, "-Wconditional-uninitialized", *(f"-iquote{folder}" for folder in sorted({str(unit.path.parent) for unit in text.units}))]
     if text.all_imports:
         source = arguments.build / "lint" / "interfaces.cpp"
         source.write_text("".join(f"import {unit.exported};\n" for unit in text.units))
