@@ -49,6 +49,21 @@ Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     return normalised(sum);
 }
 
+/// Equations of a quadratic, for a surface or a curve: of sizes that differ, so that Eigen's decomposition is compiled
+/// once.
+constexpr int most_unknowns = 5;
+using Equations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, most_unknowns>;
+using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_unknowns, 1>;
+
+/// The least squares solution; false: the equations do not tell it.
+bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
+    Eigen::ColPivHouseholderQR<Equations> qr(a);
+    qr.setThreshold(1e-6);
+    if (qr.rank() < a.cols()) return false;
+    x = qr.solve(b);
+    return true;
+}
+
 /// The quadratic through the vertex that is nearest to the others of its patch, of two rings.
 template <int D>
 class Fit {
@@ -90,7 +105,8 @@ class Fit {
         for (const VertexId w : ring_) radius = std::max(radius, distance(mesh_.points[w], origin));
         std::array<double, sym_size<D - 1>> shape{};
         if (!(radius > 0)) return shape;
-        Eigen::Matrix<double, Eigen::Dynamic, unknowns> a(ring_.size(), unknowns);
+        static_assert(unknowns <= most_unknowns);
+        Equations a(ring_.size(), unknowns);
         Eigen::VectorXd b(ring_.size());
         for (std::size_t r = 0; r < ring_.size(); ++r) {
             const auto row = static_cast<Eigen::Index>(r);
@@ -104,10 +120,8 @@ class Fit {
                 for (int j = 0; j <= i; ++j) a(row, k++) = weight * (i == j ? 0.5 : 1) * x[i] * x[j];
             b(row) = weight * dot(n, e);
         }
-        Eigen::ColPivHouseholderQR<decltype(a)> qr(a);
-        qr.setThreshold(1e-6);
-        if (qr.rank() < unknowns) return shape;
-        const Eigen::Matrix<double, unknowns, 1> x = qr.solve(b);
+        Unknowns x;
+        if (!solve(a, b, x)) return shape;
         // Of h = a·x + ½ xᵀSx the curvature is S/(1 + |a|²)^{3/2} to first order in the slope; the slope is small.
         for (std::size_t k = 0; k < shape.size(); ++k) shape[k] = x(slopes + static_cast<Eigen::Index>(k)) / radius;
         return shape;

@@ -18,6 +18,20 @@ import camber.bezier;
 
 namespace camber {
 
+namespace {
+
+/// Of the nodes of any element: of one size for all, so that Eigen's decomposition is compiled once.
+constexpr int most_nodes = field_nodes<3, 2>;
+using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_nodes, most_nodes>;
+
+/// The least and the largest eigenvalue of a symmetric matrix.
+std::array<double, 2> extremes(const Square& symmetric) {
+    const Eigen::SelfAdjointEigenSolver<Square> solver(symmetric, Eigen::EigenvaluesOnly);
+    return {solver.eigenvalues()[0], solver.eigenvalues()[symmetric.rows() - 1]};
+}
+
+}  // namespace
+
 template <int D, int K>
 ReferenceMass<D, K>::ReferenceMass(int points_a_direction) : rule(conical_rule<D>(points_a_direction)) {
     for (const RulePoint<D>& point : rule) {
@@ -49,14 +63,13 @@ auto ReferenceMass<D, K>::curved(const ElementMap<D>& map) const -> Curved {
 
 template <int D, int K>
 std::array<double, 2> ReferenceMass<D, K>::eigenvalues(const Matrix& matrix) {
-    Eigen::Matrix<double, nodes, nodes> scaled;
+    Square scaled(nodes, nodes);
     for (int i = 0; i < nodes; ++i)
         for (int j = 0; j < nodes; ++j)
             scaled(i, j) =
                 matrix[packed_index(i, j)] / std::sqrt(matrix[packed_index(i, i)] * matrix[packed_index(j, j)]);
     if (!scaled.allFinite()) return {0, nodes};
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, nodes, nodes>> solver(scaled, Eigen::EigenvaluesOnly);
-    return {solver.eigenvalues()[0], solver.eigenvalues()[nodes - 1]};
+    return extremes(scaled);
 }
 
 template class ReferenceMass<2, 1>;
