@@ -136,7 +136,8 @@ void expect_passes_along_rows(double bow, double least_unit) {
 }  // namespace
 
 TEST_CASE("rows that bend by 5 to 45 times their height within an edge are coarsened and refined along their curves") {
-    for (const double bow : {5.0, 20.0, 45.0}) expect_passes_along_rows<2>(bow, bow < 40 ? 0.65 : 0.5);
-    if (!is_sanitized)
-        for (const double bow : {5.0, 20.0}) expect_passes_along_rows<3>(bow, 0.55);
+    expect_passes_along_rows<2>(20, 0.65);
+    if (is_sanitized) return;
+    for (const double bow : {5.0, 45.0}) expect_passes_along_rows<2>(bow, bow < 40 ? 0.65 : 0.5);
+    for (const double bow : {5.0, 20.0}) expect_passes_along_rows<3>(bow, 0.55);
 }

@@ -172,7 +172,7 @@ void expect_valid_passes(const NamedDomain<D>& domain, double bow, double anisot
 }  // namespace
 
 TEST_CASE("every pass leaves a valid mesh, in 2D") {
-    expect_valid_passes<2>(ball_in_box<2>(8), 0.08, 1, {20, 20, 3, 20});
+    if (!is_sanitized) expect_valid_passes<2>(ball_in_box<2>(8), 0.08, 1, {20, 20, 3, 20});
     expect_valid_passes<2>(ball_in_box<2>(8), 0.08, 20, {5, 100, 10, 20});
 }
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "meshes.hpp"
+#include "sanitized.hpp"
 
 import camber.core;
 import camber.bezier;
@@ -51,7 +52,9 @@ LinearMesh<D> shuffled(const std::string& shape) {
     return must(renumbered(std::move(mesh), order, alone));
 }
 LinearMesh<3> shell() {
-    return shuffled<3>(R"({"shell": {"structure": "prisms", "inner_size": 0.5, "outer_size": 0.9}})");
+    return shuffled<3>(camber::testing::less_if_sanitized(
+        R"({"shell": {"structure": "prisms", "inner_size": 0.5, "outer_size": 0.9}})",
+        R"({"shell": {"structure": "prisms", "inner_size": 1.0, "outer_size": 1.8}})"));
 }
 LinearMesh<2> annulus() { return shuffled<2>(R"({"annulus": {"inner_size": 0.25, "outer_size": 0.4}})"); }
 

@@ -10,6 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "sanitized.hpp"
+
 import camber.core;
 import camber.config;
 import camber.io;
@@ -83,7 +85,7 @@ TEST_CASE("what the order of stages allows runs, and what it does not is refused
     const auto curved = run_of(pipeline, square->mesh, {config::Elevate{}});
     REQUIRE(curved.run);
     const auto law = [&](const AnyMesh& mesh, int degree) {
-        sequences(3, {}, [&](const Stages& stages) {
+        sequences(camber::testing::less_if_sanitized<std::size_t>(3, 2), {}, [&](const Stages& stages) {
             const bool allowed = run::check_order(stages, degree).has_value();
             const Ran ran = run_of(pipeline, mesh, stages);
             CHECK(ran.run.has_value() == allowed);

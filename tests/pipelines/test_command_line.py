@@ -129,7 +129,8 @@ class CommandLine(unittest.TestCase):
         self.fails(2, "curve", "explain", "curv")
         self.assertIn("largest sizes that both allow", self.camber("explain", "intersect").stdout)
         self.assertIn(".solb file", self.camber("explain", "file").stdout)
-        for topic in self.camber("explain").stdout.removeprefix("Topics: ").strip().split(", "):
+        topics = self.camber("explain").stdout.removeprefix("Topics: ").strip().split(", ")
+        for topic in topics[::5] if SANITIZED else topics:
             self.assertEqual(self.camber("explain", topic).returncode, 0, topic)
 
     def test_wrong_configs(self):

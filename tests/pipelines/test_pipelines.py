@@ -112,6 +112,7 @@ class Configs(unittest.TestCase):
     def test_spheres_fine(self):
         self.run_and_check("spheres-fine", "spheres-fine.meshb", "--sphere", "1,5", "--sphere", "2,1")
 
+    @unittest.skipIf(SANITIZED, "the stages of test_paper_layer_single, graded as in test_polar_2d")
     def test_paper_spheres(self):
         """The paper's §4.1: thin along the walls' normals, carried inwards by gradation."""
         name = "paper-spheres-coarse"
@@ -142,11 +143,14 @@ class Configs(unittest.TestCase):
         report = self.report_of("coated-sphere")
         self.assertEqual(report["boundary"]["patches"], 3)
         self.assertEqual(report["boundary"]["ridge_edges"], 0)
+        if SANITIZED:
+            return
         whole = self.report_of("coated-sphere", "--set", 'stages=["elevate", "curve", "validate", "relax", "commit"]')
         self.assertAlmostEqual(report["curve"]["after_correction"]["mean_length_reduction"],
                                whole["curve"]["after_correction"]["mean_length_reduction"],
                                delta=0.01 * whole["curve"]["after_correction"]["mean_length_reduction"])
 
+    @unittest.skipIf(SANITIZED, "the stages of test_spheres, on a mesh made as that of test_coated_sphere")
     def test_layers(self):
         self.run_and_check("layers", "layers.meshb", "--sphere", "1,5", "--sphere", "2,1")
 

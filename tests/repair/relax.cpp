@@ -15,9 +15,11 @@ import camber.curving;
 import camber.repair;
 
 #include "generators.hpp"
+#include "sanitized.hpp"
 
 using namespace camber;
 using namespace generators;
+using camber::testing::less_if_sanitized;
 using camber::testing::property;
 
 namespace {
@@ -123,7 +125,7 @@ void test_keeps_more() {
 template <int D>
 void test_threads() {
     std::mt19937_64 random(5);
-    const auto p = planned<D>(random, D == 2 ? 30 : 7, 0.3, 0.2);
+    const auto p = planned<D>(random, less_if_sanitized(D == 2 ? 30 : 7, D == 2 ? 15 : 4), 0.3, 0.2);
     for (const auto method : {RepairMethod::segment, RepairMethod::theta}) {
         const auto one = relaxed(p, method, 1);
         const auto two = relaxed(p, method, 2);

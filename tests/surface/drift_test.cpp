@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "meshes.hpp"
+#include "sanitized.hpp"
 
 using namespace surface_tests;
 
@@ -142,7 +143,7 @@ TEST_CASE("a boundary that is made anew on the one before does not drift, in 3D"
 }
 
 TEST_CASE("a sphere that is made anew on the one before is hardly farther off than one on the sphere itself") {
-    constexpr std::size_t rounds = 20;
+    constexpr std::size_t rounds = camber::testing::less_if_sanitized<std::size_t>(20, 4);
     const auto layout = [](std::size_t round) {
         return sphere(round % 2 == 0 ? 5 : 7, 1, static_cast<unsigned>(round + 1)).mesh();
     };
@@ -159,7 +160,8 @@ TEST_CASE("a sphere that is made anew on the one before is hardly farther off th
             half.volume - middle.volume);
     CHECK(last.off < 1.5 * best.off);
     CHECK(best.volume - last.volume < 2e-4);
-    CHECK(std::fabs((best.volume - last.volume) - (half.volume - middle.volume)) < 2e-5);
+    if (!camber::testing::is_sanitized)  // after few rounds it still settles
+        CHECK(std::fabs((best.volume - last.volume) - (half.volume - middle.volume)) < 2e-5);
 }
 
 TEST_CASE("a boundary that is made anew on the one before does not drift, in 2D") {
