@@ -33,7 +33,7 @@ endfunction()
 # modules, which is optimised, and not that of units which are not. (Without this the modules run with the other units' copies, and cavity
 # takes twice as long under the sanitizers.)
 function(camber_modules_first TARGET)
-    list(REMOVE_ITEM ARGN ${camber_unoptimised})
+    list(REMOVE_ITEM ARGN ${camber_light})
     list(TRANSFORM ARGN REPLACE "(.+)" "$<TARGET_FILE:camber::\\1>" OUTPUT_VARIABLE archives)
     target_link_options(${TARGET} PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
 endfunction()
