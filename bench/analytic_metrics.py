@@ -73,37 +73,70 @@ def write_solution(path, metrics):
         file.write(struct.pack("<2i", END, 0))
 
 
-def lengths(field, a, b):
-    """Of straight edges, along them."""
+def lengths(field, a, b, offsets=0.0):
+    """Of edges, along them: straight ones, or parabolas whose nodes are so far from the middles of chords."""
     along = b - a
     sum_of = np.zeros(len(a))
     for piece in range(PIECES):
         for place, weight in zip(*GAUSS):
-            rows, sizes = field(a + (piece + (place + 1) / 2) / PIECES * along)
-            sum_of += weight / 2 / PIECES * np.sqrt((np.einsum("nki,ni->nk", rows, along) / sizes) ** 2 @ np.ones(a.shape[1]))
+            t = (piece + (place + 1) / 2) / PIECES
+            rows, sizes = field(a + t * along + 4 * t * (1 - t) * offsets)
+            tangent = along + 4 * (1 - 2 * t) * offsets
+            sum_of += weight / 2 / PIECES * np.sqrt((np.einsum("nki,ni->nk", rows, tangent) / sizes) ** 2 @ np.ones(a.shape[1]))
     return sum_of
 
 
-def qualities(field, x, elements):
-    """The mean ratio of each element, 1 for a regular one, in the exponential of the mean of its vertices' log metrics."""
-    dimension = x.shape[1]
-    rows, sizes = field(x)
-    logs = np.einsum("nki,nk,nkj->nij", rows, -2 * np.log(sizes), rows)
-    values, axes = np.linalg.eigh(logs[elements].mean(1))
-    volumes = np.linalg.det(x[elements[:, 1:]] - x[elements[:, :1]]) / (2 if dimension == 2 else 6)
-    squares = np.zeros(len(elements))
+def mean_ratios(values, axes, corners):
+    """Of straight elements, corners (n, D + 1, D), in metrics by their eigenvalues and columns of axes: 1 for a regular one."""
+    dimension = corners.shape[2]
+    volumes = np.linalg.det(corners[:, 1:] - corners[:, :1]) / (2 if dimension == 2 else 6)
+    squares = np.zeros(len(corners))
     for i in range(dimension + 1):
         for j in range(i):
-            side = np.einsum("nik,ni->nk", axes, x[elements[:, i]] - x[elements[:, j]])
+            side = np.einsum("nik,ni->nk", axes, corners[:, i] - corners[:, j])
             squares += (side ** 2 * np.exp(values)).sum(1)
     size = (np.exp(values.sum(1) / 2) * abs(volumes)) ** (2 / dimension)
     return (4 * 3 ** 0.5 if dimension == 2 else 36 / 3 ** (1 / 3)) * np.sign(volumes) * size / squares
 
 
-def judged(field, x, elements):
-    """How near to unit: {elements, unit, least, mean, shortest, longest}."""
-    pairs = np.concatenate([elements[:, [i, j]] for i in range(elements.shape[1]) for j in range(i)])
-    edges = np.unique(np.sort(pairs, axis=1), axis=0)
-    long, quality = lengths(field, x[edges[:, 0]], x[edges[:, 1]]), qualities(field, x, elements)
-    return {"elements": len(elements), "unit": ((long >= SLIM) & (long <= LONG)).mean(), "least": quality.min(), "mean": quality.mean(),
+def inner_points(dimension):
+    """Barycentric coordinates of a rule of equal weights that is exact for quadratics."""
+    near, far = ((5 + 3 * 5 ** 0.5) / 20, (5 - 5 ** 0.5) / 20) if dimension == 3 else (2 / 3, 1 / 6)
+    return np.full((dimension + 1, dimension + 1), far) + np.eye(dimension + 1) * (near - far)
+
+
+def qualities(field, x, nodes, edges):
+    """The mean ratio of each element, 1 for a regular one, in the exponential of the mean of its vertices' log metrics; of one with
+    nodes of edges, 1 over the mean of 1/q of its tangent elements, 0 where one of them is turned inside out."""
+    dimension = x.shape[1]
+    elements = nodes[:, :dimension + 1]
+    rows, sizes = field(x[:elements.max() + 1])
+    logs = np.einsum("nki,nk,nkj->nij", rows, -2 * np.log(sizes), rows)
+    values, axes = np.linalg.eigh(logs[elements].mean(1))
+    if nodes.shape[1] == dimension + 1:
+        return mean_ratios(values, axes, x[elements])
+    distortion = np.zeros(len(nodes))
+    for xi in inner_points(dimension):
+        corners = x[elements].copy()  # of the straight element with the same Jacobian
+        for i, j, node in edges:
+            offset = x[nodes[:, node]] - (x[nodes[:, i]] + x[nodes[:, j]]) / 2
+            corners[:, i] += 4 * xi[j] * offset
+            corners[:, j] += 4 * xi[i] * offset
+        ratio = mean_ratios(values, axes, corners)
+        distortion += np.where(ratio > 0, 1 / np.where(ratio > 0, ratio, 1), np.inf) / (dimension + 1)
+    return 1 / distortion
+
+
+def judged(field, x, nodes, edges=()):
+    """How near to unit: {elements, unit, least, mean, shortest, longest}. nodes: of each element its vertices, of degree 2 then the nodes of
+    its edges, of which each is (vertex, vertex, node), locally. Vertices come first among the points."""
+    dimension = x.shape[1]
+    if not edges or nodes.shape[1] == dimension + 1:
+        edges = [(i, j, i) for i in range(dimension + 1) for j in range(i)]
+    rows = np.concatenate([nodes[:, edge] for edge in edges])
+    rows[:, :2].sort(axis=1)
+    a, b, node = (x[of] for of in rows[np.unique(rows[:, :2], axis=0, return_index=True)[1]].T)
+    offsets = node - (a + b) / 2 if nodes.shape[1] > dimension + 1 else 0.0
+    long, quality = lengths(field, a, b, offsets), qualities(field, x, nodes, edges)
+    return {"elements": len(nodes), "unit": ((long >= SLIM) & (long <= LONG)).mean(), "least": quality.min(), "mean": quality.mean(),
             "shortest": long.min(), "longest": long.max()}

@@ -11,15 +11,18 @@ The cases:
     slanted         the same cube, a layer of 1e-5 at a plane that is parallel to no side, three runs
     circle          a square of 10 x 10 cells, ten runs
 
+Camber of degree 2 begins with the same meshes, with nodes in the middles of edges, and at *steady* and *half* with what it has brought there itself.
 Between runs the metric is read from its formula at the vertices that the run before left. All programs have the defaults, one thread, and
 no gradation of their own (Mmg: -hgrad -1; refine has none to switch off). Seconds are those of the processor, of all runs of a case;
-the rest is judged by bench/analytic_metrics.py: lengths along edges in the formula, qualities in the metrics at the vertices.
+the rest is judged by bench/analytic_metrics.py: lengths along edges in the formula, qualities in the metrics at the vertices
+(of degree 2: of curved edges, and 1 over the mean distortion).
 """
 import argparse
 import functools
 import os
 import shutil
 import struct
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -46,6 +49,14 @@ def camber_words(program, mesh, sizes, out, turn):
             *(("--set", "features/ridge_angle=180") if turn else ())]
 
 
+def curved_words(program, mesh, sizes, out, turn):
+    """The same of degree 2: what is straight at first gets its nodes."""
+    if is_straight(mesh):
+        subprocess.run([program, "curve", mesh, "--metric", "1", "--geometry", "straight", "-o", "curved.meshb"], check=True, stdout=subprocess.DEVNULL)
+        mesh = "curved.meshb"
+    return camber_words(program, mesh, sizes, out, turn)
+
+
 def mmg_words(program, mesh, sizes, out, _):
     return [program, "-in", mesh, "-sol", sizes, "-out", out, "-v", "0", "-hgrad", "-1"]
 
@@ -68,6 +79,7 @@ def found(name, folder):
 def remeshers(given):
     camber = os.path.abspath(given.camber)
     all_of = [Remesher("Camber", {2: camber, 3: camber}, camber_words),
+              Remesher("Camber, degree 2", {2: camber, 3: camber}, curved_words),
               Remesher("Mmg", {d: found(f"mmg{d}d_O3", given.mmg) for d in (2, 3)}, mmg_words),
               Remesher("refine", {d: found("ref", given.refine) for d in (2, 3)}, refine_words)]
     for one in all_of:
@@ -76,10 +88,26 @@ def remeshers(given):
     return all_of
 
 
-def read(mesh):
+def of_elements(file):
+    return "Tetrahedra" if file.dim == 3 else "Triangles"
+
+
+def is_straight(mesh):
     file = gmf.read(mesh)
-    name = "Tetrahedra" if file.dim == 3 else "Triangles"
-    return file.points[:, :file.dim], file.cells[name].nodes
+    return of_elements(file) in file.cells
+
+
+def read(mesh):
+    """Points, nodes of elements, local edges of degree 2: see metrics.judged."""
+    file = gmf.read(mesh)
+    name = of_elements(file)
+    nodes = file.cells[name if name in file.cells else name + "P2"].nodes
+    return file.points[:, :file.dim], nodes, gmf.LOCAL_EDGES[file.dim]
+
+
+def vertices(mesh):
+    x, nodes, _ = read(mesh)
+    return x[:nodes[:, :x.shape[1] + 1].max() + 1]
 
 
 def drop_edges(mesh):
@@ -108,16 +136,18 @@ class Bench:
         Path("next.meshb").unlink(missing_ok=True)
         return seconds_of(words)
 
-    def begin(self, start):
+    def begin(self, start, remesher):
         if start != "adapted":
             self.quietly([self.camber, "generate", *start, "-o", "start.meshb"])
             return "start.meshb"
-        if not os.path.exists("adapted.meshb"):
-            self.begin(CUBE)
-            camber = Remesher("Camber", {3: self.camber}, camber_words)
+        words = curved_words if remesher.words is curved_words else camber_words
+        adapted = f"adapted-{words.__name__}.meshb"
+        if not os.path.exists(adapted):
+            self.begin(CUBE, remesher)
+            camber = Remesher("Camber", {3: self.camber}, words)
             self.brought(camber, functools.partial(metrics.polar_1, scale=FINE), "start.meshb", 5)
-            shutil.copy("last.meshb", "adapted.meshb")
-        return "adapted.meshb"
+            shutil.copy("last.meshb", adapted)
+        return adapted
 
     def brought(self, remesher, field, mesh, runs):
         """Seconds; the mesh is last.meshb then."""
@@ -126,7 +156,7 @@ class Bench:
             drop_edges("last.meshb")
         seconds = 0
         for turn in range(runs):
-            x, _ = read("last.meshb")
+            x = vertices("last.meshb")
             metrics.write_solution("last.solb", metrics.tensors(field, x))
             words = remesher.words(remesher.of_dimension[x.shape[1]], "last.meshb", "last.solb", "next.meshb", turn)
             took = self.quietly(words)
@@ -140,7 +170,7 @@ class Bench:
     def row(self, case, remesher):
         formula, scale, start, runs = CASES[case]
         field = functools.partial(formula, scale=scale)
-        mesh = self.begin(start)
+        mesh = self.begin(start, remesher)
         if remesher.of_dimension[2 if start is SQUARE else 3] is None:
             return None
         seconds = self.brought(remesher, field, mesh, runs)
