@@ -14,7 +14,7 @@ namespace camber {
 /// the change of log M by sizes (a factor of 7 of a size).
 inline constexpr double max_turn = 1;
 inline constexpr double max_turn_of_ends = 1.2;
-inline constexpr double max_change = 4;
+inline constexpr double max_resolved_change = 4;
 /// The longest edge of a mesh that is unit for the metric has length √2; functions are not resolved by longer ones.
 inline constexpr double unit_length_squared = 2;
 /// The most that a node is shifted along its chord; at 1/4 the edge folds.
@@ -112,7 +112,7 @@ template <int D>
     const Pack length = metric_length(f, f.chord);
     const Pack unit = min(unit_length_squared / (length * length), packed(1));
     // In one direction d = Δλ e/16.
-    const Pack kept = unit * resolved(16 * metric_length(f, d) / length, max_change);
+    const Pack kept = unit * resolved(16 * metric_length(f, d) / length, max_resolved_change);
     for (int j = 0; j < D; ++j) d[j] *= kept;
     return d;
 }

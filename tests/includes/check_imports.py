@@ -1,7 +1,7 @@
 """Does each unit of a module import the partitions and modules of the names that it uses, and include the headers of other libraries? Where
 several units are compiled as one text (cmake/Together.cmake) no compiler says so, and a build with -DCAMBER_TOGETHER=OFF would break.
 
-    python3 tests/includes/check_imports.py        exit code 1: something is missing
+    python3 tests/includes/check_imports.py        exit code 1: something is missing, or is defined twice in a module
 
 Names are looked for in the text: types, and functions that are called, which only units declare that this one does not see, in its own
 module or in those that its module imports. A name that is declared in several places, one of which it sees, passes.
@@ -20,6 +20,8 @@ OTHER = re.compile(r"^(?:export )?import (camber\.\w+);")
 TYPE = re.compile(r"^(?:struct|class|enum class|enum|concept|using) (\w+)")
 SPACE = re.compile(r"^namespace camber::(\w+)")
 FUNCTION = re.compile(r"^(?![#/}]|return|namespace|export |template|import|module)[\w\[\]:<>,*& ]+?[\s*&](\w+)\(")
+NAMESPACE = re.compile(r"^(?:export )?namespace ([\w:]+) \{")
+DEFINED = re.compile(r"^(?:export )?(?:inline constexpr [\w:<>,*& ]+?[\s*&](\w+)(?:\[\w*\])? ?[={]|(?:struct|class|enum class|concept) (\w+) (?:[:={]|final\b))")
 USED = re.compile(r"(?:(?<![\w.>:~])|(?<=[a-z]::))(?:([A-Z]\w*)|(?!sizeof|operator|static_assert|camber\b|std\b)(\w+)(?=[(<]|::))")
 OWN = re.compile(r"[\w\]>][>&*]*(?<!return)(?<!throw)(?<!else)(?<!case)(?<!requires) (\w+)\s*(?=[=;,){(\[]|:(?!:))|, (\w+) =")
 PARAMETER = re.compile(r"(?:class|typename|auto|int)(?:[.]{3})? (\w+)")
@@ -103,12 +105,31 @@ def missing(paths: list) -> list:
     return found
 
 
+def twice(paths: list) -> list:
+    """Names that two interface units of a module define in one namespace: where units are compiled together the wrong one may be taken, and no
+    compiler says so."""
+    defined = defaultdict(set)
+    for path in paths:
+        unit = together.read_source(path)
+        if not unit.partition:
+            continue
+        space = ""
+        for line in plain(path).splitlines():
+            space = (NAMESPACE.match(line) or {1: space})[1]
+            if name := DEFINED.match(line):
+                defined[(unit.of, space, name[1] or name[2])].add(path)
+    return [(name, sorted(of)) for (_, _, name), of in sorted(defined.items()) if len(of) > 1]
+
+
 def main() -> int:
     found = missing(sorted(path for folder in ("modules", "apps") for path in (ROOT / folder).rglob("*.cpp*")))
     for path, line, name, needed in found:
         where = " or ".join(str(one.relative_to(ROOT)) for one in needed)
         print(f"{path.relative_to(ROOT)}:{line}: {name} needs " + (f"an import of what is in {where}" if needed else "its header"))
-    return 1 if found else 0
+    again = twice(sorted(path for folder in ("modules", "apps") for path in (ROOT / folder).rglob("*.cppm")))
+    for name, paths in again:
+        print(f"{name} is defined by several units of a module: " + ", ".join(str(path.relative_to(ROOT)) for path in paths))
+    return 1 if found or again else 0
 
 
 if __name__ == "__main__":

@@ -3,7 +3,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from check_imports import missing
+from check_imports import missing, twice
 
 TYPES = "export module camber.low:types;\nexport namespace camber {\nstruct Length {};\nint twice(int x);\n}\n"
 LOW = "export module camber.low;\nexport import :types;\n"
@@ -43,6 +43,17 @@ class MissingImports(unittest.TestCase):
         self.assertEqual(self.names(LOW, TYPES, high, helper, unit.format("import :helper;\n"), unit.format("import camber.low;\n")),
                          [("4.cpp", 3, "twice"), ("5.cpp", 3, "helped")])
         self.assertEqual(self.names(LOW, TYPES, high + "import camber.low;\nimport :helper;\n", helper, unit.format("")), [])
+
+    def test_a_name_that_two_partitions_define(self):
+        one = "module camber.low:{};\nnamespace camber{} {{\ninline constexpr double most = {};\ninline double f(double x) {{ return x; }}\n}}\n"
+        with tempfile.TemporaryDirectory() as folder:
+            def names(*texts):
+                paths = [Path(folder) / f"{i}.cppm" for i in range(len(texts))]
+                for path, text in zip(paths, texts):
+                    path.write_text(text)
+                return [(name, [path.name for path in of]) for name, of in twice(paths)]
+            self.assertEqual(names(one.format("a", "", 3), one.format("b", "", 4)), [("most", ["0.cppm", "1.cppm"])])
+            self.assertEqual(names(one.format("a", "", 3), one.format("b", "::other", 4)), [])
 
     def test_a_library_whose_header_a_neighbour_includes(self):
         unit = "module;\n{}module camber.low;\nauto f() {{ return fmt::format(\"\"); }}\n"
