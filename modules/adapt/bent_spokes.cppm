@@ -109,6 +109,17 @@ class BentSpokes {
         straighten_boundary(0);
     }
 
+    /// Of degree 2: to a request of an operation at the point, which would ask for them again. Not where an edge of the
+    /// boundary is likely.
+    void give(CavityRequest<D>& request) const {
+        if (!r_.mesh.is_curved()) return;
+        request.bent.reserve(to_.size());
+        for (std::size_t i = 0; i < to_.size(); ++i)
+            if (!is_boundary_likely(i)) request.bent.push_back({to_[i].vertex, offsets_[i], std::sqrt(squares_[i] / 2)});
+    }
+    [[nodiscard]] std::size_t size() const { return to_.size(); }
+    [[nodiscard]] VertexId vertex(std::size_t i) const { return to_[i].vertex; }
+
     [[nodiscard]] const ConePoint<D>& point() const { return point_; }
     [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
     /// Of the edge at the point, and at the vertex.
@@ -134,10 +145,13 @@ class BentSpokes {
     void straighten_boundary(std::size_t first) {
         if (point_.lies == VertexPlace::inside) return;
         for (std::size_t i = first; i < to_.size(); ++i) {
-            if (r_.mesh.states[to_[i].vertex].place == VertexPlace::inside) continue;
+            if (!is_boundary_likely(i)) continue;
             offsets_[i] = {};
             squares_[i] = unknown;
         }
+    }
+    [[nodiscard]] bool is_boundary_likely(std::size_t i) const {
+        return point_.lies != VertexPlace::inside && r_.mesh.states[to_[i].vertex].place != VertexPlace::inside;
     }
 
     static constexpr double unknown = -1;

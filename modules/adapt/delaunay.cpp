@@ -29,8 +29,8 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
 template <int D>
 class SeenVertices {
   public:
-    SeenVertices(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes<D>& spokes) : r_(r), spokes_(spokes) {
-        spokes_.begin(point);
+    SeenVertices(const Adaptation<D>& r, BentSpokes<D>& spokes) : r_(r), spokes_(spokes) {
+        for (std::size_t i = 0; i < spokes.size(); ++i) vertices_.push_back(spokes.vertex(i));
     }
     void add(VertexId v) {
         if (is_among(vertices_, v)) return;
@@ -110,10 +110,11 @@ void see_around(const DynamicMesh<D>& mesh, ElementId e, SeenVertices<D>& seen) 
 }  // namespace
 
 template <int D>
-void grow_delaunay(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes<D>& spokes, std::size_t most,
-                   double shortest, Cavity<D>& cavity) {
+void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t most, double shortest,
+                   Cavity<D>& cavity) {
     auto& elements = cavity.elements;
-    SeenVertices<D> seen(r, point, spokes);
+    const ConePoint<D>& point = spokes.point();
+    SeenVertices<D> seen(r, spokes);
     std::size_t seen_around = 0;  // so many of them
     for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i) {
         if (i == seen_around) {
@@ -129,8 +130,7 @@ void grow_delaunay(const Adaptation<D>& r, const ConePoint<D>& point, BentSpokes
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \
-    template void grow_delaunay<D>(const Adaptation<D>&, const ConePoint<D>&, BentSpokes<D>&, std::size_t, double, \
-                                   Cavity<D>&);
+    template void grow_delaunay<D>(const Adaptation<D>&, BentSpokes<D>&, std::size_t, double, Cavity<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

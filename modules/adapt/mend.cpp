@@ -64,8 +64,10 @@ class Removals final : public Pass<D> {
         limits.corrections = 0;
         limits.wall_elements = WallElements::refused;
         limits.facet_distance = 0.2;  // as of a collapse
-        // What is looked at of straight elements is what is judged: nothing worse is planned.
-        const double least = r.mesh.is_curved() || is_off_geometry ? 0 : std::max(limits.min_shape, 0.0);
+        // What is looked at of straight elements is what is judged, and of curved ones near to it: nothing worse is
+        // planned.
+        const double nearly = r.mesh.is_curved() ? 0.7 : 1;
+        const double least = is_off_geometry ? 0 : nearly * std::max(limits.min_shape, 0.0);
         const VertexId into = best_neighbour(r, request.cavity, v, least);
         if (!into.valid()) return {};
         request.join_to(r, into);
@@ -83,10 +85,6 @@ class Removals final : public Pass<D> {
 
     [[nodiscard]] static bool stands(const Adaptation<D>& r, VertexId v) {
         return r.refusals.stands(AskingPass::remove, v, std::span(&v, 1));
-    }
-    [[nodiscard]] static double known_shape_of(const Adaptation<D>& r, ElementId e) {
-        const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;
-        return known >= 0 ? known : shape_of(r, e);
     }
     void add_tasks(const Adaptation<D>& r, ElementId e, std::vector<Task>& tasks) const {
         if (r.mesh.is_free(e)) return;

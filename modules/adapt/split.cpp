@@ -76,6 +76,7 @@ class Splits final : public Pass<D> {
         }
         request.share = share;
         const SurfacePoint<D> foot = on_geometry_at_edge(goal_, r.mesh, edge, request.cavity.facets, request.place);
+        if (share < 1 && foot.point == request.place) return {};  // the geometry is where it is already
         request.place += share * (foot.point - request.place);
         request.lies = place_after(share, foot);
         if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
@@ -88,7 +89,8 @@ class Splits final : public Pass<D> {
         if (nearest_of_holders(r, request, point, spokes) < shortest)
             candidate.rejected = RejectionReason::length;
         else
-            grow_delaunay(r, point, spokes, max_elements, shortest, request.cavity);
+            grow_delaunay(r, spokes, max_elements, shortest, request.cavity);
+        spokes.give(request);
         candidate.limits.corrections = 16;
         candidate.limits.wall_elements = WallElements::refused;
         candidate.limits.shortest = shortest;

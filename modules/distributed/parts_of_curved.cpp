@@ -122,26 +122,17 @@ Outcome<PartsOfRank<QuadraticMesh<D>>> with_nodes_of(const QuadraticRows<D>& row
 /// The vertices of these numbers, from the ranks whose parts they are of.
 template <int D>
 Outcome<PointRows<D>> points_of(const CurvedBlocks<D>& mesh, const std::vector<std::uint64_t>& vertices, Ranks& ranks) {
-    struct Answer {
-        Vec<D> point;
-        Reference reference = 0;
-    };
     const PartLayout& layout = mesh.parts.layout;
     std::vector<ToPart<std::uint64_t>> questions;
     questions.reserve(vertices.size());
     for (const std::uint64_t v : vertices) questions.push_back({layout.part_with(v), v});
-    const auto answers = ask<Answer>(ranks, layout, questions, [&](std::size_t p, std::uint64_t number) {
+    const auto answers = ask<PointRow<D>>(ranks, layout, questions, [&](std::size_t p, std::uint64_t number) {
         const RingedPart<D>& part = mesh.parts.own[p];
         const VertexId v(part.first.index() + (number - part.vertices[part.first]));
-        return Answer{mesh.curved[p].mesh.linear.points[v], part.mesh.point_references[v]};
+        return PointRow<D>{mesh.curved[p].mesh.linear.points[v], part.mesh.point_references[v]};
     });
     if (!answers) return fail(answers.error());
-    PointRows<D> rows;
-    for (const Answer& answer : *answers) {
-        rows.points.push_back(answer.point);
-        rows.references.push_back(answer.reference);
-    }
-    return rows;
+    return point_rows(*answers);
 }
 
 /// An edge's node and its number, as its owner has them.

@@ -84,23 +84,14 @@ Outcome<PointRows<D>> points_of(const PointRun<D>& own, const std::vector<std::s
     for (const std::uint64_t v : vertices) questions[rank_with(firsts, v)].push_back(v);
     const auto asked = exchanged_lists(ranks, std::move(questions));
     if (!asked) return fail(asked.error());
-    struct Answer {
-        Vec<D> point;
-        Reference reference = 0;
-    };
-    std::vector<std::vector<Answer>> answers(ranks.size());
+    std::vector<std::vector<PointRow<D>>> answers(ranks.size());
     for (std::size_t r = 0; r < ranks.size(); ++r)
         for (const std::uint64_t v : (*asked)[r])
             answers[r].push_back({own.points[v - own.first], own.references[v - own.first]});
     // They rise, and so do the ranks that have them.
-    const auto all = exchanged_values<Answer>(ranks, std::move(answers));
+    const auto all = exchanged_values<PointRow<D>>(ranks, std::move(answers));
     if (!all) return fail(all.error());
-    PointRows<D> rows;
-    for (const Answer& answer : *all) {
-        rows.points.push_back(answer.point);
-        rows.references.push_back(answer.reference);
-    }
-    return rows;
+    return point_rows(*all);
 }
 
 }  // namespace

@@ -25,6 +25,22 @@ struct RunsOfRank {
 template <int D>
 using PointsAt = std::function<Outcome<PointRows<D>>(const std::vector<std::uint64_t>&)>;
 
+/// A vertex as one rank tells it another.
+template <int D>
+struct PointRow {
+    Vec<D> point;
+    Reference reference = 0;
+};
+template <int D>
+[[nodiscard]] PointRows<D> point_rows(const std::vector<PointRow<D>>& told) {
+    PointRows<D> rows;
+    for (const PointRow<D>& row : told) {
+        rows.points.push_back(row.point);
+        rows.references.push_back(row.reference);
+    }
+    return rows;
+}
+
 /// Rows of some numbers, which rise, read by runs that leave few out: take(i, rows, place of numbers[i] in them).
 template <class Read, class Take>
 [[nodiscard]] Outcome<Done> read_some(const std::vector<std::uint64_t>& numbers, const Read& read, const Take& take) {

@@ -48,16 +48,16 @@ bool CurvedNodes<D>::replaces_worse_where_invalid() const {
 }
 
 template <int D>
-void CurvedNodes<D>::refresh_stale() {
-    for (Cone<D>& cone : w_.cones)
-        if (cone.is_stale) refresh(cone);
+bool CurvedNodes<D>::is_broken(std::size_t joined) const {
+    return w_.cones[joined].verdict != Verdict::valid &&
+           !(bound_ == limits_.lowest_jacobian && may_stay_invalid(joined));
 }
 
 template <int D>
 ElementState CurvedNodes<D>::element(std::size_t joined) const {
-    const Cone<D>& cone = w_.cones[joined];
-    if (cone.verdict == Verdict::valid) return {true, cone.is_flat, cone.shape, false};
-    return {false, false, 0, bound_ == limits_.lowest_jacobian && may_stay_invalid(joined)};
+    Cone<D>& cone = w_.cones[joined];
+    if (cone.verdict == Verdict::valid) return {true, cone.is_flat, shape_of_cone(cone), false};
+    return {false, false, 0, !is_broken(joined)};
 }
 
 template <int D>
@@ -73,7 +73,7 @@ double CurvedNodes<D>::length_to(std::size_t s) const {
 template <int D>
 bool CurvedNodes<D>::correct(RejectionReason reason) {
     if (has_raised_) return false;
-    if (draw_back()) return true;
+    if (draw_back(reason)) return true;
     has_raised_ = true;
     return reason == RejectionReason::volume && (raise() || bend_together());
 }
@@ -105,24 +105,47 @@ void CurvedNodes<D>::begin_cones() {
 }
 
 template <int D>
-void CurvedNodes<D>::refresh(Cone<D>& cone) const {
+void CurvedNodes<D>::put_nodes(Cone<D>& cone) const {
     for (int i = 0; i <= D; ++i)
         if (i != cone.point) cone.nodes[D + 1 + edge_between<D>[i][cone.point]] = w_.spokes[cone.spokes[i]].node;
+}
+
+template <int D>
+void CurvedNodes<D>::refresh_stale() {
+    w_.stale.clear();
+    for (std::size_t j = 0; j < w_.cones.size(); ++j)
+        if (w_.cones[j].is_stale) w_.stale.push_back(j);
+    each_low_jacobian<D>(
+        0, w_.stale.size(),
+        [&](std::size_t i) {
+            Cone<D>& cone = w_.cones[w_.stale[i]];
+            put_nodes(cone);
+            return NodalSimplex<D>{cone.nodes};
+        },
+        [&](std::size_t i, const LowJacobian& jacobian) { decide_cone(w_.cones[w_.stale[i]], jacobian); });
+}
+
+template <int D>
+void CurvedNodes<D>::decide_cone(Cone<D>& cone, const LowJacobian& jacobian) const {
     const NodalSimplex<D> element{cone.nodes};
-    const BoundedJacobian<D> jacobian = bounded_jacobian(element);
-    cone.verdict = decide_by_coefficients(jacobian, bound_);
-    if (cone.verdict == Verdict::undecided) cone.verdict = decide(element, bound_);
+    cone.verdict = is_clear(jacobian, bound_) ? Verdict::valid : decide(element, bound_);
     cone.is_flat = cone.verdict == Verdict::valid && is_flat(element, jacobian);
-    cone.shape = cone.verdict == Verdict::valid ? curved_shape(cone.nodes, cone.metrics) : 0;
+    cone.shape = -1;
     cone.is_stale = false;
 }
 
 template <int D>
-bool CurvedNodes<D>::is_flat(const NodalSimplex<D>& element, const BoundedJacobian<D>& jacobian) const {
+double CurvedNodes<D>::shape_of_cone(Cone<D>& cone) const {
+    if (cone.shape < 0) cone.shape = curved_shape(cone.nodes, cone.metrics);
+    return cone.shape;
+}
+
+template <int D>
+bool CurvedNodes<D>::is_flat(const NodalSimplex<D>& element, const LowJacobian& jacobian) const {
     std::array<Vec<D>, D + 1> corners;
     std::copy_n(element.nodes.begin(), D + 1, corners.begin());
     const double floor = rounding_floor<D>(corners);
-    if (std::ranges::min(jacobian.coefficients) - jacobian.error > floor) return false;
+    if (jacobian.lowest - jacobian.error > floor) return false;
     return decide(element, std::max(bound_, floor / std::abs(jacobian.straight))) != Verdict::valid;
 }
 
@@ -133,26 +156,38 @@ bool CurvedNodes<D>::may_stay_invalid(std::size_t joined) const {
 }
 
 template <int D>
-bool CurvedNodes<D>::is_good(const Cone<D>& cone) {
-    return cone.verdict == Verdict::valid && !cone.is_flat && bar_.is_met(cone.shape);
+bool CurvedNodes<D>::is_good(Cone<D>& cone) {
+    return cone.verdict == Verdict::valid && !cone.is_flat && bar_.is_met(shape_of_cone(cone));
 }
 
 template <int D>
 bool CurvedNodes<D>::replaces_worse() const {
-    return std::ranges::any_of(out_.removed.elements, [&](ElementId e) {
-        return decide(NodalSimplex<D>{nodes_of(r_.mesh, e)}, limits_.min_jacobian) != Verdict::valid;
+    const auto& elements = out_.removed.elements;
+    const auto element = [&](std::size_t i) { return NodalSimplex<D>{nodes_of(r_.mesh, elements[i])}; };
+    bool is_worse = false;
+    each_low_jacobian<D>(0, elements.size(), element, [&](std::size_t i, const LowJacobian& jacobian) {
+        is_worse = is_worse || (!is_clear(jacobian, limits_.min_jacobian) &&
+                                decide(element(i), limits_.min_jacobian) != Verdict::valid);
     });
+    return is_worse;
 }
 
+/// Where elements are not valid these alone: shapes come later.
 template <int D>
-bool CurvedNodes<D>::draw_back() {
+bool CurvedNodes<D>::draw_back(RejectionReason reason) {
     bool drawn = false;
+    const auto is_sound = [&](Cone<D>& cone) {
+        if (reason == RejectionReason::quality) return is_good(cone);
+        return cone.verdict == Verdict::valid && !cone.is_flat;
+    };
     for (Cone<D>& cone : w_.cones) {
-        if (is_good(cone)) continue;
+        if (is_sound(cone)) continue;
         for (int i = 0; i <= D; ++i) {
             if (i == cone.point) continue;
             Spoke<D>& spoke = w_.spokes[cone.spokes[i]];
-            if (spoke.kind != EdgeKind::volume || spoke.share == 0 || spoke.wanted == spoke.extended) continue;
+            if (spoke.kind != EdgeKind::volume || spoke.share == 0) continue;
+            extend(cone.spokes[i]);
+            if (spoke.wanted == spoke.extended) continue;
             spoke.share = spoke.share > 0.5 ? 0.5 : 0;
             spoke.node = spoke.extended + spoke.share * (spoke.wanted - spoke.extended);
             drawn = true;
@@ -306,6 +341,8 @@ bool CurvedNodes<D>::are_elements_good() {
 #define CAMBER_INSTANTIATE(D)                                         \
     template void CurvedNodes<D>::begin_elements();                   \
     template void CurvedNodes<D>::judge_elements();                   \
+    template bool CurvedNodes<D>::is_broken(std::size_t) const; \
+    template double CurvedNodes<D>::shape_of_cone(Cone<D>&) const; \
     template ElementState CurvedNodes<D>::element(std::size_t) const; \
     template double CurvedNodes<D>::length_to(std::size_t) const;     \
     template bool CurvedNodes<D>::correct(RejectionReason);           \

@@ -28,11 +28,25 @@ constexpr std::uint32_t no_spoke = std::numeric_limits<std::uint32_t>::max();
 }  // namespace
 
 template <int D>
-void CurvedNodes<D>::place() {
+void CurvedNodes<D>::place_inner() {
     begin_spokes();
-    put_extended(old_elements_of(r_, out_.removed.elements, w_.old_elements));
-    put_on_geometry();
     put_wanted();
+}
+
+template <int D>
+bool CurvedNodes<D>::place_others() {
+    is_bent_ = old_elements_of(r_, out_.removed.elements, w_.old_elements);
+    if (is_bent_) shift_ = 0.5 * (request_.place - old_place_of(request_.origin.value_or(request_.place), {}));
+    for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
+        Spoke<D>& spoke = w_.spokes[s];
+        if (spoke.kind == EdgeKind::fixed || is_free(s)) continue;
+        extend(s);
+        spoke.wanted = spoke.node = spoke.extended;
+    }
+    put_on_geometry();
+    are_all_placed_ = true;
+    const auto is_other = [](const Spoke<D>& s) { return s.kind != EdgeKind::volume; };
+    return request_.halves[0].valid() || std::ranges::any_of(w_.spokes, is_other);
 }
 
 template <int D>
@@ -103,23 +117,20 @@ std::optional<Vec<D>> CurvedNodes<D>::node_there(const Vec<D>& origin, VertexId 
 }
 
 template <int D>
-void CurvedNodes<D>::put_extended(bool is_bent) {
+void CurvedNodes<D>::extend(std::size_t s) {
+    Spoke<D>& spoke = w_.spokes[s];
+    if (spoke.is_extended) return;
+    spoke.is_extended = true;
     const Vec<D> origin = request_.origin.value_or(request_.place);
-    const Vec<D> shift = 0.5 * (request_.place - old_place_of(origin, {}));
-    for (std::size_t s = 0; s < w_.spokes.size(); ++s) {
-        Spoke<D>& spoke = w_.spokes[s];
-        if (spoke.kind == EdgeKind::fixed) continue;
-        const Vec<D> half = midpoint(origin, end(s));
-        if (const auto node = node_there(origin, vertex(s)))
-            spoke.extended = *node;
-        else if (!is_bent)
-            spoke.extended = middle(s);
-        else if (spoke.kind == EdgeKind::volume)
-            spoke.extended = old_place_of(half, vertex(s)) + shift;
-        else
-            spoke.extended = old_place_on_sides(s, half) + 0.5 * (request_.place - old_place_on_sides(s, origin));
-        spoke.wanted = spoke.node = spoke.extended;
-    }
+    const Vec<D> half = midpoint(origin, end(s));
+    if (const auto node = node_there(origin, vertex(s)))
+        spoke.extended = *node;
+    else if (!is_bent_)
+        spoke.extended = middle(s);
+    else if (spoke.kind == EdgeKind::volume)
+        spoke.extended = old_place_of(half, vertex(s)) + shift_;
+    else
+        spoke.extended = old_place_on_sides(s, half) + 0.5 * (request_.place - old_place_on_sides(s, origin));
 }
 
 template <int D>
@@ -191,23 +202,17 @@ std::optional<Vec<D>> CurvedNodes<D>::target_on_geometry(std::size_t s) const {
 
 template <int D>
 void CurvedNodes<D>::put_wanted() {
+    const bool is_closed_form = goal_.wanted.empty() && !goal_.search;
+    if (is_closed_form) {
+        take_bent(request_.bent);
+        take_bent(w_.bent);
+    }
     w_.free.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size(); ++s)
-        if (w_.spokes[s].kind == EdgeKind::volume) w_.free.push_back(s);
-    w_.offsets.resize(w_.free.size());
-    if (!goal_.wanted.empty()) return take_wanted();
-    if (goal_.search)
-        search_offsets();
-    else
-        find_accurate_offsets();
-    for (std::size_t i = 0; i < w_.free.size(); ++i) {
-        Spoke<D>& spoke = w_.spokes[w_.free[i]];
-        if (!is_free(w_.free[i])) continue;
-        spoke.wanted = spoke.node = middle(w_.free[i]) + w_.offsets[i];
-        if (goal_.search) continue;
-        spoke.measured = spoke.node;
-        spoke.length = w_.lengths[i];
-    }
+        if (is_free(s) && !(w_.spokes[s].length >= 0)) w_.free.push_back(s);
+    if (w_.free.empty()) return;
+    if (is_closed_form) return bend_free();
+    return goal_.wanted.empty() ? search_free() : take_wanted();
 }
 
 template <int D>
@@ -217,7 +222,21 @@ void CurvedNodes<D>::take_wanted() {
 }
 
 template <int D>
-void CurvedNodes<D>::find_accurate_offsets() {
+void CurvedNodes<D>::take_bent(const std::vector<BentSpoke<D>>& bent) {
+    for (const BentSpoke<D>& known : bent)
+        if (const std::uint32_t s = star_.vertices.find(known.vertex); s != no_spoke && is_free(s))
+            put_bent(s, known.offset, known.length);
+}
+
+template <int D>
+void CurvedNodes<D>::put_bent(std::size_t s, const Vec<D>& offset, double length) {
+    Spoke<D>& spoke = w_.spokes[s];
+    spoke.wanted = spoke.node = spoke.measured = middle(s) + offset;
+    spoke.length = length;
+}
+
+template <int D>
+void CurvedNodes<D>::bend_free() {
     w_.chords.clear();
     w_.ends.clear();
     for (const std::uint32_t s : w_.free) {
@@ -226,12 +245,17 @@ void CurvedNodes<D>::find_accurate_offsets() {
         w_.ends.push_back(
             {sight_of(request_.metric, request_.gradient), sight_of(r_.vertices.metrics[v], r_.vertices.gradients[v])});
     }
+    w_.offsets.resize(w_.free.size());
     w_.lengths.resize(w_.free.size());
     bent_edges<D>(w_.chords, w_.ends, goal_.accuracy, w_.offsets, w_.lengths);
+    for (std::size_t i = 0; i < w_.free.size(); ++i) {
+        put_bent(w_.free[i], w_.offsets[i], w_.lengths[i]);
+        w_.bent.push_back({vertex(w_.free[i]), w_.offsets[i], w_.lengths[i]});
+    }
 }
 
 template <int D>
-void CurvedNodes<D>::search_offsets() {
+void CurvedNodes<D>::search_free() {
     const auto& [options, rules] = *goal_.search;
     w_.searched.clear();
     for (const std::uint32_t s : w_.free) {
@@ -247,11 +271,13 @@ void CurvedNodes<D>::search_offsets() {
     }
     w_.found.resize(w_.free.size());
     minimise_edges<D>(goal_.field, w_.searched, rules, options, w_.found);
-    for (std::size_t i = 0; i < w_.free.size(); ++i) w_.offsets[i] = w_.found[i].node.point - middle(w_.free[i]);
+    for (std::size_t i = 0; i < w_.free.size(); ++i)
+        w_.spokes[w_.free[i]].wanted = w_.spokes[w_.free[i]].node = w_.found[i].node.point;
 }
 
-#define CAMBER_INSTANTIATE(D)              \
-    template void CurvedNodes<D>::place(); \
+#define CAMBER_INSTANTIATE(D) \
+    template void CurvedNodes<D>::place_inner(); \
+    template bool CurvedNodes<D>::place_others(); \
     template EdgeId CurvedNodes<D>::edge_there(VertexId) const;
 
 CAMBER_INSTANTIATE(2)

@@ -55,11 +55,16 @@ class CurvedNodes {
     /// Validity of all elements first, then heights, then shapes.
     static constexpr bool is_judged_by_element = false;
 
-    void place();
+    /// The nodes of edges inside, which cost little; is_placed then.
+    void place_inner();
+    /// Those of the others; true where there are any.
+    bool place_others();
+    [[nodiscard]] bool is_placed(std::size_t spoke) const { return are_all_placed_ || is_free(spoke); }
     /// Of the edge from the point to that vertex of the star's boundary, in the metric.
     [[nodiscard]] double length_to(std::size_t spoke) const;
     void begin_elements();
     void judge_elements();
+    [[nodiscard]] bool is_broken(std::size_t joined) const;
     [[nodiscard]] ElementState element(std::size_t joined) const;
     /// Whether nodes went where that may help.
     [[nodiscard]] bool correct(RejectionReason reason);
@@ -88,7 +93,7 @@ class CurvedNodes {
     /// The node of the edge that a vertex which stays where it is has to v in the cavity already.
     [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const;
     /// Half of what the point is off the cavity's old curves goes along, as where it ends.
-    void put_extended(bool is_bent);
+    void extend(std::size_t spoke);
     /// x(X) of a place on the boundary: by the removed facets of the spoke's surfaces, on a line by its removed edges.
     /// Elements would do where their straight shapes are sound, but a surface must not leave itself.
     [[nodiscard]] Vec<D> old_place_on_sides(std::size_t s, const Vec<D>& p) const;
@@ -97,26 +102,32 @@ class CurvedNodes {
     [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const;
     void put_wanted();
     void take_wanted();
-    void find_accurate_offsets();
-    void search_offsets();
+    /// What has been bent already does not change with the cavity.
+    void take_bent(const std::vector<BentSpoke<D>>& bent);
+    void put_bent(std::size_t spoke, const Vec<D>& offset, double length);
+    void bend_free();
+    void search_free();
 
     void begin_cones();
-    void refresh(Cone<D>& cone) const;
+    void put_nodes(Cone<D>& cone) const;
+    /// Verdicts, and whether they are flat, where that is not known.
     void refresh_stale();
+    void decide_cone(Cone<D>& cone, const LowJacobian& jacobian) const;
+    [[nodiscard]] double shape_of_cone(Cone<D>& cone) const;
     [[nodiscard]] bool replaces_worse_where_invalid() const;
     /// As of degree 1: somewhere so low, det J by the largest face, that coordinates, which are known to their rounding
     /// only, do not tell on which side its vertices are.
-    [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const BoundedJacobian<D>& jacobian) const;
+    [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const LowJacobian& jacobian) const;
     /// Of the element with the same vertices, which the joined face is of.
     [[nodiscard]] bool may_stay_invalid(std::size_t joined) const;
-    [[nodiscard]] bool is_good(const Cone<D>& cone);
+    [[nodiscard]] bool is_good(Cone<D>& cone);
     /// Whether an element that is removed is below the bound itself.
     [[nodiscard]] bool replaces_worse() const;
     /// False where no node of a bad element has any way left.
-    [[nodiscard]] bool draw_back();
+    [[nodiscard]] bool draw_back(RejectionReason reason);
     void mark_stale();
     /// Halves of an edge that is split keep its curve.
-    [[nodiscard]] bool is_free(std::uint32_t s) const {
+    [[nodiscard]] bool is_free(std::size_t s) const {
         return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] &&
                vertex(s) != request_.halves[1];
     }
@@ -154,7 +165,9 @@ class CurvedNodes {
     CurvedWorkspace<D>& w_;
     Patch<D>& out_;
     double bound_ = 0;
-    bool has_raised_ = false;
+    bool are_all_placed_ = false, has_raised_ = false;
+    bool is_bent_ = false;  ///< anything of the cavity as it was
+    Vec<D> shift_{};        ///< half of what the point is off its curves
     QualityBar<D>& bar_;
 };
 

@@ -9,6 +9,7 @@ import camber.metric;
 import camber.cavity;
 import camber.surface;
 import camber.validity;
+import :request;
 
 /// What curving a star fills anew each time.
 export namespace camber {
@@ -17,9 +18,11 @@ export namespace camber {
 template <int D>
 struct Spoke {
     EdgeKind kind = EdgeKind::volume;  ///< fixed: of elements or facets outside of the cavity too
-    Vec<D> wanted, extended;           ///< where the metric (the geometry) has its node, and the cavity's old curves
+    /// Where the metric (the geometry) has its node, and the cavity's old curves.
+    Vec<D> wanted, extended;
     Vec<D> node;
-    double share = 1;  ///< of the way from `extended` to `wanted`
+    bool is_extended = false;  ///< whether `extended` is known
+    double share = 1;          ///< of the way from `extended` to `wanted`
     LineId line;       ///< of a ridge: one that it continues
     /// The last that was measured, with which node.
     double length = -1;
@@ -35,7 +38,7 @@ struct Cone {
     int point = 0;                              ///< local vertex
     bool is_stale = true, is_flat = false;
     Verdict verdict = Verdict::undecided;
-    double shape = 0;
+    double shape = -1;  ///< of a valid one, once it was asked for
 };
 
 /// An inner edge of the star's outer faces, whose node may follow.
@@ -67,6 +70,7 @@ template <int D>
 struct CurvedWorkspace {
     std::vector<Spoke<D>> spokes;
     std::vector<Cone<D>> cones;
+    std::vector<std::size_t> stale;  ///< of them
     std::vector<RimEdge<D>> rim;
     std::vector<OutsideElement<D>> outside;
     std::vector<ElementId> around;
@@ -76,9 +80,10 @@ struct CurvedWorkspace {
     std::vector<Vec<D>> chords, offsets;
     std::vector<EndSights<D>> ends;
     std::vector<double> lengths;
+    std::vector<BentSpoke<D>> bent;  ///< of this operation, but for those that its request has
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
-    std::vector<std::uint32_t> free;            ///< spokes of kind volume
+    std::vector<std::uint32_t> free;            ///< spokes that are to be bent
     std::vector<std::uint32_t> short_of_place;  ///< spokes that approach where they are wanted
     int programmes = 0;                         ///< spent
 };

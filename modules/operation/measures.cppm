@@ -90,6 +90,12 @@ template <int D>
     for (int i = 0; i <= D; ++i) logs[i] = r.vertices.metrics[r.mesh.elements.vertices[e][i]].log_metric;
     return curved_shape<D>(nodes_of(r.mesh, e), logs);
 }
+/// The same, as far as it is known measured before.
+template <int D>
+[[nodiscard]] inline double known_shape_of(const Adaptation<D>& r, ElementId e) {
+    const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;
+    return known >= 0 ? known : shape_of(r, e);
+}
 /// Of a straight one, with a point in the place of a local vertex.
 template <int D>
 [[nodiscard]] inline double shape_with(const Adaptation<D>& r, ElementId e, int local, const Vec<D>& place,

@@ -47,6 +47,7 @@ class Operating {
         out_.nodes.clear();
         out_.following.clear();
         out_.reshaped.clear();
+        w_.curved.bent.clear();
         if (!find_star()) return result_;
         if (Nodes::degree == 2) result_.straight_inverted = !is_straight_positive();
         out_.planned_for = r_.mesh.stamp;
@@ -88,11 +89,13 @@ class Operating {
         if (!may_move()) return {RejectionReason::required, no_face};
         QualityBar<D> bar(r_, limits_, out_.removed.elements);
         Nodes nodes(r_, goal_, request_, limits_, w_, out_, bar);
-        nodes.place();
         // Most that is refused is so by lengths, which are cheap, and hardly change as nodes are corrected.
+        nodes.place_inner();
         if (!has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
+        if (nodes.place_others() && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         nodes.begin_elements();
         StarFault fault = judge_elements(nodes, bar);
+        w_.faulty_before = w_.faulty;
         bool is_corrected = false;
         while (fault.reason != RejectionReason::none && nodes.correct(fault.reason)) {
             is_corrected = true;
@@ -100,7 +103,12 @@ class Operating {
         }
         if (fault.reason == RejectionReason::none) nodes.approach();
         result_.programmes += nodes.programmes();
-        if (fault.reason != RejectionReason::none) return fault;
+        if (fault.reason != RejectionReason::none) {
+            // What is at fault since nodes were corrected is so for the sake of others.
+            if (is_corrected) std::erase_if(w_.faulty, [&](std::size_t j) { return !was_faulty(j); });
+            if (w_.faulty.empty()) w_.faulty.push_back(fault.joined);
+            return fault;
+        }
         if (is_corrected && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         nodes.give(out_);
         take_known(nodes);
@@ -108,6 +116,9 @@ class Operating {
         result_.bends_around = !out_.following.empty();
         result_.worst_shape = fault.worst_shape;
         return {};
+    }
+    [[nodiscard]] bool was_faulty(std::size_t joined) const {
+        return std::ranges::find(w_.faulty_before, joined) != w_.faulty_before.end();
     }
     /// Shapes and lengths as they were judged.
     void take_known(const Nodes& nodes) {
@@ -129,7 +140,7 @@ class Operating {
     }
     [[nodiscard]] StarFault judge_elements(Nodes& nodes, QualityBar<D>& bar) const {
         nodes.judge_elements();
-        return first_fault<D>(out_.star.joined.size(), nodes, bar, w_.shapes);
+        return find_faults<D>(out_.star.joined.size(), nodes, bar, w_.faulty, w_.shapes);
     }
     /// What is asked of the patch as a whole: it makes the star no better to ask for it earlier.
     [[nodiscard]] RejectionReason judge_patch() {
@@ -222,17 +233,24 @@ class Operating {
     /// The cavity made to fit; false where it cannot be.
     [[nodiscard]] bool correct(const StarFault& fault) {
         if (fault.joined == no_face) return false;
+        if (faulty_leave()) return true;
         const auto [element, opposite] = out_.star.joined[fault.joined];
-        auto& elements = out_.removed.elements;
-        const auto at = std::ranges::find(elements, element);
-        if (request_.holders > 0 && static_cast<std::size_t>(at - elements.begin()) >= request_.holders) {
-            leave(static_cast<std::size_t>(at - elements.begin()));
-            return true;
-        }
         const FaceNeighbour across = r_.mesh.face_neighbours[element][static_cast<int>(opposite)];
         if (!across.valid() || !across.is_element()) return false;
         join(r_.mesh, out_.removed, across.element());
         return true;
+    }
+    /// Those that the faulty elements of the star come of and that may do so; false where none may.
+    [[nodiscard]] bool faulty_leave() {
+        auto& elements = out_.removed.elements;
+        if (request_.holders == 0) return false;
+        const std::size_t before = elements.size();
+        for (const std::size_t j : w_.faulty) {
+            const auto at = std::ranges::find(elements, out_.star.joined[j].element) - elements.begin();
+            if (at < std::ssize(elements) && static_cast<std::size_t>(at) >= request_.holders)
+                leave(static_cast<std::size_t>(at));
+        }
+        return elements.size() < before;
     }
     /// An element leaves the cavity, of a surface alone with its triangle.
     void leave(std::size_t at) {

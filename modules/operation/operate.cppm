@@ -26,6 +26,7 @@ struct OperationWorkspace {
     Cavity<D> cavity;
     std::vector<std::size_t> pieces;  ///< of the cavity's facets
     std::vector<double> shapes;       ///< of the star's elements, as far as they were judged
+    std::vector<std::size_t> faulty, faulty_before;  ///< of them, by the last fault, and before nodes were corrected
     CurvedWorkspace<D> curved;
 };
 
@@ -46,8 +47,9 @@ struct OperationResult {
 /// The way of a request: its star, the star's nodes by the degree, the judge, corrections; what is good enough in the
 /// end is `out`, which means something only where nothing is rejected. The state is as it was in any case. Signs of
 /// volumes are exact; in a mesh of degree 2 straight elements may be as they like (see CurvedNodes). Where an element
-/// would be inverted or bad, the one that it comes of leaves the cavity if it may (see `holders`), otherwise the one
-/// across its outer face joins it: up to `corrections` times.
+/// would be inverted or bad, the one that it comes of leaves the cavity if it may (see `holders`), and of
+/// degree 2, which looks at all, with it the others of which that is so: no other change would mend them; otherwise the one across its outer face joins it: up to
+/// `corrections` times.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,

@@ -20,7 +20,7 @@ inline constexpr double bad_quality = 0.05;
 template <int D>
 [[nodiscard]] double worst_shape_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
     double worst = std::numeric_limits<double>::infinity();
-    for (const ElementId e : elements) worst = std::min(worst, shape_of(r, e));
+    for (const ElementId e : elements) worst = std::min(worst, known_shape_of(r, e));
     return worst;
 }
 

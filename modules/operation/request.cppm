@@ -4,6 +4,7 @@ module;
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <vector>
 export module camber.operation:request;
 import camber.core;
 import camber.metric;
@@ -14,6 +15,15 @@ import :state;
 import :vertex_data;
 
 export namespace camber {
+
+/// An edge to a point of a mesh of degree 2 as the closed form of accuracy bends it (bent_edges): its node from the
+/// middle of the chord, its length.
+template <int D>
+struct BentSpoke {
+    VertexId vertex;
+    Vec<D> offset;
+    double length = 0;
+};
 
 /// An operation as it is candidate for.
 template <int D>
@@ -33,6 +43,7 @@ struct CavityRequest {
         {};            ///< of what straight place of the cavity `place` is the curved one; none: itself
     double share = 1;  ///< how far points of the boundary go to the geometry
     std::array<VertexId, 2> halves = {};  ///< of an edge that is split: the edges to its ends keep its curve
+    std::vector<BentSpoke<D>> bent = {};  ///< edges inside to `place` that have been bent already, by what is here
 
     /// To a vertex as it is.
     void join_to(const Adaptation<D>& r, VertexId v) {
@@ -84,7 +95,7 @@ struct PatchLimits {
     double facet_distance = std::numeric_limits<double>::infinity();
     WallElements wall_elements = WallElements::accepted;
     NodeGain node_gain = NodeGain::not_asked;
-    /// Elements that may join the cavity, or leave it, to make it fit.
+    /// How often elements may join the cavity, or leave it, to make it fit.
     int corrections = 8;
 };
 

@@ -24,7 +24,7 @@ struct PassStatistics {
     std::size_t proposals = 0;  ///< requests; one that waits is made again, and counted again
     std::size_t planned = 0;    ///< those of them that a pass's own measures let through, of which a star was made
     std::size_t accepted = 0;
-    std::size_t corrections = 0;  ///< elements that joined or left cavities of accepted ones
+    std::size_t corrections = 0;  ///< how often elements joined or left cavities of accepted ones
     std::size_t shortened = 0;    ///< accepted points that went a part of their way to the geometry only
     /// Of degree 2: accepted that the straight test would refuse, refused as `volume` that it would accept, and
     /// accepted whose nodes are not where the metric has them.

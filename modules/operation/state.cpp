@@ -178,8 +178,7 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const E
         execution, r.mesh.elements.size(), UnitMeshStatistics{},
         [&](UnitMeshStatistics& s, std::size_t e) {
             if (r.mesh.is_free(ElementId(e))) return;
-            const double known = e < r.shapes.size() ? r.shapes[e] : -1.0;
-            const double quality = quality_of_shape(known >= 0 ? known : shape_of(r, ElementId(e)), D);
+            const double quality = quality_of_shape(known_shape_of(r, ElementId(e)), D);
             ++s.elements;
             s.worst_quality = std::min(s.worst_quality, quality);
             s.mean_quality += quality;

@@ -40,7 +40,9 @@ class StraightNodes {
     static constexpr int degree = 1;
     static constexpr bool is_judged_by_element = true;  ///< shapes cost more than signs of volumes
 
-    void place() {}
+    void place_inner() {}
+    [[nodiscard]] bool place_others() { return false; }
+    [[nodiscard]] bool is_placed(std::size_t) const { return true; }
     [[nodiscard]] double length_to(std::size_t i) const {
         const VertexId v = star_.boundary[i];
         if (r_.mesh.is_at_infinity(v)) return length_to_infinity;

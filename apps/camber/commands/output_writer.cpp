@@ -1,0 +1,230 @@
+module;
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+module camber.commands;
+import camber.core;
+import camber.config;
+import camber.distributed;
+import camber.io;
+import camber.run;
+import :execute;
+import :formats;
+import :given;
+import :in_parts;
+import :nodal_fields;
+import :output_writer;
+import :page_file;
+import :written_together;
+
+namespace camber::app {
+
+namespace {
+
+/// What a run made of a flat mesh: as it is, and back in space.
+struct Placed {
+    AnyMesh mesh;
+    MeshFields fields, carried;
+};
+Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lift& lift, const Around& around) {
+    Placed placed;
+    auto done = around("raise", [&](const Execution& execution) -> Outcome<Done> {
+        auto mesh = camber::raised(run.mesh, lift, without_progress(execution));
+        if (!mesh) return fail(std::move(mesh.error()));
+        auto fields = camber::raised(run.fields, without_progress(execution));
+        if (!fields) return fail(std::move(fields.error()));
+        auto solution = camber::raised(carried, without_progress(execution));
+        if (!solution) return fail(std::move(solution.error()));
+        placed = {std::move(*mesh), std::move(*fields), std::move(*solution)};
+        return Done{};
+    });
+    if (!done) return fail(std::move(done.error()));
+    return placed;
+}
+
+/// Writes the files of a run, but for the report, which tells also what writing them cost.
+struct OutputWriter {
+    run::Run& run;
+    const config::Output& output;
+    const Around& around;
+    Written& written;
+    const InputForm& input;
+    MeshFields carried_fields;  ///< the solution's, on the run's mesh
+    /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the
+    /// input's has one.
+    std::optional<Placed> in_space = {};
+
+    [[nodiscard]] const AnyMesh& mesh_for(const MeshFormat& format) const {
+        return goes_to_space(format) ? in_space->mesh : run.mesh;
+    }
+    [[nodiscard]] bool goes_to_space(const MeshFormat& format) const {
+        return in_space && (format.always_in_space || !input.always_in_space);
+    }
+
+    /// All fields for viewers; for other formats those of the solution that they have a place for.
+    [[nodiscard]] MeshFields fields_for(const MeshFormat& format) const {
+        const bool is_raised = goes_to_space(format);
+        const MeshFields& carried = is_raised ? in_space->carried : carried_fields;
+        MeshFields all;
+        for (const MeshField& field : carried)
+            if (format.holds_fields && (!format.holds || format.holds(field))) all = std::move(all).with(field);
+        if (!format.for_viewers) return all;
+        for (const MeshField& field : is_raised ? in_space->fields : run.fields) all = std::move(all).with(field);
+        return all;
+    }
+
+    [[nodiscard]] Outcome<Done> write() {
+        for (const std::string& path : {output.mesh, output.vtu}) {
+            if (path.empty()) continue;
+            const auto format = format_of(path);
+            if (!format) return fail(format.error());
+            if (path == output.mesh && output.partition > 0) {
+                if (auto done = write_parts_with(**format); !done) return done;
+                continue;
+            }
+            if (auto done = write_with(**format, path, fields_for(**format)); !done) return done;
+        }
+        if (!output.mesh.empty())
+            if (const auto format = format_of(output.mesh))
+                for (Notice& notice : (*format)->losses(mesh_for(**format)))
+                    run.report.notices.push_back(std::move(notice.what));
+        if (run.metric && !output.metric.empty())
+            if (auto done = write_metric(*run.metric, output.metric); !done) return done;
+        if (!run.solution.empty() && !output.solution.empty())
+            if (auto done = write_solution_of_run(); !done) return done;
+        if (!output.plots.empty())
+            if (auto done = write_plots(run.report.histograms, output.plots, written); !done) return done;
+        return output.page.empty() ? Done{} : write_page_of_run();
+    }
+
+    /// The mesh as `check` sees it, with the run's fields and figures.
+    Outcome<Done> write_page_of_run() {
+        DecodedMesh made{run.mesh, {}};
+        made.fields = run.fields;
+        std::vector<Notice> told_elsewhere;
+        run::PageSource source;
+        source.mesh = run.mesh;
+        source.fields = fields_at_nodes(made, told_elsewhere);
+        source.histograms = run.report.histograms;
+        return written.add(output.page, around("write page", [&](const Execution& execution) -> Outcome<Done> {
+                               auto checked =
+                                   run::check_mesh(std::move(made), {}, {}, [&](std::string_view, const auto& body) {
+                                       return body(without_progress(execution));
+                                   });
+                               if (!checked) return fail(checked.error());
+                               source.report = std::move(*checked);
+                               source.numbers = run::table(run.report) + "\n" + run::check_table(source.report);
+                               return write_page(std::move(source), output.mesh.empty() ? output.page : output.mesh,
+                                                 output.page, {}, execution);
+                           }));
+    }
+
+    /// The mesh's own is asked for by name; the others go by their endings.
+    [[nodiscard]] Outcome<const MeshFormat*> format_of(const std::string& path) const {
+        const bool is_mesh = &path == &output.mesh || path == output.mesh;
+        if (is_mesh && output.partition > 0) return format_of_parts(path, output.format);
+        return format_of_mesh(path, is_mesh ? output.format : std::string(), input.format);
+    }
+
+    /// As a file of that mesh has its rows.
+    Outcome<Done> write_solution_of_run() {
+        DecodedMesh made{run.mesh, {}};
+        made.lift = input.lift;
+        made.always_in_space = input.always_in_space;
+        made.format = input.format;
+        return written.add(output.solution, around("write fields", [&](const Execution& execution) {
+                               return write_nodal_fields(made, run.solution, output.solution, {}, execution);
+                           }));
+    }
+
+    Outcome<Done> write_with(const MeshFormat& format, const std::string& path, const MeshFields& fields) {
+        const std::string stage = format.for_viewers ? "write " + std::string(format.name) : "write";
+        auto done = around(stage, [&](const Execution& execution) {
+            return write_mesh(format, mesh_for(format), fields, EncodeOptions{output.vtu_cells}, path, execution);
+        });
+        return written.add(path, std::move(done));
+    }
+
+    Outcome<Done> write_parts_with(const MeshFormat& format) {
+        DecodedMesh whole{mesh_for(format), {}};
+        whole.fields = fields_for(format);
+        return around("write", [&](const Execution& execution) {
+            return write_in_parts(format, whole, static_cast<std::size_t>(output.partition), {output.vtu_cells},
+                                  output.mesh, written, execution);
+        });
+    }
+
+    Outcome<Done> write_metric(const Solution& metric, const std::string& path) {
+        if (is_solution_file(path)) {
+            const auto format = format_to_write(solution_formats(), path);
+            if (!format) return fail(format.error());
+            return written.add(path, around("write metric", [&](const Execution& execution) {
+                                   return write_solution(**format, metric, path, execution);
+                               }));
+        }
+        const auto format = format_of_mesh(path, {}, input.format);
+        if (!format) return fail(format.error());
+        MeshFields fields;
+        auto made = around("fields", [&](const Execution& execution) -> Outcome<Done> {
+            const Execution quiet = without_progress(execution);
+            auto of_metric = run::solution_fields(metric, path, run.mesh, quiet);
+            if (of_metric && goes_to_space(**format)) of_metric = camber::raised(*of_metric, quiet);
+            if (!of_metric) return fail(of_metric.error());
+            fields = std::move(*of_metric);
+            return Done{};
+        });
+        if (!made) return made;
+        return write_with(**format, path, fields);
+    }
+};
+
+/// What a run leaves with its ranks, written by all of them, and given up.
+template <int D>
+Outcome<Done> write_rows(FinishedRows<D>& rows, const Host& host, const config::Output& output,
+                         const Execution& execution) {
+    Ranks& ranks = *host.ranks;
+    if (output.partition == 0)
+        return write_meshb_together<D, 1>(
+            ranks, output.mesh, rows.totals, rows.lists, 1, [&](std::size_t) { return std::exchange(rows.part, {}); },
+            execution);
+    const auto parts = static_cast<std::size_t>(output.partition);
+    const RowCounts whole{rows.totals.vertices, rows.totals.elements, rows.totals.facets, rows.totals.edges};
+    const auto own = parts_of_finished<D>(std::exchange(rows, {}), parts, host.partition, ranks);
+    if (!own) return fail(own.error());
+    return write_parts_of_ranks(ranks, whole, *own, parts, {output.vtu_cells}, output.mesh, execution)
+        .map([](const auto&) { return Done{}; });
+}
+Outcome<Done> write_rows(run::Run& run, const Host& host, const config::Output& output, const Execution& execution) {
+    return std::visit(
+        [&]<class Rows>(Rows& rows) -> Outcome<Done> {
+            if constexpr (std::is_same_v<Rows, std::monostate>)
+                return Done{};
+            else
+                return write_rows(rows, host, output, execution);
+        },
+        run.rows);
+}
+
+}  // namespace
+
+Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const InputForm& input, const Around& around,
+                            Written& written, const Host& host) {
+    if (!std::holds_alternative<std::monostate>(run.rows))
+        return written.add(files.mesh, around("write", [&](const Execution& execution) {
+                               return write_rows(run, host, files, execution);
+                           }));
+    OutputWriter writer{run, files, around, written, input, run::as_mesh_fields(run.mesh, run.solution)};
+    if (input.lift) {
+        auto placed = raised(run, writer.carried_fields, *input.lift, around);
+        if (!placed) return fail(placed.error());
+        writer.in_space = std::move(*placed);
+    }
+    return host.ranks->rank() == 0 ? writer.write() : Done{};  // all have the same
+}
+
+}  // namespace camber::app
