@@ -72,6 +72,7 @@ class BentSpokes {
 
     void begin(const ConePoint<D>& point) {
         point_ = point;
+        has_kept_ = false;
         offsets_.clear();
         chords_.clear();
         squares_.clear();
@@ -109,6 +110,15 @@ class BentSpokes {
         straighten_boundary(0);
     }
 
+    /// The point elsewhere, with the offsets that it had: near to what it would get, and much cheaper. Chords are to be
+    /// put anew, lengths are by the metrics at the ends.
+    void move(const ConePoint<D>& point) {
+        point_ = point;
+        has_kept_ = true;
+        squares_.assign(to_.size(), unknown);
+    }
+    void put_chord(std::size_t i, const Vec<D>& place) { chords_[i] = place - point_.place; }
+
     /// Of degree 2: to a request of an operation at the point, which would ask for them again. Not where an edge of the
     /// boundary is likely.
     void give(CavityRequest<D>& request) const {
@@ -129,8 +139,13 @@ class BentSpokes {
     [[nodiscard]] Vec<D> tangent_back(std::size_t i) const { return 4.0 * offsets_[i] - chords_[i]; }
     /// See squares_between.
     [[nodiscard]] double squares(std::size_t i) {
-        if (squares_[i] == unknown)
-            squares_[i] = squares_between(r_, *point_.metric, *to_[i].metric, chords_[i],
+        if (squares_[i] != unknown) return squares_[i];
+        const VertexMetric<D>& there = *to_[i].metric;
+        if (r_.mesh.is_curved() && has_kept_)
+            squares_[i] = point_.metric->measure.length_squared(tangent(i)) +
+                          there.measure.length_squared(tangent_back(i));
+        else
+            squares_[i] = squares_between(r_, *point_.metric, there, chords_[i],
                                           r_.mesh.is_curved() ? offsets_[i] : Vec<D>{});
         return squares_[i];
     }
@@ -167,6 +182,7 @@ class BentSpokes {
     std::vector<Vec<D>> chords_, offsets_;  ///< offsets of degree 2
     std::vector<EndSights<D>> ends_;
     std::vector<double> squares_;
+    bool has_kept_ = false;  ///< the offsets, from another place
 };
 
 }  // namespace camber

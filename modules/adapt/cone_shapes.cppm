@@ -90,6 +90,11 @@ class ConeShapes {
         begin_at(cone_point(r_, v));
         spokes_.take_edges(edges_);
     }
+    /// Behind `place_at`, at another place with its edges bent as they are there: near to `place`, for little.
+    void place_near(const ConePoint<D>& point) {
+        spokes_.move(point);
+        for (std::size_t i = 0; i < vertices_.size(); ++i) spokes_.put_chord(i, vertices_[i].place);
+    }
     /// The length of the edge from there to vertices()[i].
     [[nodiscard]] double length_to(std::size_t i) { return spokes_.length(i); }
     /// Its tangent at the point, as long as a chord.
@@ -121,10 +126,14 @@ class ConeShapes {
 
     /// The i-th face that was added is the first that is asked, and will be until another one is in the way.
     void begin_with(std::size_t i) { std::swap(faces_[i], faces_.front()); }
-    /// The shape of that face with the point at a place, of a straight mesh that is no surface; the point stays where
-    /// it is.
-    [[nodiscard]] double first_shape_at(const ConePoint<D>& point) {
+    /// The shape of that face with the point near to where it is (place_near), of a mesh that is no surface. No other
+    /// place is asked for then but behind another call.
+    [[nodiscard]] double first_shape_near(const ConePoint<D>& point) {
         Face& face = faces_.front();
+        if (r_.mesh.is_curved()) {
+            place_near(point);
+            return first_shape({});
+        }
         Mat<D> sides;
         double squares = squares_around(face);
         double density = point.metric->measure.density_root;

@@ -46,8 +46,8 @@ class Moves final : public Pass<D> {
         const std::size_t worst = worst_of(r, request.cavity.elements);
         cones.begin_with(worst);
         cones.place_at(v);
-        const double here = r.mesh.is_curved() ? cones.worst(0) : std::max(before, 0.0);
         const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at v
+        const double here = r.mesh.is_curved() ? shape_here(r, cones, v) : std::max(before, 0.0);
         BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;
         const auto look = [&](const Vec<D>& target, double share) {
@@ -96,9 +96,10 @@ class Moves final : public Pass<D> {
 
   private:
     static constexpr double min_length = 0.1, nearly = 0.9;
-    /// Of straight elements that are no triangles of a surface alone.
-    [[nodiscard]] static bool is_straight(const Adaptation<D>& r) {
-        return !r.mesh.is_curved() && !r.mesh.is_surface();
+    /// As other places are compared with it.
+    [[nodiscard]] static double shape_here(const Adaptation<D>& r, ConeShapes<D>& cones, VertexId v) {
+        cones.place_near(cone_point(r, v));
+        return cones.worst(0);
     }
     /// Which of these elements has the worst shape.
     [[nodiscard]] static std::size_t worst_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
@@ -122,11 +123,12 @@ class Moves final : public Pass<D> {
         ConePoint<D> point = cone_point(r, v);  // its gradient will do
         point.place = place->point;
         // By the metric that v has the worst element is seen nearly as it would be: what is bad needs no field.
-        if (is_straight(r) && cones.first_shape_at(point) < nearly * best.shape) return;
+        if (!r.mesh.is_surface() && cones.first_shape_near(point) < nearly * best.shape) return;
         const FieldSample<D> sample = sample_value(goal_.field, place->point, r.vertices.metrics[v].back);
         const VertexMetric<D> metric(sample.log_metric, sample.location.element);
         point.metric = &metric;
-        const double shape = cones.worst_at(point, best.shape);
+        cones.place_near(point);
+        const double shape = cones.worst(best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
     }
     /// Along the axes of v's metric, to both sides: the worst element may want v where neither its neighbours nor the

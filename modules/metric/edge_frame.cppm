@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
@@ -55,12 +56,36 @@ template <int D>
         edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Mat<D>& { return (e.*end).jacobian; });
     return seen;
 }
+/// Whether all lanes have one end, as edges from one point have: it need not be gathered.
+template <int D>
+[[nodiscard]] inline bool is_one_end(std::span<const EndSights<D>> edges, std::size_t begin, std::size_t end) {
+    const std::size_t last = std::min<std::size_t>(begin + pack_size, edges.size());
+    for (std::size_t lane = begin + 1; lane < last; ++lane)
+        if (edges[lane][end].gradient != edges[begin][end].gradient ||
+            edges[lane][end].log_metric != edges[begin][end].log_metric)
+            return false;
+    return true;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> in_all_lanes(const Sym<D>& one) {
+    SymPack<D> all;
+    for (int k = 0; k < sym_size<D>; ++k) all.c[k] = packed(one.c[k]);
+    return all;
+}
 /// Of edges that nothing of the mesh itself bends: F is the identity.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EndSights<D>> edges,
                                                                     std::size_t begin, std::size_t end) {
     using Ends = EndSights<D>;
     EdgeSight<D> seen{};
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) seen.jacobian(i, j) = packed(i == j ? 1 : 0);
+    if (is_one_end(edges, begin, end)) {
+        const EndSight<D>& one = edges[begin][end];
+        seen.log_metric = in_all_lanes(one.log_metric->l);
+        for (int i = 0; i < D; ++i) seen.gradient[i] = in_all_lanes((*one.gradient)[i]);
+        return seen;
+    }
     seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
         return e[end].log_metric->l;
     });
@@ -68,8 +93,6 @@ template <int D>
         seen.gradient[i] = gathered_sym<D>(
             edges, begin,
             [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (*e[end].gradient)[i]; });
-    for (int i = 0; i < D; ++i)
-        for (int j = 0; j < D; ++j) seen.jacobian(i, j) = packed(i == j ? 1 : 0);
     return seen;
 }
 

@@ -130,6 +130,7 @@ void CurvedNodes<D>::decide_cone(Cone<D>& cone, const LowJacobian& jacobian) con
     const NodalSimplex<D> element{cone.nodes};
     cone.verdict = is_clear(jacobian, bound_) ? Verdict::valid : decide(element, bound_);
     cone.is_flat = cone.verdict == Verdict::valid && is_flat(element, jacobian);
+    cone.is_surely_straight_positive = jacobian.is_finite() && jacobian.straight > jacobian.error;
     cone.shape = -1;
     cone.is_stale = false;
 }

@@ -37,6 +37,7 @@ struct Cone {
     std::array<std::uint32_t, D + 1> spokes{};  ///< of each local vertex but `point`
     int point = 0;                              ///< local vertex
     bool is_stale = true, is_flat = false;
+    bool is_surely_straight_positive = false;  ///< its straight element, beyond rounding
     Verdict verdict = Verdict::undecided;
     double shape = -1;  ///< of a valid one, once it was asked for
 };

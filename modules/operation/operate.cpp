@@ -164,10 +164,13 @@ class Operating {
         const VertexState& state = r_.mesh.states[request_.point];
         return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
+    /// Of elements of degree 2 that have been judged.
     [[nodiscard]] bool is_straight_positive() const {
-        return std::ranges::all_of(out_.star.joined, [&](const ElementFace& face) {
-            return signed_volume<D>(corners_of(r_, face, request_.place)) > 0;
-        });
+        for (std::size_t j = 0; j < out_.star.joined.size(); ++j)
+            if (!w_.curved.cones[j].is_surely_straight_positive &&
+                !(signed_volume<D>(corners_of(r_, out_.star.joined[j], request_.place)) > 0))
+                return false;
+        return true;
     }
 
     /// Whether the surface goes on from one facet to the other, across a side on which it does not break.

@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <cstddef>
+#include <span>
 #include <vector>
 module camber.operation;
 import camber.core;
@@ -35,18 +36,36 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
     return made;
 }
 
+namespace {
+
+/// The facets that stay and whose boxes meet the one around all of these: they are looked up once.
+template <int D>
+std::vector<FacetId> facets_beside(const FacetGrid<D>& walls, const Patch<D>& patch, std::span<const Box<D>> boxes) {
+    Box<D> all = boxes.front();
+    for (const Box<D>& box : boxes) all.include(box);
+    std::vector<FacetId> near;
+    walls.meeting(all, near);
+    const auto& removed = patch.removed.facets;
+    std::erase_if(near, [&](FacetId f) { return std::ranges::find(removed, f) != removed.end(); });
+    return near;
+}
+
+}  // namespace
+
 template <int D>
 bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
     const auto made = new_facets(r.mesh, patch);
-    std::vector<FacetId> near;
+    std::vector<Box<D>> boxes;
+    boxes.reserve(made.size());
+    for (const NodalFacet<D>& facet : made) boxes.push_back(box_of(facet));
+    const auto near = facets_beside<D>(r.walls, patch, boxes);
     for (std::size_t i = 0; i < made.size(); ++i) {
         if (crossing_of_itself(made[i]) != Crossing::disjoint) return false;
         for (std::size_t j = 0; j < i; ++j)
             if (crossing_of(made[i], made[j]) != Crossing::disjoint) return false;
-        r.walls.meeting(box_of(made[i]), near);
         for (const FacetId f : near) {
-            if (std::ranges::find(patch.removed.facets, f) != patch.removed.facets.end()) continue;
+            if (!r.walls.box(f).meets(boxes[i])) continue;
             if (crossing_of(made[i], nodal_facet(r.mesh, f)) != Crossing::disjoint) return false;
         }
     }
