@@ -57,7 +57,8 @@ CavityRequest<2> insertion_request(const Square& square, const Vec<2>& place) {
     request.place = place;
     request.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
     BentSpokes<2> spokes(square.state, square.goal);
-    grow_delaunay(square.state, {place, &request.metric}, spokes, 64, 0, request.cavity);
+    spokes.begin({place, &request.metric});
+    grow_delaunay(square.state, spokes, 64, 0, request.cavity);
     return request;
 }
 

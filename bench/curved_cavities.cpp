@@ -124,8 +124,8 @@ void split_one(const Layer& layer) {
             request.gradient = sample.gradient;
             request.holders = request.cavity.elements.size();
             BentSpokes<2> spokes(layer.state, layer.goal);
-            grow_delaunay(layer.state, {request.place, &request.metric, &request.gradient}, spokes, 64, 0,
-                          request.cavity);
+            spokes.begin({request.place, &request.metric, &request.gradient});
+            grow_delaunay(layer.state, spokes, 64, 0, request.cavity);
             best.look_at(request, 4);
         }
     best.print("curved-insertion");

@@ -110,6 +110,15 @@ class BentSpokes {
         straighten_boundary(0);
     }
 
+    /// Whether no tangent at the point is off its chord by more than 0.3 of its edge's length, as the point sees it.
+    [[nodiscard]] bool are_little_bent() {
+        if (!r_.mesh.is_curved()) return true;
+        constexpr double little = 0.3;
+        for (std::size_t i = 0; i < to_.size(); ++i)
+            if (point_.metric->measure.length_squared(4.0 * offsets_[i]) > little * little * squares(i) / 2)
+                return false;
+        return true;
+    }
     /// The point elsewhere, with the offsets that it had: near to what it would get, and much cheaper. Chords are to be
     /// put anew, lengths are by the metrics at the ends.
     void move(const ConePoint<D>& point) {
@@ -125,7 +134,8 @@ class BentSpokes {
         if (!r_.mesh.is_curved()) return;
         request.bent.reserve(to_.size());
         for (std::size_t i = 0; i < to_.size(); ++i)
-            if (!is_boundary_likely(i)) request.bent.push_back({to_[i].vertex, offsets_[i], std::sqrt(squares_[i] / 2)});
+            if (!is_boundary_likely(i))
+                request.bent.push_back({to_[i].vertex, offsets_[i], std::sqrt(squares_[i] / 2)});
     }
     [[nodiscard]] std::size_t size() const { return to_.size(); }
     [[nodiscard]] VertexId vertex(std::size_t i) const { return to_[i].vertex; }
@@ -142,11 +152,11 @@ class BentSpokes {
         if (squares_[i] != unknown) return squares_[i];
         const VertexMetric<D>& there = *to_[i].metric;
         if (r_.mesh.is_curved() && has_kept_)
-            squares_[i] = point_.metric->measure.length_squared(tangent(i)) +
-                          there.measure.length_squared(tangent_back(i));
+            squares_[i] =
+                point_.metric->measure.length_squared(tangent(i)) + there.measure.length_squared(tangent_back(i));
         else
-            squares_[i] = squares_between(r_, *point_.metric, there, chords_[i],
-                                          r_.mesh.is_curved() ? offsets_[i] : Vec<D>{});
+            squares_[i] =
+                squares_between(r_, *point_.metric, there, chords_[i], r_.mesh.is_curved() ? offsets_[i] : Vec<D>{});
         return squares_[i];
     }
     [[nodiscard]] double length(std::size_t i) {

@@ -89,9 +89,16 @@ class ConeShapes {
     void place_at(VertexId v) {
         begin_at(cone_point(r_, v));
         spokes_.take_edges(edges_);
+        is_little_bent_ = spokes_.are_little_bent();
     }
-    /// Behind `place_at`, at another place with its edges bent as they are there: near to `place`, for little.
+    /// The worst shape there, as other places near to it are compared with it.
+    [[nodiscard]] double worst_here(VertexId v) {
+        if (is_little_bent_) place_near(cone_point(r_, v));
+        return worst(0);
+    }
+    /// Behind `place_at`, at another place; edges that are little bent keep their offsets: near to `place`, for little.
     void place_near(const ConePoint<D>& point) {
+        if (!is_little_bent_) return place(point);
         spokes_.move(point);
         for (std::size_t i = 0; i < vertices_.size(); ++i) spokes_.put_chord(i, vertices_[i].place);
     }
@@ -126,11 +133,12 @@ class ConeShapes {
 
     /// The i-th face that was added is the first that is asked, and will be until another one is in the way.
     void begin_with(std::size_t i) { std::swap(faces_[i], faces_.front()); }
-    /// The shape of that face with the point near to where it is (place_near), of a mesh that is no surface. No other
-    /// place is asked for then but behind another call.
+    /// The shape of that face with the point near to where it is (place_near), of a mesh that is no surface; infinite
+    /// where edges are so bent that v's own metric does not tell it. The point is placed anew behind it.
     [[nodiscard]] double first_shape_near(const ConePoint<D>& point) {
         Face& face = faces_.front();
         if (r_.mesh.is_curved()) {
+            if (!is_little_bent_) return std::numeric_limits<double>::infinity();
             place_near(point);
             return first_shape({});
         }
@@ -308,7 +316,8 @@ class ConeShapes {
     const Adaptation<D>& r_;
     std::vector<Face> faces_;
     std::vector<Corner> vertices_;
-    std::size_t placed_ = 0;  ///< so many of them have their place
+    std::size_t placed_ = 0;       ///< so many of them have their place
+    bool is_little_bent_ = false;  ///< at the vertex where they were placed last
     std::vector<VertexId> vertex_ids_;
     std::vector<EdgeId>
         edges_;  ///< of degree 2: from the vertices to the one that the last face of each was opposite of

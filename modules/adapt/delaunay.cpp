@@ -129,7 +129,7 @@ void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t mo
     }
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
+#define CAMBER_INSTANTIATE(D) \
     template void grow_delaunay<D>(const Adaptation<D>&, BentSpokes<D>&, std::size_t, double, Cavity<D>&);
 
 CAMBER_INSTANTIATE(2)

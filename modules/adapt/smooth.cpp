@@ -47,7 +47,7 @@ class Moves final : public Pass<D> {
         cones.begin_with(worst);
         cones.place_at(v);
         const Vec<D> centre = centre_of_unit_edges(r, request.cavity, cones, v);  // while the cones are at v
-        const double here = r.mesh.is_curved() ? shape_here(r, cones, v) : std::max(before, 0.0);
+        const double here = r.mesh.is_curved() ? cones.worst_here(v) : std::max(before, 0.0);
         BestPlace best{{}, {}, gain_ * here};
         const double least = best.shape;
         const auto look = [&](const Vec<D>& target, double share) {
@@ -96,11 +96,6 @@ class Moves final : public Pass<D> {
 
   private:
     static constexpr double min_length = 0.1, nearly = 0.9;
-    /// As other places are compared with it.
-    [[nodiscard]] static double shape_here(const Adaptation<D>& r, ConeShapes<D>& cones, VertexId v) {
-        cones.place_near(cone_point(r, v));
-        return cones.worst(0);
-    }
     /// Which of these elements has the worst shape.
     [[nodiscard]] static std::size_t worst_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
         return static_cast<std::size_t>(

@@ -198,9 +198,7 @@ void CurvedNodes<D>::bend(const std::vector<Vec<D>>& before, const std::vector<V
 template <int D>
 bool CurvedNodes<D>::is_bent_well() {
     const double fair = shape_of_quality(fair_quality, D);
-    const auto is_fair = [&](Cone<D>& cone) {
-        return cone.verdict == Verdict::valid && shape_of_cone(cone) >= fair;
-    };
+    const auto is_fair = [&](Cone<D>& cone) { return cone.verdict == Verdict::valid && shape_of_cone(cone) >= fair; };
     if (!std::ranges::all_of(w_.cones, is_fair)) return false;
     return std::ranges::all_of(w_.outside, [&](const OutsideElement<D>& outside) {
         if (decide(NodalSimplex<D>{outside.nodes}, outside.bound) != Verdict::valid) return false;

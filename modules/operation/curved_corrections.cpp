@@ -342,8 +342,8 @@ bool CurvedNodes<D>::are_elements_good() {
 #define CAMBER_INSTANTIATE(D)                                         \
     template void CurvedNodes<D>::begin_elements();                   \
     template void CurvedNodes<D>::judge_elements();                   \
-    template bool CurvedNodes<D>::is_broken(std::size_t) const; \
-    template double CurvedNodes<D>::shape_of_cone(Cone<D>&) const; \
+    template bool CurvedNodes<D>::is_broken(std::size_t) const;       \
+    template double CurvedNodes<D>::shape_of_cone(Cone<D>&) const;    \
     template ElementState CurvedNodes<D>::element(std::size_t) const; \
     template double CurvedNodes<D>::length_to(std::size_t) const;     \
     template bool CurvedNodes<D>::correct(RejectionReason);           \

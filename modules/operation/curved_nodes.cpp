@@ -275,8 +275,8 @@ void CurvedNodes<D>::search_free() {
         w_.spokes[w_.free[i]].wanted = w_.spokes[w_.free[i]].node = w_.found[i].node.point;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template void CurvedNodes<D>::place_inner(); \
+#define CAMBER_INSTANTIATE(D)                     \
+    template void CurvedNodes<D>::place_inner();  \
     template bool CurvedNodes<D>::place_others(); \
     template EdgeId CurvedNodes<D>::edge_there(VertexId) const;
 

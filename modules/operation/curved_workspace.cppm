@@ -23,7 +23,7 @@ struct Spoke {
     Vec<D> node;
     bool is_extended = false;  ///< whether `extended` is known
     double share = 1;          ///< of the way from `extended` to `wanted`
-    LineId line;       ///< of a ridge: one that it continues
+    LineId line;               ///< of a ridge: one that it continues
     /// The last that was measured, with which node.
     double length = -1;
     Vec<D> measured;

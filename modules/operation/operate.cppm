@@ -24,8 +24,8 @@ template <int D>
 struct OperationWorkspace {
     StarWorkspace<D> star;
     Cavity<D> cavity;
-    std::vector<std::size_t> pieces;  ///< of the cavity's facets
-    std::vector<double> shapes;       ///< of the star's elements, as far as they were judged
+    std::vector<std::size_t> pieces;                 ///< of the cavity's facets
+    std::vector<double> shapes;                      ///< of the star's elements, as far as they were judged
     std::vector<std::size_t> faulty, faulty_before;  ///< of them, by the last fault, and before nodes were corrected
     CurvedWorkspace<D> curved;
 };
@@ -48,8 +48,8 @@ struct OperationResult {
 /// end is `out`, which means something only where nothing is rejected. The state is as it was in any case. Signs of
 /// volumes are exact; in a mesh of degree 2 straight elements may be as they like (see CurvedNodes). Where an element
 /// would be inverted or bad, the one that it comes of leaves the cavity if it may (see `holders`), and of
-/// degree 2, which looks at all, with it the others of which that is so: no other change would mend them; otherwise the one across its outer face joins it: up to
-/// `corrections` times.
+/// degree 2, which looks at all, with it the others of which that is so: no other change would mend them; otherwise the
+/// one across its outer face joins it: up to `corrections` times.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,

@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -38,6 +39,30 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
 
 namespace {
 
+template <int D>
+bool is_straight(const NodalFacet<D>& facet) {
+    std::array<Vec<D>, D> corners;
+    std::copy_n(facet.nodes.begin(), D, corners.begin());
+    return facet == straight_facet<D>(corners);
+}
+
+/// Whether what a patch removes and what it makes is straight, and all of it in one plane of coordinates. The new
+/// facets look where those that they replace look (Operating::judge_facets) and have their border, so each point of the
+/// plane is covered as often as it was, and no facet crosses what none crossed before.
+template <int D>
+bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
+    const Vec<D>& place = made.front().nodes.front();
+    std::array<bool, D> is_constant;
+    is_constant.fill(true);
+    const auto stays_in_plane = [&](const NodalFacet<D>& facet) {
+        for (const Vec<D>& node : facet.nodes)
+            for (int c = 0; c < D; ++c) is_constant[c] = is_constant[c] && node[c] == place[c];
+        return std::ranges::find(is_constant, true) != is_constant.end() && is_straight(facet);
+    };
+    return std::ranges::all_of(made, stays_in_plane) &&
+           std::ranges::all_of(patch.removed.facets, [&](FacetId f) { return stays_in_plane(nodal_facet(mesh, f)); });
+}
+
 /// The facets that stay and whose boxes meet the one around all of these: they are looked up once.
 template <int D>
 std::vector<FacetId> facets_beside(const FacetGrid<D>& walls, const Patch<D>& patch, std::span<const Box<D>> boxes) {
@@ -50,24 +75,31 @@ std::vector<FacetId> facets_beside(const FacetGrid<D>& walls, const Patch<D>& pa
     return near;
 }
 
+template <int D>
+struct NearFacet {
+    Box<D> box;
+    NodalFacet<D> facet;
+};
+
 }  // namespace
 
 template <int D>
 bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
     const auto made = new_facets(r.mesh, patch);
+    if (keeps_its_plane<D>(r.mesh, patch, made)) return true;
     std::vector<Box<D>> boxes;
     boxes.reserve(made.size());
     for (const NodalFacet<D>& facet : made) boxes.push_back(box_of(facet));
-    const auto near = facets_beside<D>(r.walls, patch, boxes);
+    std::vector<NearFacet<D>> near;
+    for (const FacetId f : facets_beside<D>(r.walls, patch, boxes))
+        near.push_back({r.walls.box(f), nodal_facet(r.mesh, f)});
     for (std::size_t i = 0; i < made.size(); ++i) {
         if (crossing_of_itself(made[i]) != Crossing::disjoint) return false;
         for (std::size_t j = 0; j < i; ++j)
             if (crossing_of(made[i], made[j]) != Crossing::disjoint) return false;
-        for (const FacetId f : near) {
-            if (!r.walls.box(f).meets(boxes[i])) continue;
-            if (crossing_of(made[i], nodal_facet(r.mesh, f)) != Crossing::disjoint) return false;
-        }
+        for (const auto& [box, facet] : near)
+            if (box.meets(boxes[i]) && crossing_of(made[i], facet) != Crossing::disjoint) return false;
     }
     return true;
 }
