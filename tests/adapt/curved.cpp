@@ -290,6 +290,62 @@ TEST_CASE("walls do not come to cross each other, though each is asked to") {
     CHECK(mesh.linear.points.size() > 2 * n);
 }
 
+TEST_CASE("edges that a candidate has bent are those that the operator would bend") {
+    const NamedDomain<3> domain = ball_in_box<3>(4);
+    AdaptationGoal<3> goal = curved_goal<3>(domain, 1, 4);
+    Buffer<LogMetric<3>> logs(domain.mesh.points.size());
+    for (std::size_t v = 0; v < logs.size(); ++v) {
+        const Vec<3>& p = domain.mesh.points[v];
+        logs[v] = log_metric_of_sizes<3>((0.4 + 0.1 * p[1]) * domain.cell * Vec<3>{{0.2 + 0.05 * p[0], 1, 0.5}});
+    }
+    goal.field = must(
+        make_back_mesh(domain.mesh, must(balls(domain.mesh, alone)), Column<LogMetric<3>>(std::move(logs)), alone));
+    const Adaptation<3> r = begun_curved(must(elevate(domain.mesh, alone)), goal, domain.ridge_angle_degrees);
+    OperationWorkspace<3> workspace;
+    JudgedPatch<3> anew, taken;
+    std::size_t planned = 0, corrections = 0;
+    for (std::size_t e = 0; e < r.mesh.elements.size(); e += 5) {
+        CavityRequest<3> request;
+        cavity_of_edge(r.mesh, ElementId(e), static_cast<int>(e % 6), request.cavity);
+        if (!request.cavity.facets.empty()) continue;
+        const auto& [a, b] = r.mesh.edges[r.mesh.edges_of[ElementId(e)][e % 6]];
+        request.place = midpoint(r.mesh.points[a], r.mesh.points[b]);
+        request.halves = {a, b};
+        request.holders = request.cavity.elements.size();
+        ask_field(r, goal, {}, request);
+        BentSpokes<3> spokes(r, goal);
+        spokes.begin({request.place, &request.metric, &request.gradient});
+        grow_delaunay(r, spokes, 64, 0.1, request.cavity);
+        const PatchLimits limits{.min_shape = 0.1, .shortest = 0.2, .corrections = 16};
+        const OperationResult first = operate(r, goal, request, limits, workspace, anew);
+        spokes.give(request);
+        REQUIRE(!request.bent.empty());
+        const OperationResult second = operate(r, goal, request, limits, workspace, taken);
+        REQUIRE(first.rejected == second.rejected);
+        REQUIRE(first.corrections == second.corrections);
+        corrections += static_cast<std::size_t>(first.corrections);
+        if (first.rejected != RejectionReason::none) continue;
+        ++planned;
+        CHECK(anew.patch().removed.elements == taken.patch().removed.elements);
+        CHECK(anew.patch().nodes == taken.patch().nodes);
+        CHECK(std::ranges::equal(anew.lengths(), taken.lengths()));
+        CHECK(std::ranges::equal(anew.shapes(), taken.shapes()));
+    }
+    CHECK(planned > 20);
+    CHECK(corrections > 0);
+}
+
+TEST_CASE("walls in planes, of a box and a square within, do not come to cross") {
+    const NamedDomain<3> domain = baffle_in_box<3>(4);
+    const AdaptationGoal<3> goal = curved_goal<3>(domain, 0.7, 2);
+    Adaptation<3> r = begun_curved(must(elevate(domain.mesh, alone)), goal, domain.ridge_angle_degrees);
+    auto brought = must(bring_to_metric(std::move(r), goal, ToMetricOptions{}, alone));
+    const QuadraticMesh<3> mesh = mesh_of_state(brought.state);
+    CHECK(is_valid(mesh));
+    CHECK(must(find_crossings(mesh, alone)).all_disjoint());
+    CHECK(mesh.linear.facets.size() > domain.mesh.facets.size());
+}
+
 TEST_CASE("threads have no say" * doctest::skip(is_sanitized)) {
     const auto expect_same = []<int D>(const NamedDomain<D>& domain, double bow, double size, double anisotropy) {
         const QuadraticMesh<D> mesh = bowed(domain, bow, 9);
