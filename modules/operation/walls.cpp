@@ -52,7 +52,7 @@ bool is_straight(const NodalFacet<D>& facet) {
 template <int D>
 bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
     const Vec<D>& place = made.front().nodes.front();
-    std::array<bool, D> is_constant;
+    std::array<bool, D> is_constant{};
     is_constant.fill(true);
     const auto stays_in_plane = [&](const NodalFacet<D>& facet) {
         for (const Vec<D>& node : facet.nodes)
