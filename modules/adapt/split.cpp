@@ -86,10 +86,11 @@ class Splits final : public Pass<D> {
         const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                                  request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
         BentSpokes<D> spokes(r, goal_);
-        if (nearest_of_holders(r, request, point, spokes) < shortest)
+        if (nearest_of_holders(r, request, point, spokes) < shortest) {
             candidate.rejected = RejectionReason::length;
-        else
-            grow_delaunay(r, spokes, max_elements, shortest, request.cavity);
+            return candidate;
+        }
+        grow_delaunay(r, spokes, max_elements, shortest, request.cavity);
         spokes.give(request);
         candidate.limits.corrections = 16;
         candidate.limits.wall_elements = WallElements::refused;

@@ -90,7 +90,7 @@ template <int D>
     for (int i = 0; i <= D; ++i) logs[i] = r.vertices.metrics[r.mesh.elements.vertices[e][i]].log_metric;
     return curved_shape<D>(nodes_of(r.mesh, e), logs);
 }
-/// The same, as far as it is known measured before.
+/// The same, not measured again where it is known.
 template <int D>
 [[nodiscard]] inline double known_shape_of(const Adaptation<D>& r, ElementId e) {
     const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;

@@ -46,11 +46,12 @@ bool is_straight(const NodalFacet<D>& facet) {
     return facet == straight_facet<D>(corners);
 }
 
-/// Whether what a patch removes and what it makes is straight, and all of it in one plane of coordinates. The new
-/// facets look where those that they replace look (Operating::judge_facets) and have their border, so each point of the
-/// plane is covered as often as it was, and no facet crosses what none crossed before.
+/// Whether what a patch removes and what it makes is straight, all of it in one plane of coordinates, and no line goes.
+/// The new facets look where those that they replace look (Operating::judge_facets) and have their border, so each
+/// point of the plane is covered as often as it was, and no facet crosses what none crossed before.
 template <int D>
 bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
+    if (!patch.removed.lines.empty()) return false;
     const Vec<D>& place = made.front().nodes.front();
     std::array<bool, D> is_constant{};
     is_constant.fill(true);
