@@ -29,9 +29,13 @@ class BentEdges {
     [[nodiscard]] VertexId vertex(std::size_t i) const { return vertices_[i].id; }
     /// The edges of an element among them.
     void take_edges(ElementId e);
+    /// One of them.
+    void take_edge(ElementId e, std::size_t i, std::size_t j);
     /// Asks for a new edge, which is known after `bend`: at most as many as a ring may have between its vertices.
     void ask(std::size_t i, std::size_t j);
     void bend();
+    /// Of the edge from one towards the other, as long as its chord.
+    [[nodiscard]] Vec<3> tangent(std::size_t i, std::size_t j) const;
     /// Of a tetrahedron of them, in the order of one that is the right way round.
     [[nodiscard]] double shape(const std::array<std::size_t, 4>& corners) const;
 

@@ -56,10 +56,10 @@ template <int D>
     const FacetId f = around.facets.front();
     if (goal.geometry && (*goal.geometry)->has_surface_at(site_of(mesh, f)))
         return boundary_place(on_geometry_at_facet(goal, mesh, f, known, wanted));
-    const Vec<D> n = facet_normal(corners_of(mesh, f));
-    const Vec<D> step = (wanted - here) - (dot(n, wanted - here) / norm_squared(n)) * n;
-    if (!keeps_planes(mesh, around.facets, step)) return {};
-    return BoundaryPlace<D>{here + step};
+    const Plane<D> plane{here, normalised(facet_normal(corners_of(mesh, f)))};
+    const Vec<D> place = slid_within(plane, here, wanted - here);
+    if (!keeps_planes(mesh, around.facets, place - here)) return {};
+    return BoundaryPlace<D>{place};
 }
 
 /// Of a line: along that one of its two edges which the step goes with, and from there to the geometry; where that is

@@ -24,30 +24,47 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     return norm_squared(y[0] + to_centre) < norm_squared(to_centre);
 }
 
-/// The vertices that are looked at from a point, each once: an edge to it costs much in degree 2, and less where many
-/// are bent together.
+/// The vertices that are looked at from a point, each once. Where the edges to the first are little bent, chords to the
+/// others: whether a sphere holds the point they tell as well, and the curves are bent for those that the star has.
 template <int D>
 class SeenVertices {
   public:
-    SeenVertices(const Adaptation<D>& r, BentSpokes<D>& spokes) : r_(r), spokes_(spokes) {
-        for (std::size_t i = 0; i < spokes.size(); ++i) vertices_.push_back(spokes.vertex(i));
+    SeenVertices(const Adaptation<D>& r, BentSpokes<D>& spokes)
+        : r_(r), spokes_(spokes), is_bent_(!spokes.are_little_bent()) {
+        for (std::size_t i = 0; i < spokes.size(); ++i) push(spokes.vertex(i), spokes.tangent(i));
     }
     void add(VertexId v) {
         if (is_among(vertices_, v)) return;
-        vertices_.push_back(v);
-        spokes_.add(v, r_.mesh.points[v], r_.vertices.metrics[v]);
+        push(v, r_.mesh.points[v] - spokes_.point().place);
+        if (is_bent_) spokes_.add(v, r_.mesh.points[v], r_.vertices.metrics[v]);
     }
-    void bend() { spokes_.bend(); }
-    [[nodiscard]] Vec<D> tangent(VertexId v) const { return spokes_.tangent(index_of(v)); }
-    [[nodiscard]] double length(VertexId v) const { return spokes_.length(index_of(v)); }
+    /// An edge costs less where many are bent together.
+    void bend() {
+        if (!is_bent_) return;
+        spokes_.bend();
+        for (std::size_t i = 0; i < tangents_.size(); ++i) tangents_[i] = spokes_.tangent(i);
+    }
+    [[nodiscard]] const Vec<D>& tangent(VertexId v) const { return tangents_[index_of(v)]; }
+    [[nodiscard]] double length(VertexId v) const {
+        const std::size_t i = index_of(v);
+        if (i < spokes_.size()) return spokes_.length(i);
+        if (r_.mesh.is_at_infinity(v)) return length_to_infinity;
+        return edge_length(spokes_.point().metric->measure, r_.vertices.metrics[v].measure, tangents_[i]);
+    }
 
   private:
+    void push(VertexId v, const Vec<D>& tangent) {
+        vertices_.push_back(v);
+        tangents_.push_back(tangent);
+    }
     [[nodiscard]] std::size_t index_of(VertexId v) const {
         return static_cast<std::size_t>(std::ranges::find(vertices_, v) - vertices_.begin());
     }
     const Adaptation<D>& r_;
     BentSpokes<D>& spokes_;
+    bool is_bent_;
     std::vector<VertexId> vertices_;
+    std::vector<Vec<D>> tangents_;
 };
 
 /// Whether a point lies in the sphere (2D: circle) through an element's vertices, in the point's own metric.

@@ -119,12 +119,24 @@ class Moves final : public Pass<D> {
         point.place = place->point;
         // By the metric that v has the worst element is seen nearly as it would be: what is bad needs no field.
         if (!r.mesh.is_surface() && cones.first_shape_near(point) < nearly * best.shape) return;
-        const FieldSample<D> sample = sample_value(goal_.field, place->point, r.vertices.metrics[v].back);
-        const VertexMetric<D> metric(sample.log_metric, sample.location.element);
+        const VertexMetric<D> metric = metric_near(r, v, place->point);
         point.metric = &metric;
         cones.place_near(point);
         const double shape = cones.worst(best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
+    }
+    /// The metric at a place near v: of degree 2, where the field's gradient is known, to first order from v, which
+    /// spares the search in curved elements; what is planned there asks the field (ask_field).
+    [[nodiscard]] VertexMetric<D> metric_near(const Adaptation<D>& r, VertexId v, const Vec<D>& place) const {
+        const VertexMetric<D>& here = r.vertices.metrics[v];
+        if (r.mesh.is_curved()) {
+            LogMetric<D> log_metric = here.log_metric;
+            const Vec<D> step = place - r.mesh.points[v];
+            for (int c = 0; c < D; ++c) log_metric.l += step[c] * r.vertices.gradients[v][c];
+            return VertexMetric<D>(log_metric, here.back);
+        }
+        const FieldSample<D> sample = sample_value(goal_.field, place, here.back);
+        return VertexMetric<D>(sample.log_metric, sample.location.element);
     }
     /// Along the axes of v's metric, to both sides: the worst element may want v where neither its neighbours nor the
     /// element alone would have it.

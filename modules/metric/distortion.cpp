@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -83,20 +84,21 @@ template <int D>
 struct Mean {
     double quality = 0, distortion = 0;
 };
-/// See CurvedQuality.
+/// What the mean is made of, a point a lane: the weighted η, and whether det J has one sign.
+struct WeightedDistortion {
+    Lanes weighted{};
+    bool is_positive = false, is_negative = false;
+};
 template <int D>
-Mean mean_of(const Lanes& det, const Lanes& distortion) {
-    int positive = 0, negative = 0;
-    Lanes weighted;
-    for (int q = 0; q < pack_size; ++q) {
-        positive += det[q] > 0 ? 1 : 0;
-        negative += det[q] < 0 ? 1 : 0;
-        weighted[q] = distortion_rule<D>.weights[q] * distortion[q];
-    }
-    if (positive < pack_size && negative < pack_size) return {};
-    const double mean = sum(weighted);
+[[gnu::always_inline]] inline WeightedDistortion weighted_distortion(const Sampled<D>& s) {
+    return {stored(loaded(distortion_rule<D>.weights) * s.distortion), !any(!(s.det > 0)), !any(!(s.det < 0))};
+}
+/// See CurvedQuality.
+Mean mean_of(const WeightedDistortion& of) {
+    if (!of.is_positive && !of.is_negative) return {};
+    const double mean = sum(of.weighted);
     if (!(mean >= 0.5 && mean <= std::numeric_limits<double>::max())) return {};
-    return {(positive > 0 ? 1 : -1) / mean, mean};
+    return {(of.is_positive ? 1 : -1) / mean, mean};
 }
 
 }  // namespace
@@ -123,30 +125,25 @@ ElementMetric<D> element_metric(const VertexLogMetrics<D>& vertices, Instruction
 
 template <int D>
 CurvedQuality curved_quality(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric, Instructions set) {
-    Lanes determinants, distortions;
+    WeightedDistortion of;
+    Lanes qualities;
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const Sampled<D> s = sampled<D>(nodes, metric);
-        determinants = stored(s.det);
-        distortions = stored(s.distortion);
+        of = weighted_distortion(s);
+        qualities = stored(select(s.distortion >= 0.5, copysign(1 / s.distortion, s.det), packed(0)));
     });
-    CurvedQuality out{mean_of<D>(determinants, distortions).quality, 1};
-    for (int q = 0; q < pack_size; ++q) {
-        const double quality = distortions[q] >= 0.5 ? std::copysign(1 / distortions[q], determinants[q]) : 0;
-        out.least = quality < out.least ? quality : out.least;
-    }
-    return out;
+    return {mean_of(of).quality, std::min(1.0, *std::ranges::min_element(qualities))};
 }
 
 template <int D>
 CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                                  Instructions set) {
-    Lanes determinants, distortions;
+    WeightedDistortion of;
     std::array<std::array<Lanes, D>, D> by_straight{};                   // [c][k]: of J's entry, a point a lane
     std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const Sampled<D> s = sampled<D>(nodes, metric);
-        determinants = stored(s.det);
-        distortions = stored(s.distortion);
+        of = weighted_distortion(s);
         // ∂η/∂A = 2 η (A / tr(AᵀA) − A⁻ᵀ/D), with the weight; then ∂η/∂(J W⁻¹) = rootᵀ ∂η/∂A.
         const Pack factor = 2 * loaded(distortion_rule<D>.weights) * s.distortion;
         const Pack of_square = factor / s.square;
@@ -178,7 +175,7 @@ CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes,
                 by_offset[e][c] = stored(x);
             }
     });
-    const Mean mean = mean_of<D>(determinants, distortions);
+    const Mean mean = mean_of(of);
     CurvedQualityGradient<D> out{mean.quality, {}};
     if (mean.quality == 0) return out;
     const double scale = -mean.quality / mean.distortion;  // of 1/η̄, with its sign: −sign/η̄²

@@ -21,6 +21,19 @@ import camber.validity;
 
 namespace camber {
 
+namespace {
+
+/// Whether det J cannot be told from 0 anywhere: at fault (is_flat) whatever numbers with more digits would say, which
+/// are dear. Such are elements whose nodes are all in one wall.
+template <int D>
+bool is_flat_to_rounding(const NodalSimplex<D>& element, const LowJacobian& jacobian) {
+    if (!(std::abs(jacobian.straight) <= jacobian.error && std::abs(jacobian.lowest) <= jacobian.error)) return false;
+    const BoundedJacobian<D> all = bounded_jacobian(element);
+    return std::ranges::all_of(all.coefficients, [&](double x) { return std::abs(x) <= all.error; });
+}
+
+}  // namespace
+
 template <int D>
 void CurvedNodes<D>::begin_elements() {
     begin_cones();
@@ -98,7 +111,7 @@ void CurvedNodes<D>::begin_cones() {
         const auto& vertices = r_.mesh.elements.vertices[element];
         for (int i = 0; i <= D; ++i) {
             const bool is_point = i == cone.point;
-            cone.metrics[i] = is_point ? request_.metric.log_metric : r_.vertices.metrics[vertices[i]].log_metric;
+            cone.metrics[i] = &(is_point ? request_.metric : r_.vertices.metrics[vertices[i]]).log_metric;
             if (!is_point) cone.spokes[i] = star_.vertices.find(vertices[i]);
         }
     }
@@ -128,7 +141,10 @@ void CurvedNodes<D>::refresh_stale() {
 template <int D>
 void CurvedNodes<D>::decide_cone(Cone<D>& cone, const LowJacobian& jacobian) const {
     const NodalSimplex<D> element{cone.nodes};
-    cone.verdict = is_clear(jacobian, bound_) ? Verdict::valid : decide(element, bound_);
+    if (is_clear(jacobian, bound_))
+        cone.verdict = Verdict::valid;
+    else
+        cone.verdict = is_flat_to_rounding(element, jacobian) ? Verdict::invalid : decide(element, bound_);
     cone.is_flat = cone.verdict == Verdict::valid && is_flat(element, jacobian);
     cone.is_surely_straight_positive = jacobian.is_finite() && jacobian.straight > jacobian.error;
     cone.shape = -1;
@@ -137,16 +153,18 @@ void CurvedNodes<D>::decide_cone(Cone<D>& cone, const LowJacobian& jacobian) con
 
 template <int D>
 double CurvedNodes<D>::shape_of_cone(Cone<D>& cone) const {
-    if (cone.shape < 0) cone.shape = curved_shape(cone.nodes, cone.metrics);
-    return cone.shape;
+    if (cone.shape >= 0) return cone.shape;
+    VertexLogMetrics<D> metrics;
+    for (int i = 0; i <= D; ++i) metrics[i] = *cone.metrics[i];
+    return cone.shape = curved_shape(cone.nodes, metrics);
 }
 
 template <int D>
 bool CurvedNodes<D>::is_flat(const NodalSimplex<D>& element, const LowJacobian& jacobian) const {
     std::array<Vec<D>, D + 1> corners;
     std::copy_n(element.nodes.begin(), D + 1, corners.begin());
+    if (is_above_rounding<D>(jacobian.lowest - jacobian.error, corners)) return false;
     const double floor = rounding_floor<D>(corners);
-    if (jacobian.lowest - jacobian.error > floor) return false;
     return decide(element, std::max(bound_, floor / std::abs(jacobian.straight))) != Verdict::valid;
 }
 

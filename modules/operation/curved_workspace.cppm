@@ -33,9 +33,9 @@ struct Spoke {
 template <int D>
 struct Cone {
     QuadraticNodes<D> nodes{};
-    VertexLogMetrics<D> metrics{};
-    std::array<std::uint32_t, D + 1> spokes{};  ///< of each local vertex but `point`
-    int point = 0;                              ///< local vertex
+    std::array<const LogMetric<D>*, D + 1> metrics{};  ///< of each local vertex
+    std::array<std::uint32_t, D + 1> spokes{};         ///< of each local vertex but `point`
+    int point = 0;                                     ///< local vertex
     bool is_stale = true, is_flat = false;
     bool is_surely_straight_positive = false;  ///< its straight element, beyond rounding
     Verdict verdict = Verdict::undecided;

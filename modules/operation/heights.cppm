@@ -42,6 +42,21 @@ template <int D>
     return rounding_of(corners) * largest_face<D>(corners);
 }
 
+/// Whether a determinant is above that. Most are above what no face exceeds, the square (2D: length) of the diagonal of
+/// the corners' box, and none is looked at.
+template <int D>
+[[nodiscard]] bool is_above_rounding(double determinant, const std::array<Vec<D>, D + 1>& corners) {
+    Vec<D> low = corners[0], high = corners[0];
+    for (int i = 1; i <= D; ++i)
+        for (int c = 0; c < D; ++c) {
+            low[c] = std::min(low[c], corners[i][c]);
+            high[c] = std::max(high[c], corners[i][c]);
+        }
+    const double square = norm_squared(high - low);
+    return determinant > rounding_of(std::array{low, high}) * (D == 2 ? std::sqrt(square) : square) ||
+           determinant > rounding_floor<D>(corners);
+}
+
 /// The same of a triangle in space.
 [[nodiscard]] inline bool is_flat(const std::array<Vec<3>, 3>& corners) {
     double longest = 0;

@@ -60,7 +60,7 @@ class StraightNodes {
         if (!(signed_volume<D>(corners) > 0)) return {};
         Mat<D> sides;
         for (int i = 0; i < D; ++i) sides.column[i] = corners[i + 1] - corners[0];
-        if (!(std::abs(det(sides)) > rounding_floor<D>(corners))) return {true, true, 0, false};
+        if (!is_above_rounding<D>(std::abs(det(sides)), corners)) return {true, true, 0, false};
         return {true, false,
                 shape_with(r_, open.element, static_cast<int>(open.opposite), request_.place, request_.metric.measure),
                 false};

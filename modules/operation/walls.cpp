@@ -39,16 +39,9 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
 
 namespace {
 
-template <int D>
-bool is_straight(const NodalFacet<D>& facet) {
-    std::array<Vec<D>, D> corners;
-    std::copy_n(facet.nodes.begin(), D, corners.begin());
-    return facet == straight_facet<D>(corners);
-}
-
-/// Whether what a patch removes and what it makes is straight, all of it in one plane of coordinates, and no line goes.
-/// The new facets look where those that they replace look (Operating::judge_facets) and have their border, so each
-/// point of the plane is covered as often as it was, and no facet crosses what none crossed before.
+/// Whether what a patch removes and what it makes lies in one plane of coordinates, and no line goes. Elements with
+/// positive Jacobians make facets that, in a plane, are positive too: each point of it is covered as often as the
+/// border winds around it. That border stays, and so no facet comes where none was, nor covers another.
 template <int D>
 bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
     if (!patch.removed.lines.empty()) return false;
@@ -58,7 +51,7 @@ bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::spa
     const auto stays_in_plane = [&](const NodalFacet<D>& facet) {
         for (const Vec<D>& node : facet.nodes)
             for (int c = 0; c < D; ++c) is_constant[c] = is_constant[c] && node[c] == place[c];
-        return std::ranges::find(is_constant, true) != is_constant.end() && is_straight(facet);
+        return std::ranges::find(is_constant, true) != is_constant.end();
     };
     return std::ranges::all_of(made, stays_in_plane) &&
            std::ranges::all_of(patch.removed.facets, [&](FacetId f) { return stays_in_plane(nodal_facet(mesh, f)); });
@@ -116,6 +109,7 @@ template <int D>
 bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     if (!mesh.is_curved() || patch.star.facets.empty()) return true;
     const auto made = new_facets(mesh, patch);
+    if (keeps_its_plane<D>(mesh, patch, made)) return true;  // what covers the plane is in the round's walls already
     for (const NodalFacet<D>& facet : made) {
         grid_.meeting(box_of(facet), near_);
         for (const FacetId f : near_)

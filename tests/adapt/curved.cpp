@@ -10,6 +10,7 @@
 
 #include <doctest/doctest.h>
 
+#include "bowed.hpp"
 #include "dice.hpp"
 #include "goals.hpp"
 #include "meshes.hpp"
@@ -315,6 +316,9 @@ TEST_CASE("edges that a candidate has bent are those that the operator would ben
         ask_field(r, goal, {}, request);
         BentSpokes<3> spokes(r, goal);
         spokes.begin({request.place, &request.metric, &request.gradient});
+        for (const VertexId v : r.mesh.elements.vertices[ElementId(e)])
+            spokes.add(v, r.mesh.points[v], r.vertices.metrics[v]);
+        spokes.bend();
         grow_delaunay(r, spokes, 64, 0.1, request.cavity);
         const PatchLimits limits{.min_shape = 0.1, .shortest = 0.2, .corrections = 16};
         const OperationResult first = operate(r, goal, request, limits, workspace, anew);
@@ -335,15 +339,23 @@ TEST_CASE("edges that a candidate has bent are those that the operator would ben
     CHECK(corrections > 0);
 }
 
-TEST_CASE("walls in planes, of a box and a square within, do not come to cross") {
+TEST_CASE("walls in planes, of a box and a square within, do not come to cross, nor do facets bowed in them") {
     const NamedDomain<3> domain = baffle_in_box<3>(4);
     const AdaptationGoal<3> goal = curved_goal<3>(domain, 0.7, 2);
-    Adaptation<3> r = begun_curved(must(elevate(domain.mesh, alone)), goal, domain.ridge_angle_degrees);
-    auto brought = must(bring_to_metric(std::move(r), goal, ToMetricOptions{}, alone));
-    const QuadraticMesh<3> mesh = mesh_of_state(brought.state);
-    CHECK(is_valid(mesh));
-    CHECK(must(find_crossings(mesh, alone)).all_disjoint());
-    CHECK(mesh.linear.facets.size() > domain.mesh.facets.size());
+    const auto expect_disjoint = [&](const QuadraticMesh<3>& from) {
+        auto r = begun_curved(from, goal, domain.ridge_angle_degrees);
+        const auto brought = must(bring_to_metric(std::move(r), goal, ToMetricOptions{}, alone));
+        const QuadraticMesh<3> mesh = mesh_of_state(brought.state);
+        CHECK(is_valid(mesh));
+        CHECK(must(find_crossings(mesh, alone)).all_disjoint());
+        CHECK(mesh.linear.facets.size() > domain.mesh.facets.size());
+    };
+    const QuadraticMesh<3> straight = must(elevate(domain.mesh, alone));
+    expect_disjoint(straight);
+    auto r = begun_curved(straight, goal, domain.ridge_angle_degrees);
+    Dice dice(5);
+    bow<3>(r, Vec<3>{{1, 1, 1}}, dice);  // in the planes of the walls
+    expect_disjoint(mesh_of_state(r));
 }
 
 TEST_CASE("threads have no say" * doctest::skip(is_sanitized)) {
