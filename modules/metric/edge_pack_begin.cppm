@@ -19,6 +19,7 @@ import :edge_pack_objective;
 import :edge_pack_location;
 import :edge_pack_search;
 import :edge_pack_lanes;
+import :edge_pack_curvature;
 import camber.core;
 import camber.bezier;
 
@@ -143,8 +144,13 @@ template <int D>
     s.at = s.on_chord = values_in(s.frame, s.wedge, s.sums);
     s.direction = best.step;
     s.slope = best.slope;
+    // Which sector is best the identity tells; what the first step is, the curvature there.
+    choose(~unresolved, s.inverse_hessian, inverse_hessian_at_chord(s.frame, s.wedge));
+    const WallStep<D> first = step_within<D>(s.wedge.rise, s.inverse_hessian, s.at.energy_gradient, s.y);
+    choose(~unresolved, s.direction, first.step);
+    s.slope = select(~unresolved, first.slope, s.slope);
     s.step = reach(s, all.options);
-    const Mask promising = -best.slope > all.options.tolerance * value_of(s.at, s.by_length != 0);
+    const Mask promising = -s.slope > all.options.tolerance * value_of(s.at, s.by_length != 0);
     for (int lane = 0; lane < pack_size; ++lane) {
         out.element[lane] = all.edges[lanes[lane]].shell[static_cast<std::size_t>(best.slot[lane])];
         const bool regular = s.chord_length[lane] > 0 && s.chord_length[lane] < 1e300 && s.change[lane] < 1e300;

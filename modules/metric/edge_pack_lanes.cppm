@@ -41,7 +41,7 @@ inline constexpr double last_step_of_length = 2e-4;
 /// model of the length tells little.
 inline constexpr double max_blind_step = 0.02;
 /// The same where the field is only that of an element as it goes on beyond its ends: it is measured then.
-inline constexpr double rough_last_step = 1e-2;
+inline constexpr double rough_last_step = 1e-1;
 
 /// A parabola that leaves its element near an end by less than this, in chords, is searched in the field of that
 /// element as it goes on beyond, and then from there in that of the mesh.

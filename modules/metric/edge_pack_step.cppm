@@ -18,6 +18,7 @@ import :edge_pack_objective;
 import :edge_pack_location;
 import :edge_pack_search;
 import :edge_pack_lanes;
+import :edge_pack_curvature;
 import :edge_pack_begin;
 import :edge_pack_shorten;
 import camber.core;
@@ -74,7 +75,8 @@ template <int D>
     const Mask by_length = s.by_length != 0;
     const EdgeValues<D> at = values_in(s.frame, wedge, s.sums);
     const VecPack<D> gradient = gradient_of(at, by_length);
-    const SymPack<D> inverse_hessian = multiple_of_identity<D>(select(by_length, 2 * s.at.length, packed(1)));
+    SymPack<D> inverse_hessian = multiple_of_identity<D>(2 * s.at.length);
+    choose(~by_length, inverse_hessian, inverse_hessian_at_chord(s.frame, wedge));
     const WallStep<D> step =
         step_within(wedge.rise, free_part(s, inverse_hessian, gradient, all.options), gradient, s.y);
     wanted &= -step.slope > all.options.tolerance * value_of(s.at, by_length);
