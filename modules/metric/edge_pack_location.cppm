@@ -119,6 +119,17 @@ template <int D>
     read_logs(back, e, Mask(-1));
     return e;
 }
+/// Other elements in those lanes.
+template <int D>
+[[gnu::always_inline]] inline void enter_lanes(const StraightBack<D>& back, ElementsPack<D>& e,
+                                               const std::array<ElementId, pack_size>& elements, Mask lanes) {
+    each_lane(lanes, [&](int lane) __attribute__((always_inline)) {
+        e.element[lane] = elements[lane];
+        read_corners(back, e, lane);
+    });
+    measure(back, e);
+    read_logs(back, e, lanes);
+}
 template <int D>
 [[gnu::always_inline]] inline void choose(Mask mask, ElementsPack<D>& to, const ElementsPack<D>& from) {
     each_lane(mask, [&](int lane) __attribute__((always_inline)) { to.element[lane] = from.element[lane]; });

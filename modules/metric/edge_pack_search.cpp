@@ -193,6 +193,25 @@ template <int D>
     return count;
 }
 
+/// Asks for what the edges that begin next are made of: the shells of a mesh without an order are spread over more than
+/// a near cache holds, and an element tells only when it has come which vertices are to be read. Half of its vertices:
+/// each off the edge is in two elements of the shell.
+template <int D>
+void look_ahead(const PackedEdges<D>& all, std::size_t next) {
+    const auto& elements = all.back.mesh.elements.vertices;
+    const std::size_t soon = std::min(next + pack_size, all.order.size());
+    const std::size_t later = std::min(soon + pack_size, all.order.size());
+    for (std::size_t i = next; i < soon; ++i)
+        for (const ElementId e : all.edges[all.order[i]].shell)
+            for (int n = 0; n < 2; ++n) {
+                const VertexId v = elements[e][n];
+                __builtin_prefetch(&all.back.mesh.points[v]);
+                __builtin_prefetch(&all.back.log_metrics[v]);
+            }
+    for (std::size_t i = soon; i < later; ++i)
+        for (const ElementId e : all.edges[all.order[i]].shell) __builtin_prefetch(&elements[e]);
+}
+
 /// An evaluation of each search, and where those go that ended.
 template <int D, class Where>
 [[gnu::always_inline]] inline void step(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Where& where,
@@ -216,10 +235,11 @@ void search(Instructions set, const PackedEdges<D>& all) {
     PointElements<D> points_probed{};
     SearchQueue<D> to_judge;
     SearchQueue<D> to_judge_through;
+    ElementsPack<D> entering{};
     const auto enter = [&](Mask come) {
         with_instructions(set, [&]() __attribute__((always_inline)) {
-            const ElementsPack<D> at = entered<D>(all.back, through.element);
-            for (std::size_t q = 0; q < all.rules.objective.size(); ++q) choose(come, points[q], at);
+            enter_lanes(all.back, entering, through.element, come);
+            for (std::size_t q = 0; q < all.rules.objective.size(); ++q) choose(come, points[q], entering);
         });
     };
     const auto step_within = [&](SearchLanes<D>& lanes, int busy) {
@@ -242,6 +262,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
                     const int count = take_edges(all, next, taken);
                     more = count > 0;
                     if (!more) break;
+                    if (!are_free) look_ahead(all, next);
                     Mask away{};
                     if (are_free) {
                         with_instructions(set, [&]() __attribute__((always_inline)) {
