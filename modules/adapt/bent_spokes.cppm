@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory_resource>
 #include <span>
 #include <vector>
 export module camber.adapt:bent_spokes;
@@ -54,6 +55,13 @@ void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elemen
         }
 }
 
+/// Memory on the stack for what one candidate looks at: most are made of so few vertices that nothing is allocated.
+template <std::size_t Bytes>
+struct Room {
+    alignas(std::max_align_t) std::array<std::byte, Bytes> bytes;
+    std::pmr::monotonic_buffer_resource memory{bytes.data(), bytes.size()};
+};
+
 /// The edges that a point would get to vertices: straight ones, or in degree 2 the curves that the closed form of
 /// accuracy gives them (edge_accuracy), which is what the star takes for the nodes of new edges; chords where an edge
 /// of the boundary is likely.
@@ -61,7 +69,6 @@ template <int D>
 class BentSpokes {
   public:
     BentSpokes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), goal_(goal) {
-        constexpr std::size_t usual_vertices = D == 3 ? 24 : 12;
         to_.reserve(usual_vertices);
         chords_.reserve(usual_vertices);
         squares_.reserve(usual_vertices);
@@ -185,13 +192,16 @@ class BentSpokes {
         const VertexMetric<D>* metric;
     };
 
+    static constexpr std::size_t usual_vertices = D == 3 ? 24 : 12;
+
     const Adaptation<D>& r_;
     const AdaptationGoal<D>& goal_;
     ConePoint<D> point_;
-    std::vector<To> to_;
-    std::vector<Vec<D>> chords_, offsets_;  ///< offsets of degree 2
-    std::vector<EndSights<D>> ends_;
-    std::vector<double> squares_;
+    Room<usual_vertices * (sizeof(To) + 2 * sizeof(Vec<D>) + sizeof(EndSights<D>) + sizeof(double))> room_;
+    std::pmr::vector<To> to_{&room_.memory};
+    std::pmr::vector<Vec<D>> chords_{&room_.memory}, offsets_{&room_.memory};  ///< offsets of degree 2
+    std::pmr::vector<EndSights<D>> ends_{&room_.memory};
+    std::pmr::vector<double> squares_{&room_.memory};
     bool has_kept_ = false;  ///< the offsets, from another place
 };
 

@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory_resource>
 #include <span>
 #include <utility>
 #include <vector>
@@ -46,7 +47,6 @@ class ConeShapes {
   public:
     ConeShapes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), spokes_(r, goal) {
         // Of most balls: vectors that grow step by step would cost as much as what is measured.
-        constexpr std::size_t usual_vertices = D == 3 ? 24 : 12, usual_faces = D == 3 ? 40 : 12;
         faces_.reserve(usual_faces);
         vertices_.reserve(usual_vertices);
         vertex_ids_.reserve(usual_vertices);
@@ -223,7 +223,7 @@ class ConeShapes {
     }
     /// Of a key among a few, behind which it is put where it is not.
     template <class Key>
-    [[nodiscard]] static std::uint32_t place_among(std::vector<Key>& keys, Key key) {
+    [[nodiscard]] static std::uint32_t place_among(std::pmr::vector<Key>& keys, Key key) {
         const auto at = static_cast<std::uint32_t>(std::ranges::find(keys, key) - keys.begin());
         if (at == keys.size()) keys.push_back(key);
         return at;
@@ -313,14 +313,17 @@ class ConeShapes {
         return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
     }
 
+    static constexpr std::size_t usual_vertices = D == 3 ? 24 : 12, usual_faces = D == 3 ? 40 : 12;
+
     const Adaptation<D>& r_;
-    std::vector<Face> faces_;
-    std::vector<Corner> vertices_;
+    Room<usual_faces * sizeof(Face) + usual_vertices * (sizeof(Corner) + sizeof(VertexId) + sizeof(EdgeId))> room_;
+    std::pmr::vector<Face> faces_{&room_.memory};
+    std::pmr::vector<Corner> vertices_{&room_.memory};
     std::size_t placed_ = 0;       ///< so many of them have their place
     bool is_little_bent_ = false;  ///< at the vertex where they were placed last
-    std::vector<VertexId> vertex_ids_;
-    std::vector<EdgeId>
-        edges_;  ///< of degree 2: from the vertices to the one that the last face of each was opposite of
+    std::pmr::vector<VertexId> vertex_ids_{&room_.memory};
+    /// Of degree 2: from the vertices to the one that the last face of each was opposite of.
+    std::pmr::vector<EdgeId> edges_{&room_.memory};
     BentSpokes<D> spokes_;
 };
 

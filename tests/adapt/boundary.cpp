@@ -86,6 +86,22 @@ TEST_CASE("without a geometry vertices move in planes and along straight lines o
             if (const double x = mesh.points[v][axis]; x == 0 || x == 4) CHECK(after.points[v][axis] == x);
 }
 
+TEST_CASE("what is made in planes of coordinates lies in them to the last bit") {
+    const LinearMesh<3> mesh = box(0);
+    const AdaptationGoal<3> goal = goal_of_size(mesh, {{0.4, 0.7, 0.5}});
+    const auto after = must(bring_to_metric(begun(mesh, goal), goal, ToMetricOptions{}, alone)).state.mesh;
+    std::size_t in_planes = 0;
+    for (std::size_t v = 0; v < after.points.size(); ++v) {
+        if (after.is_free(VertexId(v)) || after.states[v].place == VertexPlace::inside) continue;
+        for (const double x : after.points[v].c) {
+            if (std::abs(x * (4 - x)) > 1e-9) continue;
+            CHECK((x == 0 || x == 4));
+            ++in_planes;
+        }
+    }
+    CHECK(in_planes > 100);
+}
+
 TEST_CASE("a wrinkled surface that nobody knows keeps its vertices") {
     const LinearMesh<3> mesh = box(0.1);
     const AdaptationGoal<3> goal = goal_of_size(mesh, {{0.6, 1, 1.2}});
