@@ -37,11 +37,6 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
     return made;
 }
 
-namespace {
-
-/// Whether what a patch removes and what it makes lies in one plane of coordinates, and no line goes. Elements with
-/// positive Jacobians make facets that, in a plane, are positive too: each point of it is covered as often as the
-/// border winds around it. That border stays, and so no facet comes where none was, nor covers another.
 template <int D>
 bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
     if (!patch.removed.lines.empty()) return false;
@@ -56,6 +51,8 @@ bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::spa
     return std::ranges::all_of(made, stays_in_plane) &&
            std::ranges::all_of(patch.removed.facets, [&](FacetId f) { return stays_in_plane(nodal_facet(mesh, f)); });
 }
+
+namespace {
 
 /// The facets that stay and whose boxes meet the one around all of these: they are looked up once.
 template <int D>
@@ -78,10 +75,7 @@ struct NearFacet {
 }  // namespace
 
 template <int D>
-bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch) {
-    if (patch.star.facets.empty()) return true;
-    const auto made = new_facets(r.mesh, patch);
-    if (keeps_its_plane<D>(r.mesh, patch, made)) return true;
+bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
     std::vector<Box<D>> boxes;
     boxes.reserve(made.size());
     for (const NodalFacet<D>& facet : made) boxes.push_back(box_of(facet));
@@ -122,11 +116,12 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     return true;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                       \
-    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                       \
-    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&); \
-    template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&);      \
-    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&);                        \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
+    template bool keeps_its_plane<D>(const DynamicMesh<D>&, const Patch<D>&, std::span<const NodalFacet<D>>); \
+    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                                 \
+    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&);           \
+    template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&);                \
+    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&, std::span<const NodalFacet<D>>);  \
     template class NewWalls<D>;
 
 CAMBER_INSTANTIATE(2)
