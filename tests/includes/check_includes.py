@@ -59,6 +59,7 @@ list: list
 map: map multimap
 memory: addressof allocator allocator_traits construct_at destroy_at make_shared make_unique shared_ptr to_address unique_ptr
     weak_ptr
+memory_resource: pmr
 condition_variable: condition_variable cv_status
 mutex: call_once lock_guard mutex once_flag scoped_lock try_to_lock unique_lock
 new: align_val_t bad_alloc bad_array_new_length hardware_destructive_interference_size launder nothrow set_new_handler
