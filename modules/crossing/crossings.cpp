@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -44,12 +45,11 @@ struct Looking {
     }
 };
 
-template <int D>
+/// `NodalOf`: the nodes of the facet with an id.
+template <int D, class NodalOf>
 class Facets {
   public:
-    Facets(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points, std::span<const LagrangeNode<D>> mid_nodes,
-           std::span<const Box<D>> boxes)
-        : mesh_(mesh), points_(points), mid_nodes_(mid_nodes), boxes_(boxes), tree_(boxes) {}
+    Facets(const NodalOf& nodal, std::span<const Box<D>> boxes) : nodal_(nodal), boxes_(boxes), tree_(boxes) {}
 
     /// Facet f with itself and with all that come after it.
     void look_at(std::size_t f, int effort, Looking& looking) const {
@@ -73,11 +73,9 @@ class Facets {
     }
 
   private:
-    [[nodiscard]] NodalFacet<D> nodal(FacetId f) const { return nodal_facet<D>(mesh_, points_, mid_nodes_, f); }
+    [[nodiscard]] NodalFacet<D> nodal(FacetId f) const { return nodal_(f); }
 
-    const QuadraticMesh<D>& mesh_;
-    std::span<const Vec<D>> points_;
-    std::span<const LagrangeNode<D>> mid_nodes_;
+    const NodalOf& nodal_;
     std::span<const Box<D>> boxes_;
     BoxTree<D> tree_;
 };
@@ -88,8 +86,8 @@ constexpr std::size_t growth = 8;
 
 /// Looks at what is open with more and more effort, as long as there is work to share out. Shares are of counts that
 /// are the same for any number of threads.
-template <int D>
-Outcome<Looking> look_closer(const Facets<D>& facets, Looking looking, std::size_t work, const Execution& execution) {
+template <class AllFacets>
+Outcome<Looking> look_closer(const AllFacets& facets, Looking looking, std::size_t work, const Execution& execution) {
     std::size_t effort = first_effort;
     while (!looking.open.empty() && effort < default_effort) {
         const std::size_t share = work / looking.open.size();
@@ -123,18 +121,12 @@ Crossings told(Looking looking) {
     return all;
 }
 
-}  // namespace
-
-template <int D>
-Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
-                                  std::span<const LagrangeNode<D>> mid_nodes, const Execution& execution) {
-    const std::size_t n = mesh.linear.facets.size();
+template <int D, class NodalOf>
+Outcome<Crossings> crossings_of(std::size_t n, const NodalOf& nodal, const Execution& execution) {
     return guarded([&]() -> Outcome<Crossings> {
-        auto boxes = map_each(part_of(execution, 0, 0.02), n, [&](std::size_t f) {
-            return box_of(nodal_facet<D>(mesh, points, mid_nodes, FacetId(f)));
-        });
+        auto boxes = map_each(part_of(execution, 0, 0.02), n, [&](std::size_t f) { return box_of(nodal(FacetId(f))); });
         if (!boxes) return fail(boxes.error());
-        const Facets<D> facets(mesh, points, mid_nodes, *boxes);
+        const Facets<D, NodalOf> facets(nodal, *boxes);
         auto looked = reduce_each(
             part_of(execution, 0.1, 0.9), n, Looking{},
             [&](Looking& looking, std::size_t f) { facets.look_at(f, first_effort, looking); },
@@ -146,6 +138,25 @@ Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const 
     });
 }
 
+}  // namespace
+
+template <int D>
+Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
+                                  std::span<const LagrangeNode<D>> mid_nodes, const Execution& execution) {
+    const auto nodal = [&](FacetId f) { return nodal_facet<D>(mesh, points, mid_nodes, f); };
+    return crossings_of<D>(mesh.linear.facets.size(), nodal, execution);
+}
+
+template <int D>
+Outcome<Crossings> find_crossings(const LinearMesh<D>& mesh, const Execution& execution) {
+    const auto nodal = [&](FacetId f) {
+        std::array<Vec<D>, D> corners;
+        for (int i = 0; i < D; ++i) corners[i] = mesh.points[mesh.facets.vertices[f][i]];
+        return straight_facet<D>(corners);
+    };
+    return crossings_of<D>(mesh.facets.size(), nodal, execution);
+}
+
 template <int D>
 Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution& execution) {
     return find_crossings<D>(mesh, mesh.linear.points.view(), mesh.mid_nodes.view(), execution);
@@ -154,7 +165,8 @@ Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution&
 #define CAMBER_INSTANTIATE(D)                                                                          \
     template Outcome<Crossings> find_crossings<D>(const QuadraticMesh<D>&, std::span<const Vec<D>>,    \
                                                   std::span<const LagrangeNode<D>>, const Execution&); \
-    template Outcome<Crossings> find_crossings<D>(const QuadraticMesh<D>&, const Execution&);
+    template Outcome<Crossings> find_crossings<D>(const QuadraticMesh<D>&, const Execution&);          \
+    template Outcome<Crossings> find_crossings<D>(const LinearMesh<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

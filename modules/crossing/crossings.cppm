@@ -42,4 +42,8 @@ template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
                                                 std::span<const LagrangeNode<D>> mid_nodes, const Execution& execution);
 
+/// The same of a straight mesh.
+template <int D>
+[[nodiscard]] Outcome<Crossings> find_crossings(const LinearMesh<D>& mesh, const Execution& execution);
+
 }  // namespace camber

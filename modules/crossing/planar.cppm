@@ -34,9 +34,9 @@ struct Shadow {
     return shadow;
 }
 
-/// det of the shadow's Jacobian has one sign everywhere, by its Bézier coefficients: so the rim of what is covered
-/// belongs to the edges.
-[[nodiscard]] inline bool keeps_orientation(const Net<3>& net, int axis) {
+/// The sign of det of the shadow's Jacobian, if its Bézier coefficients have it everywhere; else 0. If it has, the rim
+/// of what is covered belongs to the edges.
+[[nodiscard]] inline int orientation_of(const Net<3>& net, int axis) {
     const auto slope = [&](int i, int to) {
         const Vec<3> d = net.at(i, to) - net.at(i, 0);
         return Vec<2>{{d[(axis + 1) % 3], d[(axis + 2) % 3]}};
@@ -48,8 +48,9 @@ struct Shadow {
             positive += c > 2 * area_blur ? 1 : 0;
             negative += c < -2 * area_blur ? 1 : 0;
         }
-    return positive == 6 || negative == 6;
+    return positive == 6 ? 1 : negative == 6 ? -1 : 0;
 }
+[[nodiscard]] inline bool keeps_orientation(const Net<3>& net, int axis) { return orientation_of(net, axis) != 0; }
 
 /// Outside the box, rounding included.
 [[nodiscard]] inline bool is_beside(const Box<2>& box, const Vec<2>& p) {

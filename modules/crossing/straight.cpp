@@ -160,6 +160,11 @@ int axis_of(const Point<D>& v) {
     return axis;
 }
 
+/// An axis along which the common line of two planes with these normals runs.
+int axis_of_line(const Point<3>& n, const Point<3>& m) {
+    return axis_of<3>({n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]});
+}
+
 /// Triangles in the plane of the axes x and y: convex, so that they overlap unless the line of an edge lies between
 /// them; along that line they touch.
 Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int common) {
@@ -184,6 +189,36 @@ Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int co
     return overlap_everywhere ? Crossing::touching : found;
 }
 
+/// Heights of the vertices over the plane through a point, in units of the normal's length.
+Sides<3> sides_of(const Simplex<3>& t, const Point<3>& normal, const Point<3>& at) {
+    Sides<3> s;
+    for (int i = 0; i < 3; ++i)
+        for (int c = 0; c < 3; ++c) s.heights[i] += normal[c] * (t[i][c] - at[c]);
+    return s;
+}
+Sides<2> sides_of(const Simplex<2>& t, const Simplex<2>& line) {
+    return {{area<2>(line[0], line[1], t[0], 0, 1), area<2>(line[0], line[1], t[1], 0, 1)}};
+}
+
+/// Triangles in the plane of the axes x and y have an area in common.
+bool share_area(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
+    for (const auto& [t, other] : {std::pair(&a, &b), std::pair(&b, &a)})
+        for (int i = 0; i < 3; ++i) {
+            const Point<3>& p = (*t)[i];
+            const Point<3>& q = (*t)[(i + 1) % 3];
+            const bool is_left = area<3>(p, q, (*t)[(i + 2) % 3], x, y) > 0;
+            Sides<3> sides;
+            for (int k = 0; k < 3; ++k) sides.heights[k] = area<3>(p, q, (*other)[k], x, y);
+            if (is_left ? !sides.any_above() : !sides.any_below()) return false;
+        }
+    return true;
+}
+
+/// The inside of the first stretch meets the second one.
+bool meets_inside(const Stretch& first, const Stretch& second) {
+    return first.low && second.low && *first.low < *second.high && *second.low < *first.high;
+}
+
 }  // namespace
 
 std::optional<Crossing> crossing_of_straight(const NodalFacet<2>& first, const NodalFacet<2>& second) {
@@ -192,8 +227,7 @@ std::optional<Crossing> crossing_of_straight(const NodalFacet<2>& first, const N
     const auto& [a, b] = *both;
     if (a[0] == a[1] || b[0] == b[1]) return {};
     const int common = common_vertices<2>(a, b);
-    const Sides<2> of_a{{area<2>(b[0], b[1], a[0], 0, 1), area<2>(b[0], b[1], a[1], 0, 1)}};
-    const Sides<2> of_b{{area<2>(a[0], a[1], b[0], 0, 1), area<2>(a[0], a[1], b[1], 0, 1)}};
+    const Sides<2> of_a = sides_of(a, b), of_b = sides_of(b, a);
     if (of_a.apart() || of_b.apart()) return Crossing::disjoint;
     if (of_a.straddle() && of_b.straddle()) return Crossing::crossing;
     if (!of_a.all_on()) return common > 0 ? Crossing::disjoint : Crossing::touching;
@@ -207,23 +241,55 @@ std::optional<Crossing> crossing_of_straight(const NodalFacet<3>& first, const N
     const auto& [a, b] = *both;
     const Point<3> n = normal_of(a[0], a[1], a[2]), m = normal_of(b[0], b[1], b[2]);
     if (n == Point<3>{} || m == Point<3>{}) return {};
-    const auto sides = [](const Simplex<3>& t, const Point<3>& normal, const Point<3>& at) {
-        Sides<3> s;
-        for (int i = 0; i < 3; ++i)
-            for (int c = 0; c < 3; ++c) s.heights[i] += normal[c] * (t[i][c] - at[c]);
-        return s;
-    };
-    const Sides<3> of_a = sides(a, m, b[0]), of_b = sides(b, n, a[0]);
+    const Sides<3> of_a = sides_of(a, m, b[0]), of_b = sides_of(b, n, a[0]);
     if (of_a.apart() || of_b.apart()) return Crossing::disjoint;
     const int common = common_vertices<3>(a, b);
     if (of_a.all_on()) {
         const int axis = axis_of<3>(n);
         return in_plane(a, b, (axis + 1) % 3, (axis + 2) % 3, common);
     }
-    const int axis = axis_of<3>({n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]});
+    const int axis = axis_of_line(n, m);
     const Overlap met = overlap(section<3>(a, of_a, axis), section<3>(b, of_b, axis));
     if (met == Overlap::stretch && of_a.straddle() && of_b.straddle()) return Crossing::crossing;
     return contact(met, common);
+}
+
+std::optional<Contact> contact_of_straight(const NodalFacet<2>& first, const NodalFacet<2>& second) {
+    const auto both = simplices<2>(first, second);
+    if (!both) return {};
+    const auto& [a, b] = *both;
+    if (a[0] == a[1] || b[0] == b[1]) return {};
+    const Sides<2> of_a = sides_of(a, b), of_b = sides_of(b, a);
+    if (of_a.all_on()) {
+        const int axis = a[0][0] != a[1][0] ? 0 : 1;
+        if (overlap(section<2>(a, of_a, axis), section<2>(b, of_b, axis)) != Overlap::stretch) return Contact::rims;
+        return (a[1][axis] > a[0][axis]) == (b[1][axis] > b[0][axis]) ? Contact::inside : Contact::opposite;
+    }
+    // The inside of a body is left of its edges. An end of the one within the other leads there.
+    const auto enters = [](const Sides<2>& of_wall, const Sides<2>& of_other) {
+        return of_wall.straddle() && of_other.any_above() && !of_other.any_below();
+    };
+    return enters(of_a, of_b) || enters(of_b, of_a) ? Contact::inside : Contact::rims;
+}
+
+std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const NodalFacet<3>& second) {
+    const auto both = simplices<3>(first, second);
+    if (!both) return {};
+    const auto& [a, b] = *both;
+    const Point<3> n = normal_of(a[0], a[1], a[2]), m = normal_of(b[0], b[1], b[2]);
+    if (n == Point<3>{} || m == Point<3>{}) return {};
+    const Sides<3> of_a = sides_of(a, m, b[0]), of_b = sides_of(b, n, a[0]);
+    if (of_a.all_on()) {
+        const int axis = axis_of<3>(n);
+        if (!share_area(a, b, (axis + 1) % 3, (axis + 2) % 3)) return Contact::rims;
+        return (n[axis] > 0) == (m[axis] > 0) ? Contact::inside : Contact::opposite;
+    }
+    // The inside of a body is below its facets. What meets the inside of a facet and has a part below it leads there.
+    const int axis = axis_of_line(n, m);
+    const Stretch in_a = section<3>(a, of_a, axis), in_b = section<3>(b, of_b, axis);
+    const bool enters_a = of_a.straddle() && of_b.any_below() && meets_inside(in_a, in_b);
+    const bool enters_b = of_b.straddle() && of_a.any_below() && meets_inside(in_b, in_a);
+    return enters_a || enters_b ? Contact::inside : Contact::rims;
 }
 
 bool are_in_one_plane(const NodalFacet<3>& first, const NodalFacet<3>& second) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "facets.hpp"
 #include "property.hpp"
@@ -209,6 +210,38 @@ TEST_CASE("common vertices in the plane") {
               Crossing::disjoint);
         CHECK(crossing_of(up, mapped<2>(down, [](const Vec<2>& p) { return p + Vec<2>{{0, 1e-5}}; })) ==
               Crossing::crossing);
+    }
+}
+
+TEST_CASE("the quick test of straight facets") {
+    property("proves only pairs that are disjoint, whatever vertices they share", [] {
+        Engine engine(seed());
+        const auto law = [&]<int D>() {
+            const int shared = *rc::gen::inRange(0, D + 1);
+            NodalFacet<D> f = random_facet<D>(engine, 0), g = random_facet<D>(engine, 0);
+            // Some vertices in one plane, or on one line.
+            if (*rc::gen::arbitrary<bool>())
+                for (NodalFacet<D>* facet : {&f, &g})
+                    for (int i = 0; i < D; ++i) facet->nodes[i][D - 1] = std::round(4 * facet->nodes[i][D - 1]) / 4;
+            for (int i = 0; i < shared; ++i) g.nodes[i] = f.nodes[i];
+            std::array<Vec<D>, D> of_f, of_g;
+            for (int i = 0; i < D; ++i) of_f[i] = f.nodes[i], of_g[i] = g.nodes[i];
+            f = straight_facet<D>(of_f);
+            g = renumbered(straight_facet<D>(of_g), *rc::gen::inRange(0, 3), *rc::gen::arbitrary<bool>());
+            if (are_surely_disjoint(f, g)) RC_ASSERT(crossing_of(f, g) == Crossing::disjoint);
+            if (shared == D) RC_ASSERT(are_surely_disjoint(f, g));
+        };
+        law.template operator()<2>();
+        law.template operator()<3>();
+    });
+    SUBCASE("all facets of a smooth wall that share a vertex or an edge, a fan in one plane among them") {
+        for (const double height : {0.0, 0.1, 0.7, -0.3}) {
+            std::vector<NodalFacet<3>> fan;
+            const auto rim = [](int i) { return Vec<3>{{std::cos(0.9 * i), std::sin(0.9 * i), 0}}; };
+            for (int i = 0; i < 6; ++i) fan.push_back(straight_facet<3>({Vec<3>{{0, 0, height}}, rim(i), rim(i + 1)}));
+            for (const auto& f : fan)
+                for (const auto& g : fan) CHECK(are_surely_disjoint(f, g));
+        }
     }
 }
 

@@ -1,0 +1,389 @@
+module;
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <utility>
+#include <vector>
+export module camber.crossing:outer_boundary;
+import camber.core;
+import camber.box_tree;
+import camber.bezier;
+import :crossings;
+import :facet;
+import :net;
+import :pair;
+import :planar;
+import :ray;
+import :straight;
+
+/// The faces of a mesh that one element only has, and the number of elements on their inner sides.
+namespace camber {
+
+inline constexpr std::uint32_t nobody = 0xffffffffU;
+
+/// A face of one element only, with its normal outwards.
+template <int D>
+struct OuterFacet {
+    NodalFacet<D> nodes;
+    std::array<VertexId, D> vertices;
+    ElementId element;
+};
+
+/// The facet with the opposite normal.
+template <int D>
+[[nodiscard]] inline NodalFacet<D> turned(NodalFacet<D> facet) {
+    std::swap(facet.nodes[0], facet.nodes[1]);
+    if constexpr (D == 3) std::swap(facet.nodes[4], facet.nodes[5]);  // e12 and e20; e01 stays
+    return facet;
+}
+
+/// The items in rising order.
+template <std::size_t N, class Item>
+[[nodiscard]] inline std::array<Item, N> sorted(std::array<Item, N> items) {
+    std::sort(items.begin(), items.end());
+    return items;
+}
+
+/// The parity of the permutation that sorts the items: true if it is odd.
+template <std::size_t N, class Item>
+[[nodiscard]] inline bool is_odd(const std::array<Item, N>& items) {
+    int inversions = 0;
+    for (std::size_t i = 0; i < N; ++i)
+        for (std::size_t j = 0; j < i; ++j) inversions += items[i] < items[j] ? 1 : 0;
+    return inversions % 2 == 1;
+}
+
+/// A hash of a hash and a number.
+[[nodiscard]] inline std::uint64_t mixed(std::uint64_t h, std::uint64_t x) {
+    h = (h ^ x) * 0x9e3779b97f4a7c15U;
+    return h ^ (h >> 29U);
+}
+
+/// A hash table of rows, which are compared by the caller: open addressing, at most half full.
+class RowTable {
+  public:
+    explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), nobody) {}
+
+    /// The row with this hash that `is_same` accepts; `row` if there is none, which is then entered unless it is
+    /// nobody.
+    template <class IsSame>
+    std::uint32_t find(std::uint64_t hash, std::uint32_t row, IsSame&& is_same) {
+        for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
+            if (slots_[at] == nobody) return slots_[at] = row;
+            if (is_same(slots_[at])) return slots_[at];
+        }
+    }
+
+  private:
+    std::vector<std::uint32_t> slots_;
+};
+
+template <std::size_t N>
+[[nodiscard]] inline std::uint64_t hash_of(const std::array<VertexId, N>& vertices) {
+    std::uint64_t h = 0;
+    for (const VertexId v : vertices) h = mixed(h, v.value);
+    return h;
+}
+
+/// Returns how two facets of the boundary touch; none for curved ones that are not in one plane.
+[[nodiscard]] inline std::optional<Contact> contact_of(const NodalFacet<2>& first, const NodalFacet<2>& second) {
+    return is_straight(first) && is_straight(second) ? contact_of_straight(first, second) : std::nullopt;
+}
+[[nodiscard]] inline std::optional<Contact> contact_of(const NodalFacet<3>& first, const NodalFacet<3>& second) {
+    if (is_straight(first) && is_straight(second)) return contact_of_straight(first, second);
+    const auto pair = net_pair(first, second);
+    if (!pair || !are_in_one_plane(first, second)) return {};
+    const int axis = best_axis(pair->first, pair->second);
+    const int of_first = orientation_of(pair->first, axis), of_second = orientation_of(pair->second, axis);
+    if (of_first == 0 || of_second == 0) return {};
+    return of_first == of_second ? Contact::inside : Contact::opposite;
+}
+
+/// The point of a facet with these barycentric coordinates, and the normal there (of any size).
+template <int D>
+struct PointOnFacet {
+    Vec<D> point, normal;
+};
+[[nodiscard]] inline PointOnFacet<2> point_on(const NodalFacet<2>& facet, const std::array<double, 2>& w) {
+    const auto& [a, b, m] = facet.nodes;
+    const Vec<2> point = w[0] * (2 * w[0] - 1) * a + w[1] * (2 * w[1] - 1) * b + 4 * w[0] * w[1] * m;
+    const Vec<2> along = (4 * w[1] - 1) * b - (4 * w[0] - 1) * a + 4 * (w[0] - w[1]) * m;
+    return {point, {{along[1], -along[0]}}};
+}
+[[nodiscard]] inline PointOnFacet<3> point_on(const NodalFacet<3>& facet, const std::array<double, 3>& w) {
+    Vec<3> point{};
+    std::array<Vec<3>, 3> slope{};  // by each barycentric coordinate
+    for (int i = 0; i < 3; ++i) {
+        point += w[i] * (2 * w[i] - 1) * facet.nodes[i];
+        slope[i] += (4 * w[i] - 1) * facet.nodes[i];
+    }
+    for (int e = 0; e < 3; ++e) {
+        const auto [i, j] = local_edges<2>[e];
+        point += 4 * w[i] * w[j] * facet.nodes[3 + e];
+        slope[i] += 4 * w[j] * facet.nodes[3 + e];
+        slope[j] += 4 * w[i] * facet.nodes[3 + e];
+    }
+    return {point, cross(slope[1] - slope[0], slope[2] - slope[0])};
+}
+
+/// Barycentric coordinates of witness points: no simple ratios, so that rays seldom meet edges of regular meshes.
+template <int D>
+inline constexpr std::array<std::array<double, D>, 3> witness_weights = [] {
+    if constexpr (D == 2)
+        return std::array<std::array<double, 2>, 3>{{{0.5137, 0.4863}, {0.2893, 0.7107}, {0.7741, 0.2259}}};
+    else
+        return std::array<std::array<double, 3>, 3>{
+            {{0.3517, 0.3089, 0.3394}, {0.5309, 0.2711, 0.198}, {0.1873, 0.2416, 0.5711}}};
+}();
+/// Distances from a facet at which rays start, in sizes of the facet: the nearer, the better a curved one is resolved.
+inline constexpr std::array witness_distances{0x1p-7, 0x1p-13, 0x1p-19};
+/// Facets of a wall on which a witness is tried.
+inline constexpr std::size_t max_trials = 4;
+
+/// A point next to a facet, on its inner side, and how many elements contain it.
+template <int D>
+struct Witness {
+    int covers = 0;  ///< 0: not decided
+    std::uint32_t facet = nobody;
+    Vec<D> point{};
+};
+
+/// The outer facets of a mesh, and how many elements cover their inner sides.
+template <int D>
+class OuterBoundary {
+  public:
+    explicit OuterBoundary(std::vector<OuterFacet<D>> facets)
+        : facets_(std::move(facets)), is_cancelled_(facets_.size(), 0), is_touched_(facets_.size(), 0) {
+        find_places();
+    }
+
+    [[nodiscard]] const OuterFacet<D>& operator[](std::size_t f) const { return facets_[f]; }
+    [[nodiscard]] bool is_cancelled(std::size_t f) const { return is_cancelled_[f] != 0; }
+    [[nodiscard]] const std::vector<std::array<std::uint32_t, 2>>& overlapping() const { return overlapping_; }
+
+    /// Facets at one place with opposite normals bound nothing: the two sides of a slit or of a wall between two
+    /// bodies. Those with the same normal belong to elements that overlap.
+    void cancel() {
+        std::vector<std::uint32_t> order(facets_.size());
+        std::iota(order.begin(), order.end(), 0U);
+        std::vector<std::array<std::uint32_t, D>> keys(facets_.size());
+        for (std::size_t f = 0; f < facets_.size(); ++f) keys[f] = sorted(places_[f]);
+        std::sort(order.begin(), order.end(),
+                  [&](std::uint32_t a, std::uint32_t b) { return std::tie(keys[a], a) < std::tie(keys[b], b); });
+        for (std::size_t first = 0, last = 0; first < order.size(); first = last) {
+            while (last < order.size() && keys[order[last]] == keys[order[first]]) ++last;
+            if (last - first > 1) cancel_among(std::span(order).subspan(first, last - first));
+        }
+    }
+
+    /// Records the pairs of facets that are not disjoint; `rows` are the boundary's facets of the mesh's, or nobody.
+    void mark(const Crossings& crossings, std::span<const std::uint32_t> rows) {
+        for (const FacetCrossing& pair : crossings.found) {
+            const std::uint32_t f = rows[pair.first.index()], g = rows[pair.second.index()];
+            if (f == nobody || g == nobody || is_cancelled(f) || is_cancelled(g)) continue;
+            const std::uint8_t mark = pair.verdict == Crossing::crossing ? judged : touches;
+            is_touched_[f] = std::max(is_touched_[f], mark);
+            is_touched_[g] = std::max(is_touched_[g], mark);
+            if (pair.verdict != Crossing::touching) continue;
+            const auto contact = contact_of(facets_[f].nodes, facets_[g].nodes);
+            if (contact == Contact::inside) enter_overlap(f, g);
+            if (contact == Contact::opposite) {
+                opposite_.push_back({f, g});
+                opposite_.push_back({g, f});
+            }
+        }
+        std::sort(opposite_.begin(), opposite_.end());
+    }
+
+    /// Parts of the boundary that are connected by edges (2D: vertices) of exactly two facets, and are touched by
+    /// nothing: along each of them the number of elements that cover the inner side is the same. A facet that others
+    /// touch is a part by itself; one that crosses others, or is known to lie inside other elements, is in none. None
+    /// if the boundary is not closed.
+    [[nodiscard]] std::optional<std::vector<std::vector<std::uint32_t>>> walls() const {
+        std::vector<std::uint32_t> parent(facets_.size());
+        std::iota(parent.begin(), parent.end(), 0U);
+        const auto root = [&](std::uint32_t f) {
+            while (parent[f] != f) f = parent[f] = parent[parent[f]];
+            return f;
+        };
+        std::vector<Rim> rims = all_rims();
+        std::sort(rims.begin(), rims.end(), [](const Rim& a, const Rim& b) {
+            return std::tie(a.key, a.facet, a.local) < std::tie(b.key, b.facet, b.local);
+        });
+        for (std::size_t first = 0, last = 0; first < rims.size(); first = last) {
+            int sum = 0;
+            for (; last < rims.size() && rims[last].key == rims[first].key; ++last) sum += rims[last].sign;
+            if (sum != 0) return {};
+            if (last - first != 2) continue;
+            const Rim &a = rims[first], &b = rims[first + 1];
+            if (is_touched_[a.facet] != 0 || is_touched_[b.facet] != 0 || !(middle(a) == middle(b))) continue;
+            parent[std::max(root(a.facet), root(b.facet))] = std::min(root(a.facet), root(b.facet));
+        }
+        std::vector<std::vector<std::uint32_t>> parts;
+        std::vector<std::uint32_t> part(facets_.size(), nobody);
+        for (std::uint32_t f = 0; f < facets_.size(); ++f) {
+            if (is_cancelled(f) || is_touched_[f] == judged) continue;
+            const std::uint32_t r = root(f);
+            if (part[r] == nobody) {
+                part[r] = static_cast<std::uint32_t>(parts.size());
+                parts.emplace_back();
+            }
+            parts[part[r]].push_back(f);
+        }
+        return parts;
+    }
+
+    /// Builds the tree that `witness` needs.
+    void index() {
+        std::vector<Box<D>> boxes;
+        for (std::uint32_t f = 0; f < facets_.size(); ++f) {
+            if (is_cancelled(f)) continue;
+            boxes.push_back(box_of(facets_[f].nodes));
+            of_tree_.push_back(f);
+        }
+        tree_ = BoxTree<D>(std::span<const Box<D>>(boxes));
+    }
+
+    /// Counts the elements that cover the inner side of a wall, next to one of its facets.
+    [[nodiscard]] Witness<D> witness(const std::vector<std::uint32_t>& wall) const {
+        const std::size_t step = std::max<std::size_t>(1, wall.size() / max_trials);
+        for (std::size_t trial = 0; trial < max_trials && trial * step < wall.size(); ++trial)
+            for (const auto& weights : witness_weights<D>)
+                for (const double distance : witness_distances) {
+                    const Witness<D> found = try_witness(wall[trial * step], weights, distance);
+                    if (found.covers > 0) return found;
+                }
+        return {};
+    }
+
+  private:
+    /// An edge of a facet (2D: a vertex), by places.
+    struct Rim {
+        std::array<std::uint32_t, D - 1> key{};
+        std::uint32_t facet = 0;
+        std::int8_t local = 0, sign = 1;
+    };
+    static constexpr std::uint8_t touches = 1, judged = 2;
+
+    void enter_overlap(std::uint32_t f, std::uint32_t g) {
+        overlapping_.push_back({f, g});
+        is_touched_[f] = is_touched_[g] = judged;
+    }
+
+    /// Vertices at the same coordinates have one place.
+    void find_places() {
+        places_.resize(facets_.size());
+        RowTable table(D * facets_.size());
+        const auto point = [&](std::uint32_t row) -> const Vec<D>& { return facets_[row / D].nodes.nodes[row % D]; };
+        for (std::uint32_t row = 0; row < D * facets_.size(); ++row) {
+            std::uint64_t h = 0;
+            for (const double x : point(row).c) h = mixed(h, std::bit_cast<std::uint64_t>(x + 0.0));  // −0 is 0
+            places_[row / D][row % D] =
+                table.find(h, row, [&](std::uint32_t other) { return point(other) == point(row); });
+        }
+    }
+
+    [[nodiscard]] const Vec<D>& mid_node(std::uint32_t f, int e) const { return facets_[f].nodes.nodes[D + e]; }
+
+    /// True if facets with the same vertices have the same mid nodes, too.
+    [[nodiscard]] bool have_same_nodes(std::uint32_t f, std::uint32_t g) const {
+        for (int e = 0; e < edges_per_simplex<D - 1>; ++e)
+            for (int k = 0; k < edges_per_simplex<D - 1>; ++k) {
+                const auto ends = [&](std::uint32_t h, int l) {
+                    return sorted(
+                        std::array{places_[h][local_edges<D - 1>[l][0]], places_[h][local_edges<D - 1>[l][1]]});
+                };
+                if (ends(f, e) == ends(g, k) && !(mid_node(f, e) == mid_node(g, k))) return false;
+            }
+        return true;
+    }
+
+    void cancel_among(std::span<const std::uint32_t> same) {
+        for (std::size_t i = 0; i < same.size(); ++i)
+            for (std::size_t j = i + 1; j < same.size() && !is_cancelled(same[i]); ++j) {
+                if (is_cancelled(same[j]) || is_odd(places_[same[i]]) == is_odd(places_[same[j]]) ||
+                    !have_same_nodes(same[i], same[j]))
+                    continue;
+                is_cancelled_[same[i]] = is_cancelled_[same[j]] = 1;
+            }
+        for (std::size_t i = 0; i < same.size(); ++i)
+            for (std::size_t j = i + 1; j < same.size(); ++j)
+                if (!is_cancelled(same[i]) && !is_cancelled(same[j]) && have_same_nodes(same[i], same[j]))
+                    enter_overlap(same[i], same[j]);
+    }
+
+    [[nodiscard]] std::vector<Rim> all_rims() const {
+        std::vector<Rim> rims;
+        rims.reserve(D * facets_.size());
+        for (std::uint32_t f = 0; f < facets_.size(); ++f) {
+            if (is_cancelled(f)) continue;
+            if constexpr (D == 2) {
+                for (std::int8_t i = 0; i < 2; ++i)
+                    rims.push_back({{places_[f][i]}, f, i, static_cast<std::int8_t>(2 * i - 1)});
+            } else {
+                for (std::int8_t e = 0; e < 3; ++e) {
+                    const std::uint32_t a = places_[f][local_edges<2>[e][0]], b = places_[f][local_edges<2>[e][1]];
+                    rims.push_back({{std::min(a, b), std::max(a, b)}, f, e, static_cast<std::int8_t>(a < b ? 1 : -1)});
+                }
+            }
+        }
+        return rims;
+    }
+
+    [[nodiscard]] Vec<D> middle(const Rim& rim) const {
+        if constexpr (D == 3) return mid_node(rim.facet, rim.local);
+        return {};
+    }
+
+    [[nodiscard]] bool are_opposite(std::uint32_t f, std::uint32_t g) const {
+        return std::binary_search(opposite_.begin(), opposite_.end(), std::array{f, g});
+    }
+
+    /// Counts the elements that cover the inner side of the facet at a point of it: 1, for the facet itself, and the
+    /// hits beyond it of a ray that starts at a distance on the inner side and leads outwards.
+    [[nodiscard]] Witness<D> try_witness(std::uint32_t f, const std::array<double, D>& weights, double distance) const {
+        const NodalFacet<D>& facet = facets_[f].nodes;
+        const auto [p, normal] = point_on(facet, weights);
+        int axis = 0;
+        for (int c = 1; c < D; ++c)
+            if (std::abs(normal[c]) > std::abs(normal[axis])) axis = c;
+        const double depth = distance * box_of(facet).diagonal();
+        if (!(depth > 0) || !is_finite(p) || normal[axis] == 0) return {};
+        Ray<D> ray{p, axis, normal[axis] > 0 ? 1 : -1};
+        ray.start[axis] -= ray.sign * depth;
+        const RayCaster<D> caster(ray);
+        const RayHits own = caster.hits(facet, {}, depth / 16);
+        if (!own.certain || own.count != 1 || own.pieces != 1) return {};
+        const RayRange at{own.nearest, own.farthest};
+        Box<D> along;
+        along.include(ray.start);
+        (ray.sign > 0 ? along.high : along.low)[axis] = ray.sign * std::numeric_limits<double>::infinity();
+        RayHits beyond;
+        tree_.meeting(along, [&](std::size_t item) {
+            const std::uint32_t g = of_tree_[item];
+            if (g == f || !beyond.certain) return;
+            // A facet in contact is at the same distance, and on the outer side.
+            beyond = beyond + caster.hits(facets_[g].nodes, are_opposite(f, g) ? RayRange{} : at);
+        });
+        if (!beyond.certain || 1 + beyond.count < 1) return {};
+        ray.start[axis] += ray.sign * (std::max(beyond.before, 0.0) + own.nearest) / 2;
+        return {1 + beyond.count, f, ray.start};
+    }
+
+    std::vector<OuterFacet<D>> facets_;
+    std::vector<std::array<std::uint32_t, D>> places_;
+    std::vector<std::uint8_t> is_cancelled_, is_touched_;
+    std::vector<std::array<std::uint32_t, 2>> overlapping_, opposite_;
+    BoxTree<D> tree_;
+    std::vector<std::uint32_t> of_tree_;  ///< the facet of each item of the tree
+};
+
+}  // namespace camber
