@@ -50,10 +50,9 @@ template <int D>
 template <int D>
 [[nodiscard]] SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p);
 
-/// Whether the surfaces are those of the mesh. Errors (usage): a reference with two surfaces, or of no facet; a radius
-/// that is no number, negative, or beyond 1e8 times the size of the boundary; more vertices than
-/// few that are farther from their facets' surface than the tolerance (BoundaryFit): the farthest, with its distance.
-/// Stopped.
+/// Checks that the surfaces are those of the mesh. Errors (usage): a reference with two surfaces, or of no facet; a
+/// radius that is no number, negative, or beyond 1e8 times the size of the boundary. Errors (input): too many vertices
+/// of a surface are off (VertexFit), or one by more than half of its longest edge; the farthest is named. Stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
                                       const Execution& execution);

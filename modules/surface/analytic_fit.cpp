@@ -1,11 +1,9 @@
 module;
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -16,13 +14,6 @@ import camber.core;
 namespace camber {
 
 namespace {
-
-/// To three digits.
-std::string text(double number) {
-    std::array<char, 32> digits{};
-    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number, std::chars_format::general, 3);
-    return {digits.data(), end.ptr};
-}
 
 template <int D>
 const char* name_of(const Plane<D>&) {
@@ -100,8 +91,8 @@ std::optional<Error> check_radii(const LinearMesh<D>& mesh, const AnalyticGeomet
         const double radius = std::visit([](const auto& s) { return radius_of(s); }, surface);
         if (radius >= 0 && radius <= most * size) continue;
         return Error{ErrorKind::usage,
-                     named(reference) + ": the radius of its " + name_of<D>(surface) + ", " + text(radius) +
-                         ", is no radius for a boundary of size " + text(size),
+                     named(reference) + ": the radius of its " + name_of<D>(surface) + ", " + three_digits(radius) +
+                         ", is no radius for a boundary of size " + three_digits(size),
                      {},
                      {},
                      "at most 1e8 times that size is taken; what is flatter is a plane"};
@@ -109,41 +100,29 @@ std::optional<Error> check_radii(const LinearMesh<D>& mesh, const AnalyticGeomet
     return {};
 }
 
+/// The rows of the table whose surfaces the facets at a vertex have, each once.
 template <int D>
-double longest_edge(const LinearMesh<D>& mesh, FacetId f) {
-    double longest = 0;
-    for (const auto& [i, j] : local_edges<D - 1>) {
-        const auto& facet = mesh.facets.vertices[f];
-        longest = std::fmax(longest, distance(mesh.points[facet[static_cast<std::size_t>(i)]],
-                                              mesh.points[facet[static_cast<std::size_t>(j)]]));
+std::vector<std::size_t> rows_at(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
+                                 std::span<const FacetId> facets) {
+    std::vector<std::size_t> rows;
+    for (const FacetId f : facets) {
+        const auto at =
+            std::ranges::find(geometry.surfaces, mesh.facets.references[f], [](const auto& s) { return s.first; });
+        if (at != geometry.surfaces.end()) rows.push_back(static_cast<std::size_t>(at - geometry.surfaces.begin()));
     }
-    return longest;
-}
-
-/// The vertex of a facet that is farthest from the facet's surface, of those that are too far.
-template <int D>
-Misfit misfit_of(const LinearMesh<D>& mesh, const AnalyticSurface<D>& surface, FacetId f) {
-    const double allowed = fit_tolerance * longest_edge(mesh, f);
-    Misfit worst;
-    for (const VertexId v : mesh.facets.vertices[f]) {
-        const double off = distance(mesh.points[v], closest_point<D>(surface, mesh.points[v]).point);
-        if (off <= allowed) continue;
-        const double far = std::isnan(off) ? std::numeric_limits<double>::infinity() : off;
-        worst = worse(worst, {far, allowed, v, mesh.facets.references[f]});
-    }
-    return worst;
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    return rows;
 }
 
 template <int D>
-Error misfit_error(const AnalyticGeometry<D>& geometry, const Misfit& misfit) {
-    const std::string surface = name_of<D>(*surface_of(geometry, misfit.reference));
-    return Error{ErrorKind::usage,
-                 "is " + text(misfit.distance) + " away from the " + surface + " of " + named(misfit.reference) +
-                     ", where 10 % of the length of the edges there, " + text(misfit.allowed) +
-                     ", is the most, but for few vertices",
+Error misfit_error(const std::pair<Reference, AnalyticSurface<D>>& row, const VertexFit& fit) {
+    const std::string surface = name_of<D>(row.second);
+    return Error{ErrorKind::input,
+                 fit.text("the " + surface + " of " + named(row.first)),
                  {},
-                 Entity{"vertex", misfit.vertex.index() + 1},
-                 "no other is farther; give the " + surface + " that the mesh was made on, in its units"};
+                 Entity{"vertex", fit.farthest.index() + 1},
+                 "no other vertex is farther; give the " + surface + " that the mesh was made on, in its units"};
 }
 
 }  // namespace
@@ -152,25 +131,27 @@ template <int D>
 Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry, const Execution& execution) {
     if (auto error = check_references(mesh, geometry)) return fail(std::move(*error));
     if (auto error = check_radii(mesh, geometry)) return fail(std::move(*error));
-    using Fits = std::vector<BoundaryFit>;  // of each surface
-    const auto accumulate = [&](Fits& fits, std::size_t f) {
-        const Reference reference = mesh.facets.references[f];
-        if (const auto* surface = surface_of(geometry, reference)) {
-            const auto at = std::ranges::find(geometry.surfaces, reference, [](const auto& s) { return s.first; });
-            fits[at - geometry.surfaces.begin()].add(misfit_of<D>(mesh, *surface, FacetId(f)));
+    const auto around = facet_balls(mesh, without_progress(execution));
+    if (!around) return fail(around.error());
+    using Fits = std::vector<VertexFit>;  // of each surface
+    const auto accumulate = [&](Fits& fits, std::size_t v) {
+        const Vec<D>& p = mesh.points[VertexId(v)];
+        for (const std::size_t row : rows_at(mesh, geometry, (*around)[v])) {
+            const Vec<D> foot = closest_point<D>(geometry.surfaces[row].second, p).point;
+            fits[row].add(VertexId(v), distance(p, foot), edge_lengths_at(mesh, (*around)[v], VertexId(v)));
         }
     };
     const auto join = [](Fits a, const Fits& b) {
         for (std::size_t i = 0; i < a.size(); ++i) a[i].add(b[i]);
         return a;
     };
-    const auto fits = reduce_each(execution, mesh.facets.size(), Fits(geometry.surfaces.size()), accumulate, join);
+    const auto fits = reduce_each(execution, mesh.points.size(), Fits(geometry.surfaces.size()), accumulate, join);
     if (!fits) return fail(fits.error());
-    Misfit worst;
-    for (const BoundaryFit& fit : *fits)
-        if (const auto refused = fit.refused()) worst = worse(worst, *refused);
-    if (worst.distance > 0) return fail(misfit_error(geometry, worst));
-    return Done{};
+    const VertexFit* worst = nullptr;
+    for (const VertexFit& fit : *fits)
+        if ((fit.is_refused(D) || fit.lost > 0) && (!worst || fit.largest > worst->largest)) worst = &fit;
+    if (worst == nullptr) return Done{};
+    return fail(misfit_error<D>(geometry.surfaces[static_cast<std::size_t>(worst - fits->data())], *worst));
 }
 
 #define CAMBER_INSTANTIATE(D) \

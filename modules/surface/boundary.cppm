@@ -1,6 +1,8 @@
 module;
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <tuple>
 export module camber.surface:boundary;
 import camber.core;
 import camber.bezier;
@@ -8,6 +10,13 @@ import :features;
 import :geometry;
 
 export namespace camber {
+
+/// The mid node of an edge of the boundary: where the geometry has the edge's middle. Where the ends are off the
+/// geometry by more than `off_limit` of the chord (on the average, as vectors), the edge would have cusps at its ends:
+/// the node is then within that limit of the curve parallel to the geometry through the ends, and within a quarter of
+/// the chord from its middle, so that the edge turns by at most 90 degrees. An edge never leaves an end backwards.
+template <int D>
+[[nodiscard]] Vec<D> node_without_cusp(const GeometryModel<D>& geometry, const EdgeSite<D>& edge);
 
 /// New mid nodes of all edges: those of boundary edges on the geometry, those of volume edges as they are.
 ///
@@ -54,5 +63,64 @@ template <int D>
                                                           std::span<const LagrangeNode<D>> mid_nodes,
                                                           const Features<D>& features, const Geometry<D>& geometry,
                                                           const Execution& execution);
+
+/// Largest distances from the geometry at which boundary nodes and vertices count as being on it, as shares of the
+/// local boundary edge length.
+struct BoundaryTolerance {
+    double nodes = 1e-5;     ///< of a mid node, by the chord of its edge
+    double vertices = 0.05;  ///< of a vertex, by the longest boundary edge at it: input meshes are not exact
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = BoundaryTolerance;
+        return std::tuple(
+            option("nodes", &S::nodes, "largest distance of the node of a boundary edge from its geometry")
+                .unit("shares of the edge's length")
+                .at_least(0),
+            option("vertices", &S::vertices, "largest distance of a boundary vertex from its geometry")
+                .unit("shares of the longest boundary edge at the vertex")
+                .at_least(0));
+    }
+    friend bool operator==(const BoundaryTolerance&, const BoundaryTolerance&) = default;
+};
+
+/// Boundary entities of one kind that are off the geometry.
+template <class Id>
+struct OffGeometry {
+    std::size_t measured = 0;  ///< number of entities that have a geometry
+    std::size_t off = 0;       ///< number of those farther from it than the tolerance
+    double largest = 0;        ///< largest distance (model units)
+    double share = 0;          ///< largest distance as a share of the local edge length
+    Id worst = {};             ///< entity with the largest share; invalid: all shares are 0
+};
+
+/// Distances of the boundary's nodes and vertices from the geometry, counted against a tolerance.
+struct BoundaryDeviation {
+    OffGeometry<EdgeId> nodes;
+    OffGeometry<VertexId> vertices;
+};
+
+/// Measures the distance of each boundary node and vertex of a mesh from its geometry. Distances within the rounding of
+/// the coordinates do not count as off.
+///
+/// `kinds`: one an edge; nodes of kind `surface` and `ridge` are measured. Those of kind `fixed` and required vertices
+/// stay by request and are not.
+/// `own_nodes`: one an edge where the input mesh was curved, else empty; the input's node is then the geometry of each
+/// edge for which `geometry` prescribes no surface. Errors: rows that do not fit the mesh (ErrorKind::internal),
+/// stopped.
+template <int D>
+[[nodiscard]] Outcome<BoundaryDeviation> boundary_deviation(
+    const QuadraticMesh<D>& mesh, std::span<const EdgeKind> kinds, const Geometry<D>& geometry,
+    std::span<const LagrangeNode<D>> own_nodes, const BoundaryTolerance& tolerance, const Execution& execution);
+
+/// The largest distance of boundary_distance alone. Points that are known to be nearer than another one are not
+/// projected, and a facet is left out if 21 points of it (2D: 6) are all within 0.8 of the largest distance of another:
+/// where the distance is as smooth as between a facet and its surface, the result is the same up to rounding.
+/// Errors: as boundary_nodes.
+template <int D>
+[[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
+                                                                 std::span<const LagrangeNode<D>> mid_nodes,
+                                                                 const Features<D>& features,
+                                                                 const Geometry<D>& geometry,
+                                                                 const Execution& execution);
 
 }  // namespace camber

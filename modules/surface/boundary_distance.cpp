@@ -1,7 +1,9 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 module camber.surface;
 import camber.core;
@@ -13,6 +15,19 @@ namespace {
 
 template <int D>
 constexpr const auto& lattice = facet_lattice<10, D>;
+/// The points by which a facet is left out. The distance of a straight edge, s (1 − s), that of a quadratic one,
+/// s (s − 1/2) (s − 1), and that of one whose middle is the top of an arc, s (1 − s) (s − 1/2)², are at one of them at
+/// least 0.92 of their largest values.
+template <int D>
+constexpr const auto& coarse_lattice = facet_lattice<5, D>;
+
+/// The point of the lattice that is nearest to the middle of the facet.
+template <int D>
+constexpr std::array<Barycentric<D - 1>, 1> middle = [] {
+    const auto largest = [](const Barycentric<D - 1>& xi) { return *std::max_element(xi.begin(), xi.end()); };
+    return std::array<Barycentric<D - 1>, 1>{*std::min_element(
+        lattice<D>.begin(), lattice<D>.end(), [&](const auto& a, const auto& b) { return largest(a) < largest(b); })};
+}();
 
 /// A curved facet of the mesh.
 template <int D>
@@ -20,6 +35,19 @@ struct CurvedFacet {
     FacetSite<D> straight;
     QuadraticSimplex<D - 1, D> shape;
 };
+
+template <int D>
+CurvedFacet<D> curved_facet(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, FacetId f) {
+    return {facet_site(mesh.linear, f), bezier_form<D - 1, D>(mesh.linear.points, mid_nodes,
+                                                              mesh.linear.facets.vertices[f], mesh.edges.of_facets[f])};
+}
+
+/// Distance from the plane through the vertices of a facet.
+template <int D>
+double off_plane(const CurvedFacet<D>& facet, const Vec<D>& p) {
+    const Plane<D> plane = plane_through(facet.straight.corners);
+    return std::fabs(dot(p - plane.point, normalised(plane.normal)));
+}
 
 struct Samples {
     double largest = 0, mean = 0;
@@ -32,17 +60,29 @@ Samples distances(const Geometry<D>& geometry, const CurvedFacet<D>& facet) {
     std::array<Vec<D>, n> points;
     for (std::size_t i = 0; i < n; ++i) points[i] = facet.shape.point(lattice<D>[i]);
     std::array<double, n> found{};
-    if (!geometry->distances(facet.straight, lattice<D>, points, found)) {
-        const Plane<D> plane = plane_through(facet.straight.corners);
-        const Vec<D> normal = normalised(plane.normal);
-        for (std::size_t i = 0; i < n; ++i) found[i] = std::fabs(dot(points[i] - plane.point, normal));
-    }
+    if (!geometry->distances(facet.straight, lattice<D>, points, found))
+        for (std::size_t i = 0; i < n; ++i) found[i] = off_plane(facet, points[i]);
     Samples s;
     for (const double d : found) {
         s.largest = std::fmax(s.largest, d);
         s.mean += d / n;
     }
     return s;
+}
+
+/// The larger of a distance and the largest one of a facet's points from the geometry.
+template <int D>
+void add(LargestDistance& total, const Geometry<D>& geometry, const CurvedFacet<D>& facet,
+         std::span<const Barycentric<D - 1>> at) {
+    std::array<Vec<D>, lattice<D>.size()> points;
+    for (std::size_t i = 0; i < at.size(); ++i) points[i] = facet.shape.point(at[i]);
+    const auto all = std::span<const Vec<D>>(points).first(at.size());
+    if (const auto here = geometry->largest_distance(facet.straight, at, all, total.largest)) {
+        total.largest = here->largest;
+        total.projected += here->projected;
+        return;
+    }
+    for (const Vec<D>& p : all) total.largest = std::fmax(total.largest, off_plane(facet, p));
 }
 
 struct Total {
@@ -65,9 +105,7 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
         return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
     const auto accumulate = [&](Total& total, std::size_t f) {
         const FacetId id(f);
-        const CurvedFacet<D> facet{facet_site(mesh.linear, id),
-                                   bezier_form<D - 1, D>(mesh.linear.points, mid_nodes, mesh.linear.facets.vertices[id],
-                                                         mesh.edges.of_facets[id])};
+        const CurvedFacet<D> facet = curved_facet<D>(mesh, mid_nodes, id);
         const Samples s = distances(geometry, facet);
         const double area = straight_measure(facet.straight);
         if (s.largest > total.largest || !total.worst.valid()) {
@@ -82,9 +120,162 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
     return BoundaryDistance{total->largest, total->area > 0 ? total->weighted / total->area : 0, total->worst};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                       \
-    template Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
-                                                         const Features<D>&, const Geometry<D>&, const Execution&);
+namespace {
+
+/// Returns a bound on the rounding of a point's coordinates and of its projection.
+template <int D>
+double rounding_of(const Vec<D>& p) {
+    return 64 * std::numeric_limits<double>::epsilon() * norm(p);
+}
+
+/// Adds the distance of one entity whose local edge length is `length`.
+template <class Id, int D>
+void count_off(OffGeometry<Id>& to, Id id, const Vec<D>& at, double away, double length, double tolerance) {
+    constexpr double far = std::numeric_limits<double>::infinity();
+    if (std::isnan(away)) away = far;  // no point of the geometry was found
+    const double share = length > 0 ? away / length : (away > rounding_of(at) ? far : 0);
+    ++to.measured;
+    to.off += share > tolerance && away > rounding_of(at) ? 1 : 0;
+    to.largest = std::fmax(to.largest, away);
+    if (share > to.share) {
+        to.share = share;
+        to.worst = id;
+    }
+}
+
+template <class Id>
+OffGeometry<Id> joined(const OffGeometry<Id>& a, const OffGeometry<Id>& b) {
+    const OffGeometry<Id>& worse = b.share > a.share ? b : a;
+    return {a.measured + b.measured, a.off + b.off, std::fmax(a.largest, b.largest), worse.share, worse.worst};
+}
+
+/// Returns the largest distance between two corners of the facets.
+template <int D>
+double longest_edge(std::span<const FacetSite<D>> facets) {
+    double longest = 0;
+    for (const FacetSite<D>& facet : facets)
+        for (std::size_t i = 1; i < D; ++i)
+            for (std::size_t j = 0; j < i; ++j)
+                longest = std::fmax(longest, distance(facet.corners[i], facet.corners[j]));
+    return longest;
+}
+
+/// Returns the distance of an edge's node from its geometry, or from the input's node where that is the geometry.
+template <int D>
+double node_distance(const EdgeSite<D>& site, const Vec<D>& node, const Geometry<D>& geometry,
+                     std::span<const LagrangeNode<D>> own_nodes) {
+    const bool is_prescribed =
+        std::ranges::any_of(site.facets, [&](const auto& facet) { return geometry->prescribes(facet.reference); });
+    if (!own_nodes.empty() && !is_prescribed) return distance(node, own_nodes[site.id.index()].point);
+    return distance(node, geometry->on_edge(site, node).point);
+}
+
+template <int D>
+Outcome<OffGeometry<EdgeId>> nodes_off(const QuadraticMesh<D>& mesh, std::span<const EdgeKind> kinds,
+                                       const Geometry<D>& geometry, std::span<const LagrangeNode<D>> own_nodes,
+                                       double tolerance, const Execution& execution) {
+    const auto shells = facet_shells(mesh.edges, without_progress(execution));
+    if (!shells) return fail(shells.error());
+    const auto measure = [&](OffGeometry<EdgeId>& total, std::size_t e) {
+        if (kinds[e] == EdgeKind::volume || kinds[e] == EdgeKind::fixed || (*shells)[e].empty()) return;
+        const auto& [low, high] = mesh.edges.vertices[e];
+        const EdgeSite<D> site{EdgeId(e),
+                               kinds[e],
+                               {mesh.linear.points[low], mesh.linear.points[high]},
+                               facet_sites<D>(mesh.linear, (*shells)[e])};
+        const Vec<D>& node = mesh.mid_nodes[e].point;
+        count_off(total, site.id, node, node_distance(site, node, geometry, own_nodes),
+                  distance(site.ends[0], site.ends[1]), tolerance);
+    };
+    return reduce_each(execution, mesh.edges.size(), OffGeometry<EdgeId>{}, measure, joined<EdgeId>, 256);
+}
+
+template <int D>
+Outcome<OffGeometry<VertexId>> vertices_off(const LinearMesh<D>& mesh, const Geometry<D>& geometry, double tolerance,
+                                            const Execution& execution) {
+    const auto balls = facet_balls(mesh, without_progress(execution));
+    if (!balls) return fail(balls.error());
+    const auto required = required_vertices(mesh);
+    const auto measure = [&](OffGeometry<VertexId>& total, std::size_t v) {
+        if ((*balls)[v].empty() || required[v] != 0) return;
+        const auto around = facet_sites<D>(mesh, (*balls)[v]);
+        const Vec<D>& p = mesh.points[v];
+        count_off(total, VertexId(v), p, geometry->distance_where(around, p), longest_edge<D>(around), tolerance);
+    };
+    return reduce_each(execution, mesh.points.size(), OffGeometry<VertexId>{}, measure, joined<VertexId>, 256);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<BoundaryDeviation> boundary_deviation(const QuadraticMesh<D>& mesh, std::span<const EdgeKind> kinds,
+                                              const Geometry<D>& geometry, std::span<const LagrangeNode<D>> own_nodes,
+                                              const BoundaryTolerance& tolerance, const Execution& execution) {
+    const std::size_t edges = mesh.edges.size();
+    if (kinds.size() != edges || mesh.mid_nodes.size() != edges || (!own_nodes.empty() && own_nodes.size() != edges))
+        return fail(ErrorKind::internal, "the kinds or the nodes are not of this mesh");
+    const auto nodes = nodes_off(mesh, kinds, geometry, own_nodes, tolerance.nodes, part_of(execution, 0, 0.7));
+    if (!nodes) return fail(nodes.error());
+    const auto vertices = vertices_off(mesh.linear, geometry, tolerance.vertices, part_of(execution, 0.7, 1));
+    if (!vertices) return fail(vertices.error());
+    return BoundaryDeviation{*nodes, *vertices};
+}
+
+template <int D>
+Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
+                                                   std::span<const LagrangeNode<D>> mid_nodes,
+                                                   const Features<D>& features, const Geometry<D>& geometry,
+                                                   const Execution& execution) {
+    if (features.patches.size() != mesh.linear.facets.size() || mid_nodes.size() != mesh.edges.size())
+        return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
+    struct Largest {
+        LargestDistance distance;
+        FacetId facet = {};
+    };
+    const auto of_all = [&](double bound, const auto& add_facet, const Execution& e) {
+        return reduce_each(
+            e, mesh.linear.facets.size(), Largest{{bound, 0}},
+            [&](Largest& total, std::size_t f) {
+                const double before = total.distance.largest;
+                add_facet(total.distance, curved_facet<D>(mesh, mid_nodes, FacetId(f)));
+                if (total.distance.largest > before) total.facet = FacetId(f);
+            },
+            [](const Largest& a, const Largest& b) {
+                const Largest& larger = b.distance.largest > a.distance.largest ? b : a;
+                return Largest{{larger.distance.largest, a.distance.projected + b.distance.projected}, larger.facet};
+            },
+            64);
+    };
+    // The facet with the farthest middle gives a bound that most points of the other facets are within.
+    const auto middles = of_all(
+        0, [&](LargestDistance& total, const CurvedFacet<D>& facet) { add<D>(total, geometry, facet, middle<D>); },
+        part_of(execution, 0, 0.2));
+    if (!middles) return fail(middles.error());
+    LargestDistance first{middles->distance.largest, middles->distance.projected};
+    if (middles->facet.valid()) add<D>(first, geometry, curved_facet<D>(mesh, mid_nodes, middles->facet), lattice<D>);
+    constexpr double nearly = 0.8;
+    const auto all = of_all(
+        first.largest,
+        [&](LargestDistance& total, const CurvedFacet<D>& facet) {
+            LargestDistance coarse{nearly * first.largest, 0};
+            add<D>(coarse, geometry, facet, coarse_lattice<D>);
+            total.projected += coarse.projected;
+            if (coarse.largest > nearly * first.largest) add<D>(total, geometry, facet, lattice<D>);
+        },
+        part_of(execution, 0.2, 1));
+    if (!all) return fail(all.error());
+    return LargestDistance{all->distance.largest, all->distance.projected + first.projected};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>,   \
+                                                         const Features<D>&, const Geometry<D>&, const Execution&);   \
+    template Outcome<BoundaryDeviation> boundary_deviation<D>(const QuadraticMesh<D>&, std::span<const EdgeKind>,     \
+                                                              const Geometry<D>&, std::span<const LagrangeNode<D>>,   \
+                                                              const BoundaryTolerance&, const Execution&);            \
+    template Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>&,                              \
+                                                                std::span<const LagrangeNode<D>>, const Features<D>&, \
+                                                                const Geometry<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

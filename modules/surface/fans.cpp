@@ -67,9 +67,9 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
 /// The angle between vectors.
 double angle_between(const Vec<3>& a, const Vec<3>& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
 
-/// Whether a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°.
-/// Around the end of a ridge facets turn anyway.
-bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan) {
+/// True if a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°.
+/// Around the end of a ridge, and around a vertex in which another surface ends (`is_shared`), facets turn anyway.
+bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, bool is_shared) {
     constexpr double max_turn = 20 * std::numbers::pi / 180;
     Vec<3> mean;
     std::vector<VertexId> ridges;  // their other ends
@@ -82,6 +82,7 @@ bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan) 
         if (!fans.neighbours[f][last].valid()) ridges.push_back(v[next]);
     }
     if (ridges.size() == 2 && ridges[0] == ridges[1]) return false;
+    if (ridges.empty() && is_shared) return false;
     return std::ranges::any_of(fans.facets[fan], [&](FacetId f) {
         return angle_between(area_vector(mesh, fans, f), mean) > (ridges.empty() ? 1 : 2) * max_turn;
     });
@@ -143,9 +144,12 @@ Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, cons
     Fans fans{std::move(of_facets), {std::move(offsets), std::move(items)},
               std::move(vertices),  std::move(*neighbours),
               std::move(signs),     {}};
+    std::vector<std::uint8_t> fans_at(mesh.points.size(), 0);
+    for (const VertexId v : fans.vertices) fans_at[v.index()] = fans_at[v.index()] == 0 ? 1 : 2;
     auto pointed = map_each(execution, fans.size(), [&](std::size_t i) -> std::uint8_t {
-        if (features.vertex_kinds[fans.vertices[i]] != VertexKind::corner) return 0;
-        return is_pointed(mesh, fans, static_cast<std::uint32_t>(i)) ? 1 : 0;
+        const VertexId v = fans.vertices[i];
+        if (features.vertex_kinds[v] != VertexKind::corner) return 0;
+        return is_pointed(mesh, fans, static_cast<std::uint32_t>(i), fans_at[v.index()] > 1) ? 1 : 0;
     });
     if (!pointed) return fail(pointed.error());
     fans.pointed = std::move(*pointed);

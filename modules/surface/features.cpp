@@ -252,26 +252,87 @@ std::vector<std::uint8_t> find_tips(const LinearMesh<2>& mesh, const std::vector
     return std::vector<std::uint8_t>(mesh.points.size(), 0);
 }
 
+/// Number of facets at a vertex, and one of them.
+struct FacetsAtVertex {
+    std::uint32_t count = 0;
+    FacetId one;
+};
+
+template <int D>
+std::vector<FacetsAtVertex> facets_at_vertices(const LinearMesh<D>& mesh) {
+    std::vector<FacetsAtVertex> at(mesh.points.size());
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        for (const VertexId v : mesh.facets.vertices[f]) at[v.index()] = {at[v.index()].count + 1, FacetId(f)};
+    return at;
+}
+
+/// The facets around a vertex that are connected across smooth edges.
+struct Sheet {
+    std::uint32_t facets = 0;
+    EdgeId end;  ///< the ridge at which the walk ended; invalid if the sheet is closed
+};
+
+/// Walks around v from the facet f, away from its edge `from` (invalid: either way), until a ridge or f itself.
+Sheet sheet_from(const EdgeSet<3>& edges, const Incidence<FacetId>& shells, const Buffer<EdgeKind>& kinds,
+                 const FacetsAtVertex& at, VertexId v, FacetId f, EdgeId from) {
+    Sheet sheet;
+    for (const FacetId first = f; sheet.facets < at.count;) {
+        ++sheet.facets;
+        const auto& of = edges.of_facets[f];
+        const auto* const next = std::ranges::find_if(
+            of, [&](EdgeId e) { return e != from && (edges.vertices[e][0] == v || edges.vertices[e][1] == v); });
+        if (kinds[next->index()] == EdgeKind::ridge) {
+            sheet.end = *next;
+            break;
+        }
+        f = shells[*next][0] == f ? shells[*next][1] : shells[*next][0];
+        if (f == first) break;
+        from = *next;
+    }
+    return sheet;
+}
+
+/// True if all sheets of facets at a vertex are bounded by its two ridges, or, at a vertex without ridges, if there is
+/// one sheet only. Otherwise another surface touches the vertex: a baffle whose tip is on a wall, for example.
+bool is_where_sheets_pass(const EdgeSet<3>& edges, const Incidence<FacetId>& shells, const Buffer<EdgeKind>& kinds,
+                          const FacetsAtVertex& at, VertexId v, std::span<const EdgeId> ridges) {
+    if (ridges.empty()) return sheet_from(edges, shells, kinds, at, v, at.one, {}).facets == at.count;
+    std::uint32_t facets = 0;
+    for (const FacetId f : shells[ridges[0]]) {
+        const Sheet sheet = sheet_from(edges, shells, kinds, at, v, f, ridges[0]);
+        if (sheet.end != ridges[1]) return false;
+        facets += sheet.facets;
+    }
+    return facets == at.count;
+}
+/// In 2D facets that meet are counted.
+bool is_where_sheets_pass(const EdgeSet<2>&, const Incidence<FacetId>&, const Buffer<EdgeKind>&, const FacetsAtVertex&,
+                          VertexId, std::span<const EdgeId>) {
+    return true;
+}
+
 template <int D>
 Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                              const Incidence<FacetId>& shells, std::span<const EdgeId> on_curves,
-                                              const std::vector<CurveEdges>& around, double cosine, double tip_sine,
-                                              const Execution& execution) {
-    std::vector<std::uint8_t> on_facets(mesh.points.size(), 0);
-    for (const auto& facet : mesh.facets.vertices)
-        for (const VertexId v : facet) on_facets[v.index()] = 1;
+                                              const Buffer<EdgeKind>& kinds, const Incidence<FacetId>& shells,
+                                              std::span<const EdgeId> on_curves, const std::vector<CurveEdges>& around,
+                                              double cosine, double tip_sine, const Execution& execution) {
+    const auto facets = facets_at_vertices(mesh);
     const auto listed = listed_corners(mesh);
     const auto is_tip = find_tips(mesh, around, tip_sine);
     return map_each(execution, mesh.points.size(), [&](std::size_t v) {
-        if (!on_facets[v]) return VertexKind::volume;
+        if (facets[v].count == 0) return VertexKind::volume;
         const auto& at = around[v];
-        if (at.count == 0) return listed[v] || is_tip[v] ? VertexKind::corner : VertexKind::surface;
+        const auto is_touched = [&](std::span<const EdgeId> ridges) {
+            return !is_where_sheets_pass(edges, shells, kinds, facets[v], VertexId(v), ridges);
+        };
+        if (at.count == 0) return listed[v] || is_tip[v] || is_touched({}) ? VertexKind::corner : VertexKind::surface;
         if (listed[v] || at.count != 2) return VertexKind::corner;
         const std::array<EdgeId, 2> pair{on_curves[at.places[0]], on_curves[at.places[1]]};
         const auto from_vertex = [&](EdgeId e) {
             return mesh.points[other_end(edges.vertices[e], VertexId(v))] - mesh.points[v];
         };
-        if (references_differ(mesh, shells, pair) || turns(from_vertex(pair[0]), -from_vertex(pair[1]), cosine))
+        if (references_differ(mesh, shells, pair) || turns(from_vertex(pair[0]), -from_vertex(pair[1]), cosine) ||
+            is_touched(pair))
             return VertexKind::corner;
         return D == 3 ? VertexKind::ridge : VertexKind::surface;
     });
@@ -354,7 +415,7 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     std::copy_if(of_facets->begin(), of_facets->end(), std::back_inserter(on_curves), of_kind(curve_kind<D>));
     const auto around = curve_edges_of_vertices(mesh.points.size(), edges, on_curves);
     const double tip_sine = options.ridge_angle_degrees < 90 ? std::sqrt(1 - ridge_cosine * ridge_cosine) : 1;
-    auto vertex_kinds = find_vertex_kinds(mesh, edges, *shells, on_curves, around,
+    auto vertex_kinds = find_vertex_kinds(mesh, edges, *edge_kinds, *shells, on_curves, around,
                                           D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees), tip_sine,
                                           part_of(execution, 0.8, 0.9));
     if (!vertex_kinds) return fail(vertex_kinds.error());

@@ -40,7 +40,10 @@ inline constexpr std::uint32_t no_feature = 0xffffffffU;
 /// that the file lists among `edges` it does.) An edge that is merely listed is of kind `surface`. A vertex
 /// of ridges is a corner if the file says so, if it has not exactly two ridge edges, or if they turn by more than the
 /// corner angle; a vertex of none if the file says so, or if it is the tip of a cone: all edges of its facets leave the
-/// plane across their mean direction by more than the ridge angle, to one side. A patch is a set of facets connected
+/// plane across their mean direction by more than the ridge angle, to one side. A vertex in which surfaces touch is a
+/// corner too: where the facets around it, connected across edges that are not ridges, make a sheet that its two ridge
+/// edges do not both bound, or more than one sheet at a vertex without ridges. The end of a baffle's rim on a wall is
+/// one. A patch is a set of facets connected
 /// across edges that are not ridges; a curve is a chain of ridge edges between corners. 2D: facets are edges of kind
 /// `surface`; a vertex is a corner if the file says so (also: an end of a facet listed among `ridges`), if it has not
 /// exactly two facets, if their references differ, or if they turn by more than the ridge angle. Patches and curves are

@@ -92,6 +92,16 @@ bool GeometryModel<D>::distances(const FacetSite<D>& facet, std::span<const Bary
 }
 
 template <int D>
+std::optional<LargestDistance> GeometryModel<D>::largest_distance(const FacetSite<D>& facet,
+                                                                  std::span<const Barycentric<D - 1>> at,
+                                                                  std::span<const Vec<D>> points, double bound) const {
+    std::vector<double> found(points.size());
+    if (!distances(facet, at, points, found)) return std::nullopt;
+    for (const double d : found) bound = std::max(bound, d);
+    return LargestDistance{bound, points.size()};
+}
+
+template <int D>
 bool GeometryModel<D>::points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                    std::span<Vec<D>> out) const {
     const GeometryEntity surface = surface_at(facet);

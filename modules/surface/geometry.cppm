@@ -14,6 +14,13 @@ import :plane;
 
 export namespace camber {
 
+/// The largest distance of some points, and the number of them that were projected to find it: the others are known to
+/// be nearer.
+struct LargestDistance {
+    double largest = 0;
+    std::size_t projected = 0;
+};
+
 /// The face that every maker of a geometry has: what the boundary of the domain is, as boundary_nodes,
 /// boundary_distance and the operators ask for it. A maker answers the first two questions, project and surface_at; the
 /// others have answers that follow from these, and a maker that knows better overrides them (a surrogate knows the
@@ -61,6 +68,12 @@ class GeometryModel {
     /// of it is then asked once.
     [[nodiscard]] virtual bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                          std::span<const Vec<D>> points, std::span<double> out) const;
+    /// The largest of `distances` where that is above `bound`, up to rounding, else `bound`; nothing where the facet
+    /// has no surface. Here: by `distances`. A model that proves cheaply that points are within the bound overrides it.
+    [[nodiscard]] virtual std::optional<LargestDistance> largest_distance(const FacetSite<D>& facet,
+                                                                          std::span<const Barycentric<D - 1>> at,
+                                                                          std::span<const Vec<D>> points,
+                                                                          double bound) const;
     /// The points of the geometry that stand over places of a facet: of a surface made of pieces those of the facet's
     /// own piece, else those next to the straight facet's. False, and nothing written, where the facet has no surface.
     /// Here: by project.

@@ -35,6 +35,18 @@ auto sorted_by_entity(const Buffer<GeometryEntity>& entities, Wanted&& wanted) {
     return list;
 }
 
+/// The points of a prescribed surface next to those of a curved facet. The straight facet has others: beside a ridge it
+/// may lie where the domain ends, and the surface goes on there.
+template <int D>
+void project_curved(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, const GeometryEntity& entity,
+                    const FacetSite<D>& site, std::span<Vec<D>> out) {
+    constexpr const auto& lattice = facet_lattice<facet_degree, D>;
+    const auto shape = bezier_form<D - 1, D>(mesh.linear.points, mesh.mid_nodes.view(),
+                                             mesh.linear.facets.vertices[site.id], mesh.edges.of_facets[site.id]);
+    for (std::size_t k = 0; k < lattice.size(); ++k)
+        out[k] = geometry->project({.reference = site.reference, .entity = entity}, shape.point(lattice[k])).point;
+}
+
 }  // namespace
 
 template <int D>
@@ -84,7 +96,11 @@ Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Fea
             auto done = take(entity, n, without_progress(execution), [&](std::size_t f, std::size_t at) {
                 const FacetSite<D> site = facet_site(mesh.linear, FacetId(f));
                 const double weight = straight_measure(site) / n;
-                (void)geometry->points_over(site, lattice, std::span(samples.points).subspan(at, n));
+                const auto points = std::span(samples.points).subspan(at, n);
+                if (geometry->prescribes(site.reference))
+                    project_curved(mesh, geometry, entity.entity, site, points);
+                else
+                    (void)geometry->points_over(site, lattice, points);
                 for (std::size_t k = at; k < at + n; ++k) {
                     samples.weights[k] = weight;
                     samples.near[k] = FacetId(f);

@@ -121,6 +121,13 @@ class MixedModel final : public GeometryModel<D> {
         return model(owner(facet.reference)).distances(facet, at, points, out);
     }
 
+    [[nodiscard]] std::optional<LargestDistance> largest_distance(const FacetSite<D>& facet,
+                                                                  std::span<const Barycentric<D - 1>> at,
+                                                                  std::span<const Vec<D>> points,
+                                                                  double bound) const override {
+        return model(owner(facet.reference)).largest_distance(facet, at, points, bound);
+    }
+
     [[nodiscard]] bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                    std::span<Vec<D>> out) const override {
         return model(owner(facet.reference)).points_over(facet, at, out);

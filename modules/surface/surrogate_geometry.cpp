@@ -186,9 +186,12 @@ class SurrogateModel : public GeometryModel<D> {
         return true;
     }
 
-    /// The surrogate is one surface: the nearest place that is seen from the first facet.
+    /// The surrogate is one surface: the distance from the patches that the first facet lies on.
     [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
-        return GeometryModel<D>::distance_where(meet.first(1), p);
+        const FacetSite<D>& first = meet.front();
+        const auto foot = is_own_facet(surrogate_, first) ? closest_near(surrogate_, first.id, p)
+                                                          : closest_of_reference(first.reference, p);
+        return foot.facet.valid() ? std::sqrt(foot.distance_squared) : 0;
     }
 
     [[nodiscard]] std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const override {

@@ -1,10 +1,14 @@
 // Distances both ways, by entity: nearest points against dense brute force, and surfaces that are known.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
+#include <type_traits>
+#include <utility>
 #include <vector>
 #include <rapidcheck.h>
 
@@ -197,4 +201,140 @@ TEST_CASE("features and nodes of another mesh are refused, and no boundary is no
     const auto nothing = distances_both_ways<3>(empty, {}, {}, geometry, {}, one_thread);
     REQUIRE(nothing);
     CHECK(nothing->entities.empty());
+}
+
+namespace {
+
+/// A mesh whose vertices and nodes lie on the unit circle or sphere around the origin.
+template <int D>
+struct Exact {
+    QuadraticMesh<D> mesh;
+    Features<D> features;
+    Geometry<D> geometry = AnalyticGeometry<D>{{{Reference{1}, Sphere<D>{{}, 1}}}};
+
+    explicit Exact(const LinearMesh<D>& linear) : mesh(elevate<D>(linear, one_thread).value()) {
+        features = find_features(linear, mesh.edges, FeatureOptions<D>{}, one_thread).value();
+        mesh.mid_nodes = boundary_nodes(mesh, features, geometry, one_thread).value();
+    }
+    [[nodiscard]] double length(std::size_t e) const {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return distance(mesh.linear.points[a], mesh.linear.points[b]);
+    }
+    [[nodiscard]] BoundaryDeviation deviation(std::span<const LagrangeNode<D>> own_nodes = {}) const {
+        return boundary_deviation<D>(mesh, features.edge_kinds.view(), geometry, own_nodes, {}, one_thread).value();
+    }
+};
+
+LinearMesh<3> round_mesh(int n, unsigned seed, std::integral_constant<int, 3>) {
+    return sphere(static_cast<std::size_t>(n), 1, seed).mesh();
+}
+LinearMesh<2> round_mesh(int n, unsigned seed, std::integral_constant<int, 2>) {
+    Random random(seed);
+    std::vector<Vec<2>> points;
+    for (int i = 0; i < 4 * n; ++i) {
+        const double angle = 2 * pi * (i + random(-0.3, 0.3)) / (4 * n);
+        points.push_back({{std::cos(angle), std::sin(angle)}});
+    }
+    return polygon(points).mesh();
+}
+
+template <int D>
+void check_deviations() {
+    camber::testing::property(
+        "nodes and vertices are counted as off by exactly the distances by which they were moved",
+        [] {
+            const auto seed = static_cast<unsigned>(*rc::gen::inRange(1, 1000));
+            Exact<D> exact(round_mesh(*rc::gen::inRange(2, 5), seed, std::integral_constant<int, D>{}));
+            const BoundaryDeviation none = exact.deviation();
+            RC_ASSERT(none.nodes.measured == exact.mesh.edges.size());
+            RC_ASSERT(none.nodes.off + none.vertices.off == 0);
+            RC_ASSERT(none.nodes.largest < 1e-12 && none.vertices.largest < 1e-12);
+            Random random(seed);
+            std::size_t off = 0;
+            double share = 0;
+            auto nodes = take(exact.mesh.mid_nodes);
+            const auto given = nodes;
+            for (std::size_t e = 0; e < nodes.size(); ++e) {
+                const double by = std::pow(10, random(-7, -2));  // on both sides of the default tolerance
+                if (random(0, 1) < 0.7) continue;
+                nodes[e].point = (1 + by * exact.length(e)) * nodes[e].point;
+                off += by > BoundaryTolerance{}.nodes ? 1 : 0;
+                share = std::fmax(share, by);
+            }
+            exact.mesh.mid_nodes = std::move(nodes);
+            const BoundaryDeviation found = exact.deviation();
+            RC_ASSERT(found.nodes.off == off);
+            RC_ASSERT(std::fabs(found.nodes.share - share) < 1e-9);
+            RC_ASSERT(found.vertices.off == 0);
+            // Prescribed surfaces count even where the input had nodes; others are the input's own.
+            RC_ASSERT(exact.deviation(given).nodes.off == off);
+            exact.geometry = Geometry<D>(StraightGeometry<D>{});
+            RC_ASSERT(exact.deviation(given).nodes.off == off);
+        },
+        {.count = 40});
+}
+
+}  // namespace
+
+namespace {
+
+/// Two copies of a mesh, apart from each other, with the facets in another order where `is_reversed`.
+template <int D>
+LinearMesh<D> two_of(LinearMesh<D> one, bool is_reversed) {
+    const std::size_t n = one.points.size();
+    auto points = take(std::move(one.points));
+    auto vertices = take(std::move(one.facets.vertices));
+    auto references = take(std::move(one.facets.references));
+    for (std::size_t v = 0; v < n; ++v) points.push_back(points[v] + Vec<D>{{3, 1}});
+    for (std::size_t f = 0, m = vertices.size(); f < m; ++f) {
+        auto facet = vertices[f];
+        for (VertexId& v : facet) v = VertexId(v.index() + n);
+        vertices.push_back(facet);
+        references.push_back(references[f]);
+    }
+    if (is_reversed) std::ranges::reverse(vertices);
+    one.points = std::move(points);
+    one.facets.vertices = std::move(vertices);
+    one.facets.references = std::move(references);
+    return one;
+}
+
+template <int D>
+void check_facets_of_another_mesh() {
+    const LinearMesh<D> one = round_mesh(4, 3, std::integral_constant<int, D>{});
+    const Geometry<D> geometry(build<D>(two_of(one, false)).surrogate);
+    const QuadraticMesh<D> other = elevate<D>(two_of(one, true), one_thread).value();
+    const Column<EdgeKind> kinds(Buffer<EdgeKind>(other.edges.size(), EdgeKind::fixed));
+    const auto found = boundary_deviation<D>(other, kinds.view(), geometry, {}, {}, one_thread).value();
+    CHECK(found.vertices.measured == other.linear.points.size());
+    CHECK(found.vertices.largest < 1e-12);
+}
+
+}  // namespace
+
+TEST_CASE("vertices of another mesh are on the surrogate, whatever numbers its facets have") {
+    check_facets_of_another_mesh<2>();
+    check_facets_of_another_mesh<3>();
+}
+
+TEST_CASE("boundary nodes off the geometry are counted") {
+    check_deviations<2>();
+    check_deviations<3>();
+}
+
+TEST_CASE("boundary vertices off the geometry are counted, and fixed nodes are not measured") {
+    Exact<3> exact(round_mesh(3, 7, std::integral_constant<int, 3>{}));
+    Buffer<EdgeKind> kinds(exact.features.edge_kinds.begin(), exact.features.edge_kinds.end());
+    kinds[0] = EdgeKind::fixed;
+    exact.features.edge_kinds = std::move(kinds);
+    auto points = take(exact.mesh.linear.points);
+    points[4] = 1.2 * points[4];    // by more than 5 % of the edges around
+    points[5] = 1.001 * points[5];  // by less
+    exact.mesh.linear.points = std::move(points);
+    const BoundaryDeviation found = exact.deviation();
+    CHECK(found.nodes.measured == exact.mesh.edges.size() - 1);
+    CHECK(found.vertices.off == 1);
+    CHECK(found.vertices.worst == VertexId(4));
+    CHECK(found.vertices.largest == doctest::Approx(0.2));
+    CHECK(!boundary_deviation<3>(exact.mesh, {}, exact.geometry, {}, {}, one_thread));
 }

@@ -192,6 +192,84 @@ TEST_CASE("a lone fold is a ridge only if it is sharp") {
     CHECK(roof(33).ridge_edges == rim + 1);
 }
 
+TEST_CASE("a vertex of a wall that another surface touches is a corner, and nothing else changes") {
+    const auto wall = grid_mesh({.n = 4, .m = 4}, [](double u, double v) { return Vec<3>{{u, v, 0}}; });
+    const auto plain = features_of(wall.mesh());
+    std::size_t middle = 0;
+    for (std::size_t v = 0; v < wall.points.size(); ++v)
+        if (norm(wall.points[v] - Vec<3>{{0.5, 0.5, 0}}) < norm(wall.points[middle] - Vec<3>{{0.5, 0.5, 0}}))
+            middle = v;
+    REQUIRE(plain.vertex_kinds[VertexId(middle)] == VertexKind::surface);
+    const Vec<3> at = wall.points[middle];
+    const auto expect_corner = [&](const Soup<3>& with) {
+        const auto f = features_of(with.mesh());
+        CHECK(f.vertex_kinds[VertexId(middle)] == VertexKind::corner);
+        for (std::size_t v = 0; v < wall.points.size(); ++v)
+            if (v != middle) CHECK(f.vertex_kinds[VertexId(v)] == plain.vertex_kinds[VertexId(v)]);
+    };
+    const std::size_t next = wall.points.size();
+    SUBCASE("the tip of a baffle, pointed or blunt") {
+        for (const double degrees : {10.0, 40.0, 70.0, 85.0, 89.0}) {  // of half of its angle
+            CAPTURE(degrees);
+            Soup<3> with = wall;
+            const double x = 0.1 * std::sin(degrees * pi / 180), z = 0.1 * std::cos(degrees * pi / 180);
+            with.points.insert(with.points.end(),
+                               {at + Vec<3>{{x, 0, z}}, at + Vec<3>{{0, 0, 0.3}}, at + Vec<3>{{-x, 0, z}}});
+            with.facets.push_back({middle, next, next + 1});
+            with.facets.push_back({middle, next + 1, next + 2});
+            expect_corner(with);
+        }
+    }
+    SUBCASE("the middle of a baffle") {
+        Soup<3> with = wall;
+        constexpr std::size_t around = 12;
+        for (std::size_t k = 0; k < around; ++k) {
+            const double a = 2 * pi * static_cast<double>(k) / around;
+            with.points.push_back(at + Vec<3>{{0.1 * std::cos(a), 0.1 * std::sin(a), 0.02}});
+            with.facets.push_back({middle, next + k, next + (k + 1) % around});
+        }
+        expect_corner(with);
+    }
+    SUBCASE("a closed surface") {
+        Soup<3> with = wall;
+        const Soup<3> ball = sphere(6, 0.3);
+        const auto low = static_cast<std::size_t>(
+            std::ranges::min_element(ball.points, {}, [](const Vec<3>& p) { return p[2]; }) - ball.points.begin());
+        for (const Vec<3>& p : ball.points) with.points.push_back(at + p - ball.points[low]);
+        for (auto facet : ball.facets) {
+            for (std::size_t& v : facet) v = v == low ? middle : next + v;
+            with.facets.push_back(facet);
+        }
+        expect_corner(with);
+        // The normals of both are as they were: neither surface has a tip there.
+        const auto alone = build(wall.mesh());
+        const auto both = build(with.mesh());
+        for (std::size_t e = 0; e < alone.mesh.edges.size(); ++e) {
+            const auto& [a, b] = alone.mesh.edges.vertices[e];
+            CHECK(both.nodes[find_edge(both.mesh.edges, a, b).index()] == alone.nodes[e]);
+        }
+    }
+}
+
+TEST_CASE("a vertex where the rim of a baffle leaves a wall is a corner, however flat") {
+    for (const double rise : {0.001, 0.1, 0.3}) {
+        CAPTURE(rise);
+        auto soup = grid_mesh({.n = 4, .m = 4, .jitter = 0}, [](double u, double v) { return Vec<3>{{u, v, 0}}; });
+        const auto vertex_at = [&](const Vec<3>& p) {
+            return static_cast<std::size_t>(
+                std::ranges::min_element(soup.points, {}, [&](const Vec<3>& q) { return norm(p - q); }) -
+                soup.points.begin());
+        };
+        // It stands on the wall from x = 0.25 to 0.5; its rim goes on to x = 0.75.
+        const std::size_t from = vertex_at({{0.25, 0.5, 0}}), to = vertex_at({{0.5, 0.5, 0}}), top = soup.points.size();
+        soup.points.push_back({{0.75, 0.5, 0.25 * rise}});
+        soup.points.push_back({{0.25, 0.5, 0.5}});
+        soup.facets.push_back({from, to, top + 1});
+        soup.facets.push_back({to, top, top + 1});
+        CHECK(features_of(soup.mesh()).vertex_kinds[VertexId(to)] == VertexKind::corner);
+    }
+}
+
 TEST_CASE("corners of the file break curves") {
     auto mesh = tube(24, 4, 1).mesh();
     CHECK(features_of(mesh).curve_count == 2);
