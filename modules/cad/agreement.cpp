@@ -94,18 +94,36 @@ std::string text(double x) {
     return out.data();
 }
 
-/// The first unit of the mesh, but for that in which the model is, with which something fits: by the factor from it to
-/// the model's.
+/// The units of the mesh, but for that in which the model is, with which it fits: by the factor from it to the model's.
 template <class Fits>
-Outcome<std::optional<std::string>> fitting_unit(const CadParts& parts, Fits&& fits) {
+Outcome<std::vector<CadUnit>> fitting_units(const CadParts& parts, Fits&& fits) {
     const double here = parts.kernel->millimetres;
+    std::vector<CadUnit> found;
     for (const auto& [unit, word] : words(CadUnit{})) {
-        if (unit == CadUnit::file || millimetres_of(unit) == here) continue;
+        if (millimetres_of(unit) == 0 || millimetres_of(unit) == here) continue;
         const Outcome<bool> does_fit = fits(millimetres_of(unit) / here);
         if (!does_fit) return fail(does_fit.error());
-        if (*does_fit) return std::optional(std::string(word));
+        if (*does_fit) found.push_back(unit);
     }
-    return std::optional<std::string>();
+    return found;
+}
+
+/// The units with which the facets of a sample lie on the model.
+template <int D>
+Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const CadModel& model,
+                                              std::span<const SampledReference> sample,
+                                              std::span<const std::size_t> candidates, const Execution& execution) {
+    return fitting_units(model.parts(), [&](double factor) -> Outcome<bool> {
+        const auto scaled = judged<D>(mesh, model, sample, candidates, factor, execution);
+        if (!scaled) return fail(scaled.error());
+        return scaled->fits();
+    });
+}
+
+/// The unit that an error advises; nothing where none fits.
+std::optional<std::string> first_of(const std::vector<CadUnit>& units) {
+    if (units.empty()) return std::nullopt;
+    return std::string(word_of(units.front()));
 }
 
 std::string remedy(const std::optional<std::string>& unit, bool is_whole) {
@@ -140,7 +158,7 @@ std::pair<VertexId, double> farthest_corner(const LinearMesh<D>& mesh, const Cad
 }
 
 /// Which of the facets that were looked at are not on the model.
-std::string strays_of(const Verdict& verdict, const char* facets) {
+std::string strays_of(const auto& verdict, const char* facets) {
     const bool is_one = verdict.share <= 0.1 && verdict.lost != nullptr;
     const auto counted = [&](std::size_t astray, std::size_t all) {
         return std::to_string(astray) + " of the " + std::to_string(all) + " " + facets;
@@ -161,12 +179,8 @@ Outcome<Done> check_sample(const LinearMesh<D>& mesh, const CadModel& model, std
     const auto verdict = judged<D>(mesh, model, sample, candidates, 1, execution);
     if (!verdict) return fail(verdict.error());
     if (verdict->fits()) return Done{};
-    const auto unit = fitting_unit(model.parts(), [&](double factor) -> Outcome<bool> {
-        const auto scaled = judged<D>(mesh, model, sample, candidates, factor, execution);
-        if (!scaled) return fail(scaled.error());
-        return scaled->fits();
-    });
-    if (!unit) return fail(unit.error());
+    const auto units = units_of_sample(mesh, model, sample, candidates, execution);
+    if (!units) return fail(units.error());
     const Box<D> of_part = box_of(mesh, [&](std::size_t f) {
         return !std::binary_search(elsewhere.begin(), elsewhere.end(), mesh.facets.references[f]);
     });
@@ -175,7 +189,23 @@ Outcome<Done> check_sample(const LinearMesh<D>& mesh, const CadModel& model, std
                 std::string(subject(is_whole)) + " reaches from " + text(of_part) + ", the CAD model from " +
                     text(box_of<D>(model.parts(), candidates)) + ": " +
                     strays_of(*verdict, D == 2 ? "edges" : "triangles") + ", the farthest by " + text(away),
-                {}, Entity{"vertex", vertex.index() + 1}, remedy(*unit, is_whole));
+                {}, Entity{"vertex", vertex.index() + 1}, remedy(first_of(*units), is_whole));
+}
+
+template <int D>
+Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model, std::span<const Reference> elsewhere,
+                             const Execution& execution) {
+    return guarded([&]() -> Outcome<CadModel> {
+        const std::vector<std::size_t> all = candidates<D>(model);
+        const auto sample = sampled(mesh, elsewhere);
+        if (all.empty() || sample.empty()) return model;
+        const auto own = judged<D>(mesh, model, sample, all, 1, execution);
+        if (!own) return fail(own.error());
+        if (own->fits()) return model;
+        const auto units = units_of_sample(mesh, model, sample, all, execution);
+        if (!units) return fail(units.error());
+        return units->size() == 1 ? in_unit(model, units->front()) : model;
+    });
 }
 
 template <int D>
@@ -188,13 +218,13 @@ Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const
     faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
     const Box<D> met = box_of<D>(model.parts(), faces);
     if (!agree(of_part, met, 1)) {
-        const auto unit = fitting_unit(model.parts(),
-                                       [&](double factor) -> Outcome<bool> { return agree(of_part, met, 1 / factor); });
-        if (unit && *unit)
+        const auto units = fitting_units(
+            model.parts(), [&](double factor) -> Outcome<bool> { return agree(of_part, met, 1 / factor); });
+        if (units && !units->empty())
             return fail(ErrorKind::input,
                         std::string(subject(is_whole)) + " reaches from " + text(of_part) +
                             ", what it met of the CAD model from " + text(met),
-                        {}, {}, remedy(*unit, is_whole));
+                        {}, {}, remedy(first_of(*units), is_whole));
     }
     if (association.torn_vertices > 0)
         return fail(ErrorKind::input,
@@ -214,6 +244,8 @@ Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<CadModel> in_unit_of<D>(const LinearMesh<D>&, const CadModel&, std::span<const Reference>, \
+                                             const Execution&);                                                 \
     template Outcome<Done> check_sample<D>(const LinearMesh<D>&, const CadModel&, std::span<const std::size_t>, \
                                            std::span<const Reference>, const Execution&);                       \
     template Outcome<Done> check_part<D>(const LinearMesh<D>&, const CadModel&, const CadAssociation&);

@@ -18,13 +18,16 @@ import camber.core;
 import camber.surface;
 import :in_plane;
 import :parts;
+import :virtual_faces;
 
 namespace camber {
 
 namespace {
 
 /// Two faces fit a facet nearly as well: neither its distance nor its normal says which.
-bool is_doubtful(const CadFit& fit) { return fit.face != no_face && fit.second <= doubt * fit.misfit; }
+bool is_unsure(const CadFit& fit) { return fit.face != no_face && fit.second <= doubt * fit.misfit; }
+/// The same where these faces do not meet smoothly.
+bool is_doubtful(const CadFit& fit) { return fit.face != no_face && fit.other <= doubt * fit.misfit; }
 
 template <int D>
 std::array<Vec<D>, D> corners_of(const LinearMesh<D>& mesh, std::size_t f) {
@@ -44,7 +47,7 @@ std::map<Class, std::size_t> faces_of_classes(const LinearMesh<D>& mesh, std::sp
     constexpr double nearly_all = 0.9;
     std::map<Class, std::map<std::size_t, std::size_t>> counts;
     for (std::size_t f = 0; f < fits.size(); ++f)
-        if (fits[f].face != no_face && !is_doubtful(fits[f])) ++counts[class_of(mesh, f)][fits[f].face];
+        if (fits[f].face != no_face && !is_unsure(fits[f])) ++counts[class_of(mesh, f)][fits[f].face];
     std::map<Class, std::size_t> out;
     for (const auto& [key, faces] : counts) {
         std::size_t all = 0;
@@ -64,16 +67,22 @@ Buffer<std::uint32_t> chosen(const LinearMesh<D>& mesh, const CadModel& model, s
     for (std::size_t f = 0; f < fits.size(); ++f) {
         faces[f] = static_cast<std::uint32_t>(fits[f].face);
         out.coincident_facets += fits[f].has_twin ? 1 : 0;
-        if (!is_doubtful(fits[f])) continue;
-        ++out.doubtful_facets;
+        if (!is_unsure(fits[f])) continue;
+        out.doubtful_facets += is_doubtful(fits[f]) ? 1 : 0;
         const auto known = of_classes.find(class_of(mesh, f));
         if (known == of_classes.end()) continue;
         const std::array<std::size_t, 1> that{known->second};
         if (best_fit<D>(model, that, corners_of<D>(mesh, f)).misfit > doubt * fits[f].misfit) continue;
         faces[f] = static_cast<std::uint32_t>(known->second);
-        ++out.settled_facets;
+        out.settled_facets += is_doubtful(fits[f]) ? 1 : 0;
     }
     return faces;
+}
+
+Buffer<std::array<double, 2>> middles_of(std::span<const CadFit> fits) {
+    Buffer<std::array<double, 2>> middles(fits.size());
+    for (std::size_t f = 0; f < fits.size(); ++f) middles[f] = fits[f].middle;
+    return middles;
 }
 
 template <int D>
@@ -106,50 +115,67 @@ struct Met {
     double distance = 0;
     double nearest = 0;  ///< of the faces around: where a mesh leaves out a fillet its edges are far and its faces near
     bool is_doubtful = false, is_corner = false, is_stray = false;
-    bool is_torn = false;  ///< near its faces, and far from the edge or the vertex that they have in common
+    bool is_torn = false;          ///< near its faces, and far from the edge or the vertex that they have in common
+    bool is_within_group = false;  ///< between faces of one virtual face, on no edge of the model
+    EdgeLengthsAt edges = {};      ///< of a vertex
+    std::vector<std::pair<std::size_t, double>> off = {};  ///< of a vertex: faces that it is off, and how far
 };
 
-Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size) {
-    Met out{.faces = static_cast<std::uint32_t>(faces.size()), .nearest = std::numeric_limits<double>::infinity()};
+/// With the distances from these faces.
+template <int D>
+Met met_by_faces(const CadModel& model, std::span<const std::size_t> faces, const Vec<D>& p,
+                 const EdgeLengthsAt& edges) {
+    Met out{.faces = static_cast<std::uint32_t>(faces.size()),
+            .nearest = std::numeric_limits<double>::infinity(),
+            .edges = edges};
     for (const std::size_t face : faces) {
-        const double away = closest_on_face(model, face, p).distance;
+        const double away = closest_on_virtual_face(model, face, p).foot.distance;
         out.distance = std::max(out.distance, away);
         out.nearest = std::min(out.nearest, away);
-    }
-    if (faces.size() == 2) {
-        const auto edge = edge_between(model, faces, std::span(&p, 1));
-        if (!edge) return out;
-        out.entity = static_cast<std::int64_t>(*edge);
-        out.distance = closest_on_edge(model, *edge, p).distance;
-    } else if (faces.size() > 2) {
-        const auto vertex = vertex_between(model, faces, p);
-        const double away = vertex ? distance(model.vertex(*vertex), p) : size;
-        out.is_doubtful = away > near_enough * size;
-        if (out.is_doubtful) {
-            // More than two faces may meet at an edge, too.
-            const auto edge = edge_between(model, faces, std::span(&p, 1));
-            out.is_doubtful = !edge || closest_on_edge(model, *edge, p).distance > at_one_place(model.parts());
-            return out;
-        }
-        out.entity = static_cast<std::int64_t>(*vertex);
-        out.distance = away;
-        out.is_corner = true;
+        if (!(away <= off_limit * edges.shortest)) out.off.emplace_back(face, away);
     }
     return out;
 }
 
-/// In 2D, where faces are curves.
-Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, const Vec<2>& p, double size) {
-    Met out{.faces = static_cast<std::uint32_t>(curves.size()), .nearest = std::numeric_limits<double>::infinity()};
-    for (const std::size_t curve : curves) {
-        const double away = closest_on_curve(model, curve, p).distance;
-        out.distance = std::max(out.distance, away);
-        out.nearest = std::min(out.nearest, away);
+Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p, double size,
+                  const EdgeLengthsAt& edges) {
+    Met out = met_by_faces<3>(model, faces, p, edges);
+    if (faces.size() == 1) return out;
+    const double reach = near_enough * size;
+    const Junction at = junction_at_vertex(model, faces, p, {reach, smooth_reach * edges.shortest});
+    if (at.is_within_group) {
+        out.distance = at.distance;
+        out.is_within_group = true;
+        return out;
     }
+    out.is_corner = at.on == Junction::On::vertex && at.distance <= reach;
+    const bool is_at_edge = at.on == Junction::On::edge && (faces.size() == 2 || at.distance <= reach);
+    if (out.is_corner || is_at_edge) {
+        out.entity = static_cast<std::int64_t>(at.number);
+        out.distance = at.distance;
+        return out;
+    }
+    if (faces.size() == 2) return out;
+    // More than two faces may meet at an edge, too.
+    const auto edge = edge_between(model, faces, std::span(&p, 1));
+    out.is_doubtful = !edge || closest_on_edge(model, *edge, p).distance > at_one_place(model.parts());
+    return out;
+}
+
+/// In 2D, where faces are curves.
+Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, const Vec<2>& p, double size,
+                  const EdgeLengthsAt& edges) {
+    Met out = met_by_faces<2>(model, curves, p, edges);
     const auto vertex = end_between(model, curves, p);
     const double away = vertex ? distance(vertex_in_plane(model, *vertex), p) : size;
-    out.is_corner = away <= near_enough * size;
-    out.is_doubtful = !out.is_corner && curves.size() > 1;
+    const auto is_joined = [&](std::size_t curve) {
+        return model.parts().virtual_curves.are_joined(curves.front(), curve);
+    };
+    const bool is_smooth = curves.size() > 1 && std::all_of(curves.begin(), curves.end(), is_joined);
+    out.is_corner = away <= (is_smooth ? smooth_reach * edges.shortest : near_enough * size);
+    out.is_within_group = is_smooth && !out.is_corner;
+    out.is_doubtful = !out.is_corner && curves.size() > 1 && !out.is_within_group;
+    if (out.is_within_group) out.distance = out.nearest;
     if (!out.is_corner) return out;
     out.entity = static_cast<std::int64_t>(*vertex);
     out.distance = away;
@@ -167,14 +193,15 @@ Met met_by_rim(const CadModel& model, std::span<const std::size_t> face, const s
 }
 
 Met met_by_edge(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 2>& ends) {
-    const auto edge = edge_between(model, faces, ends);
-    if (!edge) return {.faces = static_cast<std::uint32_t>(faces.size()), .is_doubtful = true};
-    const double away =
-        std::max(closest_on_edge(model, *edge, ends[0]).distance, closest_on_edge(model, *edge, ends[1]).distance);
-    return {.entity = static_cast<std::int64_t>(*edge),
-            .faces = static_cast<std::uint32_t>(faces.size()),
-            .distance = away,
-            .is_doubtful = away > near_enough * distance(ends[0], ends[1])};
+    const double reach = near_enough * distance(ends[0], ends[1]);
+    const Junction at = junction_at(model, faces, ends, reach_along(ends));
+    Met out{.faces = static_cast<std::uint32_t>(faces.size()), .is_within_group = at.is_within_group};
+    if (at.is_within_group) return out;
+    out.is_doubtful = at.on == Junction::On::nothing || at.distance > reach;
+    if (at.on == Junction::On::nothing) return out;
+    out.entity = static_cast<std::int64_t>(at.number);
+    out.distance = at.distance;
+    return out;
 }
 
 std::size_t count_distinct(std::vector<std::int64_t> entities) {
@@ -182,9 +209,49 @@ std::size_t count_distinct(std::vector<std::int64_t> entities) {
     return static_cast<std::size_t>(std::unique(entities.begin(), entities.end()) - entities.begin());
 }
 
+/// The vertices of the mesh on each face, and in space on each edge between two of them at which the model turns.
+struct Fits {
+    std::map<std::size_t, VertexFit> faces, edges;
+};
+
+void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> faces, const Met& met, bool is_3d,
+                Fits& fits) {
+    for (const std::size_t face : faces) {
+        const auto off = std::find_if(met.off.begin(), met.off.end(), [&](const auto& o) { return o.first == face; });
+        fits.faces[face].add(v, off == met.off.end() ? 0 : off->second, met.edges);
+    }
+    const bool is_on_edge = is_3d && faces.size() == 2 && met.entity >= 0 && !met.is_corner;
+    if (is_on_edge && !model.parts().virtual_faces.are_joined(faces[0], faces[1]))
+        fits.edges[static_cast<std::size_t>(met.entity)].add(v, met.distance, met.edges);
+}
+
+/// The refused one with the largest share of vertices that are off, of equal ones the one that has the farthest.
+std::optional<CadMisfit> misfit_of(const Fits& fits, std::size_t facet_vertices) {
+    std::optional<CadMisfit> worst;
+    std::pair<double, double> largest;
+    const auto compare = [&](const std::map<std::size_t, VertexFit>& some, bool is_edge) {
+        for (const auto& [number, fit] : some) {
+            const std::pair far(static_cast<double>(fit.off) / static_cast<double>(fit.vertices), fit.largest);
+            if (!fit.is_refused(facet_vertices) || (worst && far <= largest)) continue;
+            largest = far;
+            worst = CadMisfit{is_edge, number, fit};
+        }
+    };
+    compare(fits.faces, false);
+    compare(fits.edges, true);
+    return worst;
+}
+
+/// Pairs of faces on both sides of places of the mesh.
+using Pairs = std::vector<std::array<std::size_t, 2>>;
+
+void add_pairs(std::span<const std::size_t> faces, Pairs& pairs) {
+    for (const std::size_t face : faces.subspan(1)) pairs.push_back({faces.front(), face});
+}
+
 template <int D>
 Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, const Execution& execution,
-                            CadAssociation& out) {
+                            CadAssociation& out, Pairs& pairs) {
     const auto around = facet_balls(mesh, without_progress(execution));
     if (!around) return fail(around.error());
     const auto met = map_each(execution, mesh.points.size(), [&](std::size_t v) -> Met {
@@ -194,7 +261,7 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
         if (faces.empty()) return {};
         const auto corners = corners_of<D>(mesh, facets.front().index());
         const double size = distance(corners[0], corners[1]);
-        Met met = met_by_vertex(model, faces, mesh.points[v], size);
+        Met met = met_by_vertex(model, faces, mesh.points[v], size, edge_lengths_at(mesh, facets, VertexId(v)));
         double longest = 0;
         for (const FacetId f : facets) longest = std::max(longest, longest_side(corners_of<D>(mesh, f.index())));
         met.is_stray = !(met.nearest <= astray * longest);
@@ -202,6 +269,7 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
         return met;
     });
     if (!met) return fail(met.error());
+    Fits fits;
     std::vector<std::int64_t> corners;
     std::pair<bool, double> farthest;  // one that is torn tells of itself, however far others are
     for (std::size_t v = 0; v < met->size(); ++v) {
@@ -215,16 +283,22 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
         out.stray_vertices += m.is_stray ? 1 : 0;
         out.torn_vertices += m.is_torn ? 1 : 0;
         out.doubtful_vertices += m.is_doubtful ? 1 : 0;
+        if (m.faces > 0) {
+            const auto faces = faces_of(out, (*around)[v]);
+            add_vertex(model, VertexId(v), faces, m, D == 3, fits);
+            if (D == 2 && m.is_within_group) add_pairs(faces, pairs);
+        }
         if (!m.is_corner) continue;
         corners.push_back(m.entity);
         out.corners.push_back(VertexId(v));
     }
     out.vertices_met = count_distinct(std::move(corners));
+    out.misfit = misfit_of(fits, D);
     return Done{};
 }
 
 Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const CadModel& model,
-                         const Execution& execution, CadAssociation& out) {
+                         const Execution& execution, CadAssociation& out, Pairs& pairs) {
     const auto shells = facet_shells(edges, without_progress(execution));
     if (!shells) return fail(shells.error());
     const auto met = map_each(execution, edges.size(), [&](std::size_t e) -> Met {
@@ -241,6 +315,7 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
     for (std::size_t e = 0; e < met->size(); ++e) {
         const Met& m = (*met)[e];
         out.doubtful_edges += m.is_doubtful ? 1 : 0;
+        if (m.is_within_group) add_pairs(faces_of(out, (*shells)[e]), pairs);
         if (m.entity < 0) continue;
         curves.push_back(m.entity);
         if (m.faces >= 2 && !m.is_doubtful) out.ridges.push_back(EdgeId(e));
@@ -296,6 +371,7 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
         if (!fits) return fail(fits.error());
         CadAssociation out;
         out.faces = chosen<D>(mesh, model, *fits, out);
+        if constexpr (D == 3) out.middles = middles_of(*fits);
         list_references(mesh, out);
         out.facets = static_cast<std::size_t>(
             std::count_if(out.faces.begin(), out.faces.end(), [](std::uint32_t face) { return face != no_face; }));
@@ -303,13 +379,17 @@ Outcome<CadAssociation> associate(const LinearMesh<D>& mesh, const EdgeSet<D>& e
         for (const auto& [reference, faces] : out.of_references)
             met_faces.insert(met_faces.end(), faces.begin(), faces.end());
         out.faces_met = count_distinct(std::move(met_faces));
-        if (auto met = meet_vertices(mesh, model, part_of(execution, 0.7, 0.9), out); !met) return fail(met.error());
+        Pairs pairs;
+        if (auto met = meet_vertices(mesh, model, part_of(execution, 0.7, 0.9), out, pairs); !met)
+            return fail(met.error());
         if (auto agreed = check_part(mesh, model, out); !agreed) return fail(agreed.error());
         if constexpr (D == 2) {
             count_met(model, out);
-        } else if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out); !met) {
+        } else if (auto met = meet_edges(mesh, edges, model, part_of(execution, 0.9, 1), out, pairs); !met) {
             return fail(met.error());
         }
+        if (auto found = find_spans<D>(mesh, model, *fits, pairs, without_progress(execution), out); !found)
+            return fail(found.error());
         return out;
     });
 }

@@ -21,17 +21,16 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// The largest distance of the vertices, that of the middle, and the sine of the angle between the normals by the
-/// facet's size; `enough`: where it is no matter how much more it is.
-double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, double enough) {
-    const Vec<3> middle = (corners[0] + corners[1] + corners[2]) / 3;
-    const CadFoot foot = closest_on_face(model, face, middle);
+/// Sum of the largest distance of the vertices, the distance of the middle, and the sine of the angle between the
+/// normals times the facet's size; above `enough` perhaps less than that. `foot`: of the middle.
+double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, const CadFoot& foot,
+              double enough) {
     const Vec<3> normal = normalised(cross(corners[1] - corners[0], corners[2] - corners[0]));
     double sum = foot.distance + longest_side(corners) * norm(cross(normal, foot.normal));
     double farthest = 0;
     for (const Vec<3>& corner : corners) {
         if (sum + farthest > enough) return sum + farthest;
-        farthest = std::max(farthest, closest_on_face(model, face, corner).distance);
+        farthest = std::max(farthest, closest_on_face(model, face, corner, foot.parameters).distance);
     }
     return sum + farthest;
 }
@@ -45,6 +44,20 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b, const std::ar
     if (distance(on_a.point, on_b.point) > most || norm(cross(on_a.normal, on_b.normal)) > parallel) return false;
     return std::all_of(corners.begin(), corners.end(), [&](const Vec<3>& p) {
         return distance(closest_on_face(model, a, p).point, closest_on_face(model, b, p).point) <= most;
+    });
+}
+
+/// Calls visit(face) for the candidates (rising) whose boxes are not farther from p than `most()`, which may fall with
+/// each visit; the nearest first, as a rule.
+template <class Most, class Visit>
+void visit_near(const CadModel& model, std::span<const std::size_t> candidates, const Vec<3>& p, Most&& most,
+                Visit&& visit) {
+    const CadParts& parts = model.parts();
+    const bool is_all = candidates.size() == model.faces();
+    (void)parts.tree_of_faces.nearest(p, [&](std::size_t face) {
+        const bool is_candidate = is_all || std::binary_search(candidates.begin(), candidates.end(), face);
+        if (is_candidate && !(std::sqrt(parts.faces[face].reach.distance_squared(p)) > most())) visit(face);
+        return most() * most();
     });
 }
 
@@ -62,36 +75,58 @@ bool bounds(const occ::EdgeFacts& edge, std::size_t face) {
 
 CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 3>& corners) {
     const Vec<3> middle = (corners[0] + corners[1] + corners[2]) / 3;
-    std::vector<std::pair<double, std::size_t>> by_distance;
-    by_distance.reserve(faces.size());
-    for (const std::size_t f : faces)
-        by_distance.emplace_back(std::sqrt(model.parts().faces[f].reach.distance_squared(middle)), f);
-    std::sort(by_distance.begin(), by_distance.end());
-    // What is worse than twice the best is told from it: how much worse is no matter. Twins differ by rounding.
+    // Faces that fit worse than twice the best are as good as any others. Twins differ by rounding.
     const double rounding = 1e-6 * longest_side(corners);
-    const auto enough_after = [&](double best) { return std::max(doubt * best, best + rounding); };
-    std::vector<std::pair<double, std::size_t>> fits;
+    struct Fit {
+        double misfit = 0;
+        std::size_t face = 0;
+        std::array<double, 2> middle{};
+    };
+    std::vector<Fit> fits;
     double enough = infinite;
-    for (const auto& [beyond, face] : by_distance) {
-        if (beyond > enough) break;
-        const double here = misfit(model, face, corners, enough);
-        if (here > enough) continue;
-        fits.emplace_back(here, face);
-        enough = std::min(enough, enough_after(here));
-    }
+    visit_near(
+        model, faces, middle, [&] { return enough; },
+        [&](std::size_t face) {
+            const CadFoot foot = closest_on_face(model, face, middle);
+            const double here = misfit(model, face, corners, foot, enough);
+            if (!(here <= enough)) return;
+            fits.push_back({here, face, foot.parameters});
+            enough = std::min(enough, std::max(doubt * here, here + rounding));
+        });
     // None where no distance is a number.
-    if (fits.empty()) return {faces.front(), infinite, infinite, false};
-    std::sort(fits.begin(), fits.end());
-    CadFit best{fits.front().second, fits.front().first, infinite, false};
-    for (const auto& [here, face] : std::span(fits).subspan(1)) {
-        if (here > enough) break;
-        if (coincide(model, fits.front().second, face, corners)) {
+    if (fits.empty()) return {.face = faces.front(), .misfit = infinite, .second = infinite, .other = infinite};
+    std::sort(fits.begin(), fits.end(),
+              [](const Fit& a, const Fit& b) { return std::pair(a.misfit, a.face) < std::pair(b.misfit, b.face); });
+    const Fit& first = fits.front();
+    CadFit best{
+        .face = first.face, .misfit = first.misfit, .second = infinite, .other = infinite, .middle = first.middle};
+    const VirtualFaces& joined = model.parts().virtual_faces;
+    for (const Fit& fit : std::span(fits).subspan(1)) {
+        if (fit.misfit > enough) break;
+        if (coincide(model, first.face, fit.face, corners)) {
             best.has_twin = true;
-            best.face = std::min(best.face, face);
+            if (fit.face > best.face) continue;
+            best.face = fit.face;
+            best.middle = fit.middle;
         } else {
-            best.second = std::min(best.second, here);
+            best.second = std::min(best.second, fit.misfit);
+            if (!joined.are_joined(first.face, fit.face)) best.other = std::min(best.other, fit.misfit);
         }
     }
+    return best;
+}
+
+std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p) {
+    std::optional<std::size_t> best;
+    double least = infinite;
+    visit_near(
+        model, faces, p, [&] { return least; },
+        [&](std::size_t face) {
+            const double distance = closest_on_face(model, face, p).distance;
+            if (!(distance < least) && !(distance == least && best && face < *best)) return;
+            least = distance;
+            best = face;
+        });
     return best;
 }
 

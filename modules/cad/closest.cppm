@@ -22,6 +22,10 @@ struct CadFoot {
 /// for rounding stays as it is, to the last bit.
 [[nodiscard]] CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p);
 
+/// The same with the parameters of a point of the face that is not far: found sooner, and equal up to rounding.
+[[nodiscard]] CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p,
+                                      const std::array<double, 2>& near);
+
 /// The nearest point of an edge, its ends included.
 [[nodiscard]] CadFoot closest_on_edge(const CadModel& model, std::size_t edge, const Vec<3>& p);
 

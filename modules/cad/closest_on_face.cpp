@@ -32,6 +32,24 @@ OnSurface at(const CadParts& parts, std::size_t face, const Parameters& uv, cons
     return {uv, jet, norm_squared(vec(jet.point) - p)};
 }
 
+/// The distance of p from a whole surface that has a closed form, and the parameters of the foot.
+struct ClosedFoot {
+    double distance = 0;
+    Parameters uv{};
+};
+ClosedFoot closed_foot(const occ::ClosedForm& form, const Vec<3>& p) {
+    using Kind = occ::ClosedForm::Kind;
+    const Vec<3> q = (1 / form.scale) * p - vec(form.origin);
+    const double x = dot(q, vec(form.x)), y = dot(q, vec(form.y)), z = dot(q, vec(form.z));
+    if (form.kind == Kind::plane) return {form.scale * std::abs(z), {x, y}};
+    const double around = std::atan2(y, x), off_axis = std::hypot(x, y);
+    if (form.kind == Kind::cylinder) return {form.scale * std::abs(off_axis - form.major), {around, z}};
+    if (form.kind == Kind::sphere)
+        return {form.scale * std::abs(std::hypot(off_axis, z) - form.major), {around, std::atan2(z, off_axis)}};
+    const double off_circle = off_axis - form.major;
+    return {form.scale * std::abs(std::hypot(off_circle, z) - form.minor), {around, std::atan2(z, off_circle)}};
+}
+
 Parameters clamped(const Parameters& uv, const Cell& within) {
     return {std::clamp(uv[0], within.low[0], within.high[0]), std::clamp(uv[1], within.low[1], within.high[1])};
 }
@@ -114,37 +132,85 @@ Cell whole(const occ::FaceFacts& facts) {
     return cell;
 }
 
-/// Of the surface within the bounds of the face's parameters; of one with a closed form, of the whole surface.
-OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p) {
+/// The parameters as the face has them.
+Parameters turned(const Parameters& uv, const occ::FaceFacts& facts) {
+    Parameters out;
+    for (std::size_t k = 0; k < 2; ++k) out[k] = turned(uv[k], facts.low[k], facts.high[k], facts.period[k]);
+    return out;
+}
+
+/// The cell of a face that has these parameters.
+std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
+    std::array<std::size_t, 2> cell{};
+    for (std::size_t k = 0; k < 2; ++k) {
+        const double count = static_cast<double>(facts.cells[k]);
+        const double at = (uv[k] - facts.low[k]) / (facts.high[k] - facts.low[k]) * count;
+        cell[k] = at > 0 ? static_cast<std::size_t>(std::min(at, count - 1)) : 0;
+    }
+    return cell[0] * facts.cells[1] + cell[1];
+}
+
+/// Whether another step of a search would not move its point, beside bounds that it is pressed against.
+bool is_settled(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
+    constexpr double nothing = 1e-9;  // of the model's size
+    const Parameters change = step(place, within, p).change;
+    return norm(change[0] * vec(place.jet.u) + change[1] * vec(place.jet.v)) <= nothing * parts.size;
+}
+
+/// The nearest point of the surface within the bounds of the face's parameters; of a surface with a closed form, of the
+/// whole surface. `near`: parameters of a point that is not far. The search from there finds the nearest point of its
+/// own cell; those of other cells are found as ever where their boxes are nearer.
+OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, const Parameters* near) {
     const occ::FaceFacts& facts = parts.kernel->faces[face];
     OnSurface best;
     if (facts.has_closed_form) {
         best = at(parts, face, parts.kernel->nearest_parameters(face, p.c), p);
     } else {
         const Cells& cells = parts.faces[face];
-        (void)cells.tree.nearest(p, [&](std::size_t i) {
-            const double beyond = cells.boxes[i].distance_squared(p);
-            if (beyond >= best.distance_squared) return beyond;
+        const double none_is_nearer = 16 * rounding(parts, p) * rounding(parts, p);
+        std::size_t settled = cells.cells.size();
+        if (near != nullptr) {
+            best = nearest_within(parts, face, clamped(*near, whole(facts)), whole(facts), p);
+            if (!std::isfinite(best.distance_squared))
+                best = {};
+            else if (is_settled(parts, best, whole(facts), p))
+                settled = cell_of(facts, turned(best.uv, facts));
+        }
+        bool is_from_cell = false;
+        const auto look_into = [&](std::size_t i) {
+            const double beyond = std::max(cells.boxes[i].distance_squared(p), cells.oriented[i].distance_squared(p));
+            if (i == settled || beyond >= best.distance_squared || best.distance_squared <= none_is_nearer)
+                return std::max(beyond, best.distance_squared);
             const Cell& cell = cells.cells[i];
             const Parameters middle{0.5 * (cell.low[0] + cell.high[0]), 0.5 * (cell.low[1] + cell.high[1])};
             const OnSurface here = nearest_within(parts, face, middle, cell, p);
-            if (here.distance_squared < best.distance_squared) best = here;
+            if (here.distance_squared < best.distance_squared) {
+                best = here;
+                is_from_cell = true;
+            }
             return here.distance_squared;
-        });
-        best = nearest_within(parts, face, best.uv, whole(facts), p);
+        };
+        if (best.distance_squared > none_is_nearer) (void)cells.tree.nearest(p, look_into, best.distance_squared);
+        if (is_from_cell) best = nearest_within(parts, face, best.uv, whole(facts), p);
     }
-    for (std::size_t k = 0; k < 2; ++k) best.uv[k] = turned(best.uv[k], facts.low[k], facts.high[k], facts.period[k]);
+    best.uv = turned(best.uv, facts);
     return best;
 }
 
-/// The nearest of a face's edges; nothing where it has none.
-std::optional<CadFoot> nearest_edge(const CadModel& model, std::size_t face, const Vec<3>& p) {
+/// The nearest point of a face's edges.
+struct OnEdge {
+    std::size_t edge = 0;
+    CadFoot foot;
+};
+
+/// Nothing where the face has no edges.
+std::optional<OnEdge> nearest_edge(const CadModel& model, std::size_t face, const Vec<3>& p) {
     const CadParts& parts = model.parts();
-    std::optional<CadFoot> best;
+    std::optional<OnEdge> best;
     for (const std::size_t edge : parts.kernel->faces[face].edges) {
-        if (best && parts.edges[edge].reach.distance_squared(p) > best->distance * best->distance) continue;
+        if (best && parts.edges[edge].reach.distance_squared(p) > best->foot.distance * best->foot.distance) continue;
         const CadFoot foot = closest_on_edge(model, edge, p);
-        if (!best || foot.distance < best->distance) best = foot;
+        if (!best || foot.distance < best->foot.distance) best = OnEdge{edge, foot};
     }
     return best;
 }
@@ -156,17 +222,155 @@ CadFoot foot_of(const CadModel& model, std::size_t face, const OnSurface& found,
             is_there ? 0 : distance};
 }
 
+/// Whether the nearest point of a face's surface is the nearest one of the face: it is there, or an edge of the face is
+/// as near. Edges are tried first, since OpenCASCADE takes longest for points on them.
+bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
+    const CadParts& parts = model.parts();
+    if (const auto known = parts.kernel->has_at_once(face, found.uv[0], found.uv[1])) return *known;
+    const auto is_as_near = [&](std::size_t edge) {
+        return parts.edges[edge].reach.distance_squared(p) <= found.distance_squared &&
+               closest_on_edge(model, edge, p).distance <= std::sqrt(found.distance_squared);
+    };
+    const auto& edges = parts.kernel->faces[face].edges;
+    return std::any_of(edges.begin(), edges.end(), is_as_near) || parts.kernel->has(face, found.uv[0], found.uv[1]);
+}
+
+/// The nearest point of a face, and the edge that it is on where its surface goes on beyond.
+struct OnFace {
+    CadFoot foot;
+    std::optional<std::size_t> edge;
+    double on_edge = 0;  ///< its parameter there
+};
+
+OnFace closest(const CadModel& model, std::size_t face, const Vec<3>& p, const Parameters* near) {
+    const CadParts& parts = model.parts();
+    const OnSurface found = nearest(parts, face, p, near);
+    if (is_on_face(model, face, found, p)) return {foot_of(model, face, found, p), {}};
+    const auto edge = nearest_edge(model, face, p);
+    // A point of an edge may be beyond the face by rounding, and its surface then is as near.
+    if (!edge || edge->foot.distance <= std::sqrt(found.distance_squared)) return {foot_of(model, face, found, p), {}};
+    const OnSurface below = nearest(parts, face, edge->foot.point, near);
+    return {{edge->foot.point, point_on_face(model, face, below.uv).normal, below.uv, edge->foot.distance},
+            edge->edge,
+            edge->foot.parameters[0]};
+}
+
 }  // namespace
 
 CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p) {
-    const CadParts& parts = model.parts();
-    const OnSurface found = nearest(parts, face, p);
-    if (parts.kernel->has(face, found.uv[0], found.uv[1])) return foot_of(model, face, found, p);
-    const auto edge = nearest_edge(model, face, p);
-    // A point of an edge may be beyond the face by rounding, and its surface then is as near.
-    if (!edge || edge->distance <= std::sqrt(found.distance_squared)) return foot_of(model, face, found, p);
-    const OnSurface below = nearest(parts, face, edge->point);
-    return {edge->point, point_on_face(model, face, below.uv).normal, below.uv, edge->distance};
+    return closest(model, face, p, nullptr).foot;
+}
+
+CadFoot closest_on_face(const CadModel& model, std::size_t face, const Vec<3>& p, const Parameters& near) {
+    return closest(model, face, p, &near).foot;
+}
+
+FaceWalk::FaceWalk(const CadModel& model, std::size_t face, const Parameters* start) : model_(&model), face_(face) {
+    if (start == nullptr) return;
+    last_ = place_at({}, clamped(*start, whole(model.parts().kernel->faces[face])));
+    last_->from = vec(last_->jet.point);
+}
+
+FaceWalk::Place FaceWalk::place_at(const Vec<3>& from, const Parameters& uv) const {
+    return {from, uv, model_->parts().kernel->on_surface(face_, uv[0], uv[1])};
+}
+
+/// Makes the last place that from which a search for the foot of p begins.
+void FaceWalk::go_near(const Vec<3>& p) {
+    if (!first_of_row_ || !(norm_squared(first_of_row_->from - p) < norm_squared(last_->from - p))) return;
+    last_ = first_of_row_;
+    first_of_row_.reset();  // this point is the first of the next row
+}
+
+void FaceWalk::remember(const Place& place) {
+    last_ = place;
+    if (!first_of_row_) first_of_row_ = last_;
+}
+
+double FaceWalk::distance(const Vec<3>& p) {
+    go_near(p);
+    const CadFoot foot = closest(*model_, face_, p, last_ ? &last_->uv : nullptr).foot;
+    remember(place_at(p, foot.parameters));
+    return foot.distance;
+}
+
+/// Whether a place of the surface within the bound is on the face. An edge of the face within the bound answers sooner
+/// than OpenCASCADE.
+bool FaceWalk::is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv) {
+    const occ::Kernel& kernel = *model_->parts().kernel;
+    const Parameters own = turned(uv, kernel.faces[face_]);
+    if (const auto known = kernel.has_at_once(face_, own[0], own[1])) return *known;
+    return is_edge_within(bound, p) || kernel.has(face_, own[0], own[1]);
+}
+
+bool FaceWalk::is_surface_within(double bound, const Vec<3>& p) {
+    constexpr int max_steps = 3;
+    const CadParts& parts = model_->parts();
+    const occ::FaceFacts& facts = parts.kernel->faces[face_];
+    if (facts.has_closed_form) {
+        const ClosedFoot foot = closed_foot(facts.form, p);
+        return foot.distance <= bound && is_face_within(bound, p, foot.uv);
+    }
+    if (!last_) return false;
+    go_near(p);
+    OnSurface here{last_->uv, last_->jet, norm_squared(vec(last_->jet.point) - p)};
+    const Cell within = whole(facts);
+    for (int n = 0; n < max_steps; ++n) {
+        const Parameters change = step(here, within, p).change;
+        if (!std::isfinite(change[0]) || !std::isfinite(change[1])) break;
+        here = at(parts, face_, clamped({here.uv[0] + change[0], here.uv[1] + change[1]}, within), p);
+        if (here.distance_squared > bound * bound) continue;
+        if (!is_face_within(bound, p, here.uv)) return false;
+        remember({p, here.uv, here.jet});
+        return true;
+    }
+    return false;
+}
+
+/// From its last place on an edge, else from the piece of the face's edges whose box is nearest.
+bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
+    if (edge_ && leads_within(bound, p)) return true;
+    const CadParts& parts = model_->parts();
+    double least = std::numeric_limits<double>::infinity();
+    for (const std::size_t edge : parts.kernel->faces[face_].edges) {
+        const Cells& cells = parts.edges[edge];
+        const auto piece =
+            cells.tree.nearest(p, [&](std::size_t i) { return cells.boxes[i].distance_squared(p); }, least);
+        if (!(piece.distance_squared < least)) continue;
+        least = piece.distance_squared;
+        edge_ = edge;
+        on_edge_ = 0.5 * (cells.cells[piece.item].low[0] + cells.cells[piece.item].high[0]);
+    }
+    return least <= bound * bound && leads_within(bound, p);
+}
+
+/// Whether a few steps along the edge come within the bound.
+bool FaceWalk::leads_within(double bound, const Vec<3>& p) {
+    constexpr int max_steps = 4;
+    const occ::EdgeFacts& facts = model_->parts().kernel->edges[*edge_];
+    for (int n = 0; n < max_steps; ++n) {
+        const occ::CurveJet jet = model_->parts().kernel->on_curve(*edge_, on_edge_);
+        const Vec<3> r = vec(jet.point) - p, first = vec(jet.first);
+        if (norm_squared(r) <= bound * bound) return true;
+        const double t = std::clamp(on_edge_ - dot(r, first) / norm_squared(first), facts.first, facts.last);
+        if (!std::isfinite(t)) break;
+        on_edge_ = t;
+    }
+    return false;
+}
+
+std::optional<double> FaceWalk::distance_beyond(double bound, const Vec<3>& p) {
+    const double most = std::max(bound, 4 * rounding(model_->parts(), p));
+    if (is_surface_within(most, p) || is_edge_within(most, p)) return std::nullopt;
+    ++searches_;
+    const OnFace found = closest(*model_, face_, p, nullptr);
+    remember(place_at(p, found.foot.parameters));
+    if (found.edge) {
+        edge_ = found.edge;
+        on_edge_ = found.on_edge;
+    }
+    if (found.foot.distance > bound) return found.foot.distance;
+    return std::nullopt;
 }
 
 EntityPoint<3> point_on_face(const CadModel& model, std::size_t face, const std::array<double, 2>& uv) {
@@ -182,20 +386,6 @@ EntityPoint<3> point_on_face(const CadModel& model, std::size_t face, const std:
     if (norm(v) * reach(1) <= unseen * norm(u) * reach(0)) along_v = inwards(0) * vec(jet.uv);
     const Vec<3> normal = normalised(cross(along_u, along_v));
     return {vec(jet.point), {u, v}, facts.is_reversed ? -normal : normal};
-}
-
-std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const std::size_t> faces, const Vec<3>& p) {
-    std::optional<std::size_t> best;
-    double least = std::numeric_limits<double>::infinity();
-    for (const std::size_t face : faces) {
-        if (best && model.parts().faces[face].reach.distance_squared(p) > least * least) continue;
-        const double distance = closest_on_face(model, face, p).distance;
-        if (distance < least) {
-            least = distance;
-            best = face;
-        }
-    }
-    return best;
 }
 
 }  // namespace camber

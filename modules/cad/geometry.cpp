@@ -14,8 +14,10 @@ module;
 #include "occ/kernel.hpp"
 module camber.cad;
 import camber.core;
+import camber.bezier;
 import camber.surface;
 import :parts;
+import :virtual_faces;
 
 namespace camber {
 
@@ -36,7 +38,8 @@ std::optional<Vec<3>> common_corner(std::span<const FacetSite<3>> facets) {
 
 class CadGeometryModel final : public GeometryModel<3> {
   public:
-    explicit CadGeometryModel(CadGeometry<3> cad) : cad_(std::move(cad)) {
+    explicit CadGeometryModel(CadGeometry<3> cad)
+        : cad_(std::move(cad)), joined_(joined_lists(cad_.association, cad_.model.faces())) {
         if (cad_.is_whole()) {
             all_.resize(cad_.model.faces());
             std::iota(all_.begin(), all_.end(), std::size_t{0});
@@ -48,11 +51,11 @@ class CadGeometryModel final : public GeometryModel<3> {
     [[nodiscard]] SurfacePoint<3> project(const SurfaceHint& hint, const Vec<3>& p) const override {
         const auto face = face_of(hint, p);
         if (!face) return {.point = p, .normal = {}};
-        const CadFoot foot = closest_on_face(cad_.model, *face, p);
+        const auto& [there, foot, through] = closest_from(*face, p);
         return {.point = foot.point,
                 .normal = foot.normal,
                 .distance = foot.distance,
-                .entity = GeometryEntity::surface(static_cast<std::int64_t>(*face)),
+                .entity = surface(there),
                 .reference = hint.reference,
                 .parameters = GeometryParameters{foot.parameters}};
     }
@@ -79,12 +82,7 @@ class CadGeometryModel final : public GeometryModel<3> {
     }
 
     [[nodiscard]] GeometryEntity entity_at_edge(const EdgeSite<3>& edge) const override {
-        const auto faces = faces_of(edge.facets);
-        if (faces.empty()) return {};
-        const std::array points{edge.ends[0], edge.ends[1]};
-        if (faces.size() > 1) return curve_of(faces, points);
-        // A single facet is at the rim of an open model, or of the part of the boundary that is on it.
-        return edge.facets.size() > 1 ? surface(faces[0]) : rim_of(faces, points);
+        return place_of_edge(edge).entity;
     }
 
     [[nodiscard]] GeometryEntity entity_at_vertex(std::span<const FacetSite<3>> around) const override {
@@ -93,38 +91,72 @@ class CadGeometryModel final : public GeometryModel<3> {
         if (faces.size() == 1) return surface(faces[0]);
         const auto p = common_corner(around);
         if (!p) return {};
-        if (faces.size() == 2) return curve_of(faces, std::span(&*p, 1));
-        const auto vertex = vertex_between(cad_.model, faces, *p);
-        if (!vertex) return {};
-        return {GeometryKind::corner,
-                static_cast<std::int64_t>(*vertex),
-                {GeometryEntity::unnumbered, GeometryEntity::unnumbered}};
+        const Junction at = junction_at_vertex(cad_.model, faces, *p, reach_at(around));
+        if (at.on == Junction::On::vertex)
+            return {GeometryKind::corner,
+                    static_cast<std::int64_t>(at.number),
+                    {GeometryEntity::unnumbered, GeometryEntity::unnumbered}};
+        return faces.size() > 2 && at.on == Junction::On::nothing ? GeometryEntity{} : entity_of(at, faces);
     }
 
     [[nodiscard]] std::optional<Plane<3>> plane_at(const FacetSite<3>& facet) const override {
         const std::size_t face = face_of(facet);
         if (!cad_.model.parts().kernel->faces[face].is_plane) return std::nullopt;
+        // A facet that spans faces has no plane, even if its own face is one.
+        const auto is_off = [&](const Vec<3>& p) {
+            return closest_on_face(cad_.model, face, p).distance > at_one_place(cad_.model.parts());
+        };
+        if (joined_[face] != no_face && std::any_of(facet.corners.begin(), facet.corners.end(), is_off))
+            return std::nullopt;
         const EntityPoint<3> origin = point_on_face(cad_.model, face, {0, 0});
         return Plane<3>{origin.point, origin.normal};
     }
 
     [[nodiscard]] SurfacePoint<3> on_edge(const EdgeSite<3>& edge, const Vec<3>& p) const override {
-        const GeometryEntity entity = entity_at_edge(edge);
+        const auto& [entity, chain] = place_of_edge(edge);
         if (entity.kind == GeometryKind::none) return {.point = p, .normal = {}};
         if (entity.kind == GeometryKind::surface)
             return project({.facet = {}, .reference = edge.facets.front().reference, .entity = entity}, p);
-        const CadFoot foot = closest_on_edge(cad_.model, index(entity.id), p);
+        GeometryEntity there = entity;
+        if (!chain.empty())
+            there.id = static_cast<std::int64_t>(chain_edge(cad_.model, chain, p).value_or(index(entity.id)));
+        const CadFoot foot = closest_on_edge(cad_.model, index(there.id), p);
         return {.point = foot.point,
                 .normal = {},
                 .distance = foot.distance,
-                .entity = entity,
+                .entity = there,
                 .parameters = GeometryParameters{foot.parameters}};
+    }
+
+    [[nodiscard]] bool distances(const FacetSite<3>& facet, std::span<const Barycentric<2>>,
+                                 std::span<const Vec<3>> points, std::span<double> out) const override {
+        if (const std::size_t face = face_of(facet); joined_[face] != no_face) {
+            for (std::size_t i = 0; i < points.size(); ++i) out[i] = closest_from(face, points[i]).foot.distance;
+            return true;
+        }
+        FaceWalk walk = walk_from(facet);
+        for (std::size_t i = 0; i < points.size(); ++i) out[i] = walk.distance(points[i]);
+        return true;
+    }
+
+    [[nodiscard]] std::optional<LargestDistance> largest_distance(const FacetSite<3>& facet,
+                                                                  std::span<const Barycentric<2>>,
+                                                                  std::span<const Vec<3>> points,
+                                                                  double bound) const override {
+        double largest = bound;
+        if (const std::size_t face = face_of(facet); joined_[face] != no_face) {
+            for (const Vec<3>& p : points) largest = std::max(largest, closest_from(face, p).foot.distance);
+            return LargestDistance{largest, points.size()};
+        }
+        FaceWalk walk = walk_from(facet);
+        for (const Vec<3>& p : points)
+            if (const auto beyond = walk.distance_beyond(largest, p)) largest = *beyond;
+        return LargestDistance{largest, walk.searches()};
     }
 
     [[nodiscard]] double distance_where(std::span<const FacetSite<3>> meet, const Vec<3>& p) const override {
         double largest = 0;
-        for (const std::size_t face : faces_of(meet))
-            largest = std::max(largest, closest_on_face(cad_.model, face, p).distance);
+        for (const std::size_t face : faces_of(meet)) largest = std::max(largest, closest_from(face, p).foot.distance);
         return largest;
     }
 
@@ -161,6 +193,37 @@ class CadGeometryModel final : public GeometryModel<3> {
         return std::any_of(faces.begin(), faces.end(), is_face_met);
     }
 
+    /// At a vertex of the mesh with these facets.
+    [[nodiscard]] static Reach reach_at(std::span<const FacetSite<3>> around) {
+        const auto& first = around.front().corners;
+        double shortest = distance(first[0], first[1]);
+        for (const FacetSite<3>& facet : around)
+            for (std::size_t i = 0; i < 3; ++i)
+                shortest = std::min(shortest, distance(facet.corners[i], facet.corners[(i + 1) % 3]));
+        return {near_enough * distance(first[0], first[1]), smooth_reach * shortest};
+    }
+
+    /// What an edge of a mesh lies on, and of a chain of edges of the model the faces on both of its sides.
+    struct EdgePlace {
+        GeometryEntity entity;
+        std::vector<std::size_t> chain = {};
+    };
+    [[nodiscard]] EdgePlace place_of_edge(const EdgeSite<3>& edge) const {
+        const auto faces = faces_of(edge.facets);
+        if (faces.empty()) return {};
+        const std::array points{edge.ends[0], edge.ends[1]};
+        if (faces.size() > 1) {
+            const Reach reach = reach_along(points);
+            const Junction at = junction_at(cad_.model, faces, points, reach);
+            if (at.on == Junction::On::edge && at.distance <= reach.ridge)
+                return {curve(at.number, faces), at.is_chain ? faces : std::vector<std::size_t>{}};
+            // An edge of the mesh that lies along no edge of the model is on the nearest face.
+            return {surface(at.on == Junction::On::face ? at.number : *nearest_face(cad_.model, faces, edge.middle()))};
+        }
+        // A single facet is at the rim of an open model, or of the part of the boundary that is on it.
+        return {edge.facets.size() > 1 ? surface(faces[0]) : rim_of(faces, points)};
+    }
+
     /// The edge at which a face ends, where that is near; else the face.
     [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces,
                                         const std::array<Vec<3>, 2>& ends) const {
@@ -172,18 +235,37 @@ class CadGeometryModel final : public GeometryModel<3> {
         return rim;
     }
 
-    /// The edge between faces; where they have none in common, the first face.
+    /// The edge nearest to these points at which a face ends; where it has none, the face.
     [[nodiscard]] GeometryEntity curve_of(const std::vector<std::size_t>& faces, std::span<const Vec<3>> points) const {
         const auto edge = edge_between(cad_.model, faces, points);
-        if (!edge) return surface(faces[0]);
+        return edge ? curve(*edge, faces) : surface(faces[0]);
+    }
+    [[nodiscard]] static GeometryEntity curve(std::size_t edge, const std::vector<std::size_t>& faces) {
         const auto side = [&](std::size_t i) {
             return i < faces.size() ? static_cast<std::int64_t>(faces[i]) : GeometryEntity::unnumbered;
         };
-        return {GeometryKind::curve, static_cast<std::int64_t>(*edge), {side(0), side(1)}};
+        return {GeometryKind::curve, static_cast<std::int64_t>(edge), {side(0), side(1)}};
+    }
+    /// The edge or the face of a junction; of nothing the first face.
+    [[nodiscard]] static GeometryEntity entity_of(const Junction& at, const std::vector<std::size_t>& faces) {
+        if (at.on == Junction::On::edge) return curve(at.number, faces);
+        return surface(at.on == Junction::On::face ? at.number : faces[0]);
+    }
+
+    /// The point near p of a face, or of the virtual face that has it where facets span several.
+    [[nodiscard]] VirtualFoot closest_from(std::size_t face, const Vec<3>& p) const {
+        if (joined_[face] == no_face) return {face, closest_on_face(cad_.model, face, p)};
+        return closest_on_virtual_face(cad_.model, face, p,
+                                       [&](std::size_t other) { return joined_[other] == joined_[face]; });
     }
 
     [[nodiscard]] std::span<const std::size_t> faces_of(Reference reference) const {
         return cad_.of_reference(reference);
+    }
+
+    [[nodiscard]] FaceWalk walk_from(const FacetSite<3>& facet) const {
+        const bool is_known = cad_.has(facet) && facet.id.index() < cad_.association.middles.size();
+        return {cad_.model, face_of(facet), is_known ? &cad_.association.middles[facet.id.index()] : nullptr};
     }
 
     [[nodiscard]] std::size_t face_of(const FacetSite<3>& facet) const {
@@ -214,6 +296,7 @@ class CadGeometryModel final : public GeometryModel<3> {
     }
 
     CadGeometry<3> cad_;
+    std::vector<std::uint32_t> joined_;
     std::vector<std::size_t> all_;
 };
 

@@ -15,7 +15,8 @@ export namespace camber {
 /// A CAD model as the geometry of a mesh: surfaces are its faces, curves its edges, corners its vertices, by the
 /// model's numbers. Facets of the mesh lie on what they are associated with; other facets (of a mesh that was made from
 /// it) on that face which fits them best of those that their reference lies on. An edge between two faces is on the
-/// model's edge there, even where both are smooth.
+/// model's edge there, even where both are smooth, if it lies along that edge; else on the nearest face. Faces that the
+/// mesh joins (CadAssociation::joined) are one surface for projections.
 /// In 2D surfaces are its edges, corners its vertices.
 template <int D>
 struct CadGeometry {

@@ -15,6 +15,7 @@ import camber.core;
 import camber.surface;
 import :in_plane;
 import :parts;
+import :virtual_faces;
 
 namespace camber {
 
@@ -24,16 +25,18 @@ namespace {
 class CurvesModel final : public GeometryModel<2> {
   public:
     explicit CurvesModel(CadGeometry<2> cad)
-        : cad_(std::move(cad)), all_(cad_.is_whole() ? curves_of(cad_.model) : cad_.met()) {}
+        : cad_(std::move(cad)),
+          joined_(joined_lists(cad_.association, cad_.model.edges())),
+          all_(cad_.is_whole() ? curves_of(cad_.model) : cad_.met()) {}
 
     [[nodiscard]] SurfacePoint<2> project(const SurfaceHint& hint, const Vec<2>& p) const override {
         const auto curve = curve_of(hint, p);
         if (!curve) return {.point = p, .normal = {}};
-        const CadCurveFoot foot = closest_on_curve(cad_.model, *curve, p);
+        const auto& [there, foot, through] = closest_from(*curve, p);
         return {.point = foot.point,
                 .normal = foot.normal,
                 .distance = foot.distance,
-                .entity = entity(*curve),
+                .entity = entity(there),
                 .reference = hint.reference,
                 .parameters = GeometryParameters{{foot.t, 0}}};
     }
@@ -67,6 +70,12 @@ class CurvesModel final : public GeometryModel<2> {
         const Vec<2>& p = std::all_of(around.begin(), around.end(), is_end_of) ? a : b;
         const auto vertex = end_between(cad_.model, curves, p);
         if (!vertex) return {};
+        const double reach = smooth_reach * distance(a, b);
+        const bool is_joined = std::all_of(curves.begin(), curves.end(), [&](std::size_t curve) {
+            return joined_[curve] != no_face && joined_[curve] == joined_[curves[0]];
+        });
+        if (is_joined && distance(vertex_in_plane(cad_.model, *vertex), p) > reach)
+            return entity(*nearest_curve(cad_.model, curves, p));
         return {GeometryKind::corner,
                 static_cast<std::int64_t>(*vertex),
                 {static_cast<std::int64_t>(curves[0]), static_cast<std::int64_t>(curves[1])}};
@@ -75,6 +84,11 @@ class CurvesModel final : public GeometryModel<2> {
     [[nodiscard]] std::optional<Plane<2>> plane_at(const FacetSite<2>& facet) const override {
         const std::size_t curve = curve_of(facet);
         if (!facts(curve).is_line) return std::nullopt;
+        const auto is_off = [&](const Vec<2>& p) {
+            return closest_on_curve(cad_.model, curve, p).distance > at_one_place(cad_.model.parts());
+        };
+        if (joined_[curve] != no_face && std::any_of(facet.corners.begin(), facet.corners.end(), is_off))
+            return std::nullopt;
         const EntityPoint<2> begin = point_on_curve(cad_.model, curve, facts(curve).first);
         return Plane<2>{begin.point, begin.normal};
     }
@@ -88,7 +102,7 @@ class CurvesModel final : public GeometryModel<2> {
     [[nodiscard]] double distance_where(std::span<const FacetSite<2>> meet, const Vec<2>& p) const override {
         double largest = 0;
         for (const FacetSite<2>& facet : meet)
-            largest = std::max(largest, closest_on_curve(cad_.model, curve_of(facet), p).distance);
+            largest = std::max(largest, closest_from(curve_of(facet), p).foot.distance);
         return largest;
     }
 
@@ -119,6 +133,13 @@ class CurvesModel final : public GeometryModel<2> {
         return cad_.model.parts().kernel->edges[curve];
     }
 
+    /// The point near p of a curve, or of the curves joined to it where facets span several.
+    [[nodiscard]] VirtualCurveFoot closest_from(std::size_t curve, const Vec<2>& p) const {
+        if (joined_[curve] == no_face) return {curve, closest_on_curve(cad_.model, curve, p)};
+        return closest_on_virtual_face(cad_.model, curve, p,
+                                       [&](std::size_t other) { return joined_[other] == joined_[curve]; });
+    }
+
     [[nodiscard]] std::optional<std::size_t> curve_of(const GeometryEntity& entity) const {
         const auto number = static_cast<std::size_t>(entity.id);
         if (entity.kind != GeometryKind::surface || entity.id < 0 || number >= cad_.model.edges()) return std::nullopt;
@@ -140,6 +161,7 @@ class CurvesModel final : public GeometryModel<2> {
     }
 
     CadGeometry<2> cad_;
+    std::vector<std::uint32_t> joined_;
     std::vector<std::size_t> all_;
 };
 

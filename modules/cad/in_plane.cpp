@@ -127,18 +127,21 @@ std::optional<std::size_t> nearest_curve(const CadModel& model, std::span<const 
 
 CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges, const std::array<Vec<2>, 2>& ends) {
     const Vec<3> middle = raised(model.parts(), midpoint(ends[0], ends[1]));
-    CadFit best{edges.front(), infinite, infinite};
+    CadFit best{edges.front(), infinite, infinite, infinite};
+    const VirtualFaces& joined = model.parts().virtual_curves;
     for (const std::size_t edge : edges) {
         // What is worse than twice the best is told from it: how much worse is no matter.
-        const double enough = std::min(best.second, doubt * best.misfit);
+        const double enough = doubt * best.misfit;
         if (model.parts().edges[edge].reach.distance_squared(middle) > enough * enough) continue;
         const double here = misfit(model, edge, ends);
         if (here < best.misfit) {
             best.second = best.misfit;
+            if (!joined.are_joined(best.face, edge)) best.other = best.misfit;
             best.misfit = here;
             best.face = edge;
         } else {
             best.second = std::min(best.second, here);
+            if (!joined.are_joined(best.face, edge)) best.other = std::min(best.other, here);
         }
     }
     return best;

@@ -8,11 +8,14 @@ module;
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "occ/kernel.hpp"
 module camber.cad;
 import camber.core;
+import camber.box_tree;
 import :parts;
+import :virtual_faces;
 
 namespace camber {
 
@@ -42,6 +45,14 @@ std::size_t CadModel::vertices() const { return parts_->kernel->vertices.size();
 Box<3> CadModel::bounds() const { return parts_->bounds; }
 Vec<3> CadModel::vertex(std::size_t vertex) const { return vec(parts_->kernel->vertices[vertex]); }
 std::string CadModel::file_unit() const { return parts_->kernel->file_unit; }
+
+std::string CadModel::unit() const {
+    for (const auto& [unit, word] : words(CadUnit{}))
+        if (millimetres_of(unit) == parts_->kernel->millimetres) return std::string(word);
+    return parts_->kernel->file_unit;
+}
+
+bool CadModel::is_in_file_unit() const { return parts_->kernel->millimetres == parts_->kernel->file_millimetres; }
 
 CadLosses CadModel::losses() const {
     const occ::Losses& losses = parts_->kernel->losses;
@@ -84,8 +95,13 @@ Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const st
         parts->bounds.include(cells.bounds);
         parts->faces.push_back(std::move(cells));
     }
+    std::vector<Box<3>> reaches;
+    for (const Cells& face : parts->faces) reaches.push_back(face.reach);
+    parts->tree_of_faces = BoxTree<3>(reaches);
     if (parts->faces.empty()) parts->bounds = parts->of_edges;
     parts->size = parts->bounds.diagonal();
+    parts->virtual_faces = virtual_faces(*parts->kernel);
+    parts->virtual_curves = virtual_curves(*parts->kernel);
     if (!(parts->size > 0)) return fail(ErrorKind::input, "the model has no size", path);
     return CadModel(std::move(parts));
 }
@@ -114,6 +130,12 @@ Outcome<CadModel> unpacked_cad(const std::string& bytes, const CadOptions& optio
         if (!kernel) return fail(kernel.error());
         return model_with(std::move(*kernel), {});
     });
+}
+
+Outcome<CadModel> in_unit(const CadModel& model, CadUnit unit) {
+    const auto bytes = packed_cad(model);
+    if (!bytes) return fail(bytes.error());
+    return unpacked_cad(*bytes, {unit});
 }
 
 }  // namespace camber

@@ -15,15 +15,18 @@ struct CadParts;
 
 export namespace camber {
 
-/// The length that is 1 in a mesh.
-enum class CadUnit : std::uint8_t { file, m, cm, mm, um, in, ft };
+/// The length that is 1 in a mesh. `automatic`: found by the mesh's boundary (in_unit_of); a model that is read
+/// without a mesh is in the unit of its file.
+enum class CadUnit : std::uint8_t { automatic, file, m, cm, mm, um, in, ft };
 [[nodiscard]] constexpr auto words(CadUnit) {
-    return words_of(Word{CadUnit::file, "file"}, Word{CadUnit::m, "m"}, Word{CadUnit::cm, "cm"},
-                    Word{CadUnit::mm, "mm"}, Word{CadUnit::um, "um"}, Word{CadUnit::in, "in"}, Word{CadUnit::ft, "ft"});
+    return words_of(Word{CadUnit::automatic, "auto"}, Word{CadUnit::file, "file"}, Word{CadUnit::m, "m"},
+                    Word{CadUnit::cm, "cm"}, Word{CadUnit::mm, "mm"}, Word{CadUnit::um, "um"}, Word{CadUnit::in, "in"},
+                    Word{CadUnit::ft, "ft"});
 }
-/// 0: that of the file.
+/// Millimetres of a unit; 0: the unit of the file.
 [[nodiscard]] constexpr double millimetres_of(CadUnit unit) {
     switch (unit) {
+        case CadUnit::automatic:
         case CadUnit::file: return 0;
         case CadUnit::m: return 1000;
         case CadUnit::cm: return 10;
@@ -36,12 +39,13 @@ enum class CadUnit : std::uint8_t { file, m, cm, mm, um, in, ft };
 }
 
 struct CadOptions {
-    CadUnit unit = CadUnit::file;
+    CadUnit unit = CadUnit::automatic;
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(option("unit", &CadOptions::unit,
-                                 "the unit of the mesh's coordinates, to which the model is converted; file: "
-                                 "coordinates are as the file has them"));
+                                 "the unit of the mesh's coordinates, to which the model is converted; auto: that of "
+                                 "the file if the mesh's boundary lies on the model in it, else the only unit in which "
+                                 "it does; file: coordinates are as the file has them"));
     }
     friend bool operator==(const CadOptions&, const CadOptions&) = default;
 };
@@ -67,6 +71,10 @@ class CadModel {
     [[nodiscard]] Vec<3> vertex(std::size_t vertex) const;
     /// As the file calls it; empty: it says none.
     [[nodiscard]] std::string file_unit() const;
+    /// The unit of the model's coordinates: its word in CadUnit, else as the file calls it.
+    [[nodiscard]] std::string unit() const;
+    /// Whether the coordinates are as the file has them.
+    [[nodiscard]] bool is_in_file_unit() const;
     [[nodiscard]] CadLosses losses() const;
 
     [[nodiscard]] const CadParts& parts() const { return *parts_; }
@@ -93,5 +101,8 @@ inline constexpr std::string_view cad_endings = ".step, .stp, .iges, .igs or .br
 /// same version. Errors: of the second, as of read_cad.
 [[nodiscard]] Outcome<std::string> packed_cad(const CadModel& model);
 [[nodiscard]] Outcome<CadModel> unpacked_cad(const std::string& bytes, const CadOptions& options);
+
+/// The same model in another unit. Errors: as of unpacked_cad.
+[[nodiscard]] Outcome<CadModel> in_unit(const CadModel& model, CadUnit unit);
 
 }  // namespace camber

@@ -1,8 +1,11 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -22,21 +25,87 @@ struct Cell {
     std::array<double, 2> low{}, high{};
 };
 
+/// A box along three orthonormal axes.
+struct OrientedBox {
+    Vec<3> centre;
+    std::array<Vec<3>, 3> axes{};
+    std::array<double, 3> half{};  ///< half of its length along each axis
+
+    [[nodiscard]] double distance_squared(const Vec<3>& p) const {
+        double sum = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const double beyond = std::abs(dot(p - centre, axes[k])) - half[k];
+            if (beyond > 0) sum += beyond * beyond;
+        }
+        return sum;
+    }
+};
+
 /// The pieces of one entity, and boxes that hold what lies on them.
 struct Cells {
     std::vector<Cell> cells;
     std::vector<Box<3>> boxes;
+    std::vector<OrientedBox> oriented;  ///< of a face, along its tangent plane: tighter for thin cells askew
     BoxTree<3> tree;
     Box<3> bounds;  ///< of samples
     Box<3> reach;   ///< beyond all of it
 };
 
+/// Groups of faces (in a plane: of edges) that meet smoothly: one virtual face each.
+struct VirtualFaces {
+    std::vector<std::uint32_t> groups;             ///< of each face, the number of the lowest face of its group
+    std::vector<std::vector<std::size_t>> beside;  ///< of each face those that it meets smoothly, rising
+
+    [[nodiscard]] bool are_joined(std::size_t a, std::size_t b) const { return groups[a] == groups[b]; }
+};
+
 struct CadParts {
     std::unique_ptr<const occ::Kernel> kernel;
     std::vector<Cells> faces, edges;
+    BoxTree<3> tree_of_faces;  ///< over their `reach`
+    VirtualFaces virtual_faces, virtual_curves;
     Box<3> bounds;  ///< of the faces; of the edges where there is none
     Box<3> of_edges;
     double size = 0;  ///< the diagonal of the bounds
+};
+
+/// Lower bound of the distance from p to a face, by the boxes of its cells.
+[[nodiscard]] double least_distance(const CadParts& parts, std::size_t face, const Vec<3>& p);
+
+/// How far points are from a face: a search starts at the parameters of the nearest of the last points, so that
+/// consecutive points should be neighbours. Distances are those of closest_on_face up to rounding.
+class FaceWalk {
+  public:
+    /// `start`: parameters of a point of the face that is not far from the first one; null: not known.
+    FaceWalk(const CadModel& model, std::size_t face, const std::array<double, 2>* start);
+
+    [[nodiscard]] double distance(const Vec<3>& p);
+    /// Whether p is farther away than a bound: its distance then. Nothing where some point of the face is near enough,
+    /// which costs no search as a rule.
+    [[nodiscard]] std::optional<double> distance_beyond(double bound, const Vec<3>& p);
+    /// Number of searches of distance_beyond.
+    [[nodiscard]] std::size_t searches() const { return searches_; }
+
+  private:
+    struct Place {
+        Vec<3> from;  ///< the point whose foot is there
+        std::array<double, 2> uv{};
+        occ::SurfaceJet jet{};
+    };
+    [[nodiscard]] bool is_surface_within(double bound, const Vec<3>& p);
+    [[nodiscard]] bool is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv);
+    [[nodiscard]] bool is_edge_within(double bound, const Vec<3>& p);
+    [[nodiscard]] bool leads_within(double bound, const Vec<3>& p);
+    void go_near(const Vec<3>& p);
+    void remember(const Place& place);
+    [[nodiscard]] Place place_at(const Vec<3>& from, const std::array<double, 2>& uv) const;
+
+    const CadModel* model_;
+    std::size_t face_;
+    std::optional<Place> last_, first_of_row_;
+    std::optional<std::size_t> edge_;  ///< on which the search for the last point that is not on the face ended
+    double on_edge_ = 0;
+    std::size_t searches_ = 0;
 };
 
 [[nodiscard]] Cells cells_of_face(const occ::Kernel& kernel, std::size_t face);

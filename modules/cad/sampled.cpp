@@ -16,6 +16,7 @@ import camber.surface;
 import :in_plane;
 import :parts;
 import :sampled;
+import :virtual_faces;
 
 namespace camber {
 
@@ -29,27 +30,32 @@ struct Looked {
     double share = 0, distance = 0;
 };
 
-/// Not more than the distance of a point from a face, in 2D a curve.
+/// Whether a point is at least so far from a face, in 2D a curve, by boxes alone.
+bool is_beyond(const CadModel& model, std::size_t face, const Vec<3>& p, double distance) {
+    return model.parts().faces[face].reach.distance_squared(p) > distance * distance ||
+           least_distance(model.parts(), face, p) > distance;
+}
+bool is_beyond(const CadModel& model, std::size_t curve, const Vec<2>& p, double distance) {
+    return in_plane(model.parts().edges[curve].reach).distance_squared(p) > distance * distance;
+}
 double away_from_box(const CadModel& model, std::size_t face, const Vec<3>& p) {
     return std::sqrt(model.parts().faces[face].reach.distance_squared(p));
 }
 double away_from_box(const CadModel& model, std::size_t curve, const Vec<2>& p) {
     return std::sqrt(in_plane(model.parts().edges[curve].reach).distance_squared(p));
 }
-double away_from(const CadModel& model, std::size_t face, const Vec<3>& p) {
-    return closest_on_face(model, face, p).distance;
-}
-double away_from(const CadModel& model, std::size_t curve, const Vec<2>& p) {
-    return closest_on_curve(model, curve, p).distance;
+template <int D>
+double away_from(const CadModel& model, std::size_t face, const Vec<D>& p) {
+    return closest_on_virtual_face(model, face, p).foot.distance;
 }
 
 /// The sine of the angle between a facet and a face below its middle.
 double sine_between(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& c) {
     const Vec<3> normal = normalised(cross(c[1] - c[0], c[2] - c[0]));
-    return norm(cross(normal, closest_on_face(model, face, (c[0] + c[1] + c[2]) / 3).normal));
+    return norm(cross(normal, closest_on_virtual_face(model, face, (c[0] + c[1] + c[2]) / 3).foot.normal));
 }
 double sine_between(const CadModel& model, std::size_t curve, const std::array<Vec<2>, 2>& ends) {
-    const Vec<2> normal = closest_on_curve(model, curve, midpoint(ends[0], ends[1])).normal;
+    const Vec<2> normal = closest_on_virtual_face(model, curve, midpoint(ends[0], ends[1])).foot.normal;
     return std::abs(dot(normalised(ends[1] - ends[0]), normal));
 }
 
@@ -57,10 +63,16 @@ template <int D>
 Looked looked_at(const CadModel& model, std::span<const std::size_t> candidates, const std::array<Vec<D>, D>& corners) {
     constexpr double across = 0.9, far = 0.5;
     const double longest = longest_side(corners);
-    double beyond = std::numeric_limits<double>::infinity();
-    for (const std::size_t face : candidates) beyond = std::min(beyond, away_from_box(model, face, corners[0]));
-    // Boxes tell of most of what is elsewhere; searches from far away take long.
-    if (!(beyond <= longest)) return {1, beyond};
+    // Boxes tell which vertices are elsewhere; searches from far away take long.
+    const bool is_elsewhere = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
+        return std::all_of(candidates.begin(), candidates.end(),
+                           [&](std::size_t face) { return is_beyond(model, face, p, far * longest); });
+    });
+    if (is_elsewhere) {
+        double beyond = std::numeric_limits<double>::infinity();
+        for (const std::size_t face : candidates) beyond = std::min(beyond, away_from_box(model, face, corners[0]));
+        return {1, beyond};
+    }
     const std::size_t face = best_fit<D>(model, candidates, corners).face;
     Looked out;
     for (const Vec<D>& p : corners) {

@@ -5,6 +5,8 @@ module;
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -13,54 +15,72 @@ module camber.cad;
 import camber.core;
 import camber.surface;
 import camber.validity;
+import :in_plane;
 import :parts;
+import :virtual_faces;
 
 namespace camber {
 
 namespace {
 
-/// Where vertices of the boundary belong.
-class Homes {
+/// A vertex of the mesh may move to one of the model from as far as this share of its edges.
+constexpr double vertex_reach = 0.5;
+
+/// The faces (in 2D curves) of facets, each once, rising; those elsewhere have none.
+std::vector<std::size_t> faces_at(const CadAssociation& association, std::span<const FacetId> facets) {
+    std::vector<std::size_t> faces;
+    faces.reserve(facets.size());
+    for (const FacetId f : facets)
+        if (association.faces[f] != no_face) faces.push_back(association.faces[f]);
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    return faces;
+}
+
+/// Target positions of vertices of the boundary.
+class Targets {
   public:
-    Homes(const CadModel& model, const CadAssociation& association, const LinearMesh<3>& mesh,
-          const Geometry<3>& geometry)
+    Targets(const CadModel& model, const CadAssociation& association, const LinearMesh<3>& mesh,
+            const Geometry<3>& geometry)
         : model_(model), association_(association), mesh_(mesh), geometry_(geometry) {}
 
     /// Nothing where it has no facet on the model, or where it is not known what it lies on.
     [[nodiscard]] std::optional<Vec<3>> operator()(std::span<const FacetId> facets, const Vec<3>& p) const {
-        const auto faces = faces_of(facets);
+        const auto faces = faces_at(association_, facets);
         if (faces.empty()) return std::nullopt;
         const auto corners = facet_site(mesh_, facets.front()).corners;
         const double near = near_enough * distance(corners[0], corners[1]);
         const bool ends_here =
             std::any_of(facets.begin(), facets.end(), [&](FacetId f) { return association_.faces[f] == no_face; });
-        if (faces.size() > 2) return at_vertex(faces, p, near);
-        if (faces.size() == 2) {
-            const auto end = ends_here ? at_vertex(faces, p, near) : std::nullopt;
-            return end ? end : at_edge(faces, p);
+        if (faces.size() == 1) {
+            if (ends_here) return at_rim(faces, facets, p, near);
+            return closest_on_virtual_face(model_, faces[0], p).foot.point;
         }
-        return ends_here ? at_rim(faces, facets, p, near) : closest_on_face(model_, faces[0], p).point;
+        if (faces.size() == 2 && ends_here)
+            if (const auto vertex = vertex_between(model_, faces, p))
+                if (distance(model_.vertex(*vertex), p) <= near) return model_.vertex(*vertex);
+        return at_junction(faces, p, near);
     }
 
   private:
-    [[nodiscard]] std::vector<std::size_t> faces_of(std::span<const FacetId> facets) const {
-        std::vector<std::size_t> faces;
-        faces.reserve(facets.size());
-        for (const FacetId f : facets)
-            if (association_.faces[f] != no_face) faces.push_back(association_.faces[f]);
-        std::sort(faces.begin(), faces.end());
-        faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-        return faces;
-    }
-    [[nodiscard]] std::optional<Vec<3>> at_vertex(std::span<const std::size_t> faces, const Vec<3>& p,
-                                                  double near) const {
-        const auto vertex = vertex_between(model_, faces, p);
-        if (!vertex || distance(model_.vertex(*vertex), p) > near) return std::nullopt;
-        return model_.vertex(*vertex);
-    }
-    [[nodiscard]] std::optional<Vec<3>> at_edge(std::span<const std::size_t> faces, const Vec<3>& p) const {
-        const auto edge = edge_between(model_, faces, std::span(&p, 1));
-        return edge ? std::optional(closest_on_edge(model_, *edge, p).point) : std::nullopt;
+    [[nodiscard]] std::optional<Vec<3>> at_junction(std::span<const std::size_t> faces, const Vec<3>& p,
+                                                    double near) const {
+        const Junction at = junction_at_vertex(model_, faces, p, {near, near});
+        switch (at.on) {
+            case Junction::On::face: return closest_on_virtual_face(model_, at.number, p).foot.point;
+            case Junction::On::edge: return closest_on_edge(model_, at.number, p).point;
+            case Junction::On::vertex: {
+                if (at.distance <= near) return model_.vertex(at.number);
+                // More than two faces may meet at an edge, too.
+                const auto edge = edge_between(model_, faces, std::span(&p, 1));
+                const auto foot = edge ? std::optional(closest_on_edge(model_, *edge, p)) : std::nullopt;
+                if (foot && foot->distance < 0.5 * at.distance) return foot->point;
+                if (at.distance <= vertex_reach / near_enough * near) return model_.vertex(at.number);
+                return std::nullopt;
+            }
+            case Junction::On::nothing: return std::nullopt;
+        }
+        return std::nullopt;
     }
     /// At the end of the part that is on the model.
     [[nodiscard]] std::optional<Vec<3>> at_rim(std::span<const std::size_t> face, std::span<const FacetId> facets,
@@ -74,7 +94,8 @@ class Homes {
             meets = meets || is_elsewhere;
         }
         if (meets) return geometry_->on_edge(site, p).point;
-        const auto rim = at_edge(face, p);
+        const auto edge = edge_between(model_, face, std::span(&p, 1));
+        const auto rim = edge ? std::optional(closest_on_edge(model_, *edge, p).point) : std::nullopt;
         return rim && distance(*rim, p) <= near ? rim : closest_on_face(model_, face[0], p).point;
     }
 
@@ -84,17 +105,62 @@ class Homes {
     const Geometry<3>& geometry_;
 };
 
+/// The same in 2D.
+class TargetsInPlane {
+  public:
+    TargetsInPlane(const CadModel& model, const CadAssociation& association, const LinearMesh<2>& mesh,
+                   const Geometry<2>&)
+        : model_(model), association_(association), mesh_(mesh) {}
+
+    [[nodiscard]] std::optional<Vec<2>> operator()(std::span<const FacetId> facets, const Vec<2>& p) const {
+        const auto curves = faces_at(association_, facets);
+        if (curves.empty()) return std::nullopt;
+        const auto corners = facet_site(mesh_, facets.front()).corners;
+        const double length = distance(corners[0], corners[1]);
+        const bool ends_here = curves.size() == 1 && faces_elsewhere(facets);
+        const auto vertex = ends_here ? nearest_end(curves[0], p) : end_between(model_, curves, p);
+        const double reach = (ends_here ? near_enough : vertex_reach) * length;
+        const VirtualFaces& groups = model_.parts().virtual_curves;
+        const bool is_smooth = std::all_of(curves.begin(), curves.end(),
+                                           [&](std::size_t curve) { return groups.are_joined(curve, curves[0]); });
+        if (vertex && distance(vertex_in_plane(model_, *vertex), p) <= (is_smooth ? near_enough * length : reach))
+            return vertex_in_plane(model_, *vertex);
+        if (!is_smooth) return std::nullopt;
+        return closest_on_virtual_face(model_, *nearest_curve(model_, curves, p), p).foot.point;
+    }
+
+  private:
+    [[nodiscard]] bool faces_elsewhere(std::span<const FacetId> facets) const {
+        return std::any_of(facets.begin(), facets.end(), [&](FacetId f) { return association_.faces[f] == no_face; });
+    }
+    [[nodiscard]] std::optional<std::size_t> nearest_end(std::size_t curve, const Vec<2>& p) const {
+        const auto& ends = model_.parts().kernel->edges[curve].vertices;
+        const auto nearest = std::min_element(ends.begin(), ends.end(), [&](std::size_t a, std::size_t b) {
+            return distance(vertex_in_plane(model_, a), p) < distance(vertex_in_plane(model_, b), p);
+        });
+        return nearest == ends.end() ? std::nullopt : std::optional(*nearest);
+    }
+
+    const CadModel& model_;
+    const CadAssociation& association_;
+    const LinearMesh<2>& mesh_;
+};
+
+template <int D>
+using TargetsOf = std::conditional_t<D == 2, TargetsInPlane, Targets>;
+
 /// How far each vertex goes on its way: a share, 0 where it stays.
+template <int D>
 struct Ways {
-    const LinearMesh<3>& mesh;
-    Buffer<Vec<3>> homes;
+    const LinearMesh<D>& mesh;
+    Buffer<Vec<D>> targets;
     Buffer<double> shares;
 
-    [[nodiscard]] Vec<3> at(VertexId v) const {
+    [[nodiscard]] Vec<D> at(VertexId v) const {
         const double share = shares[v.index()];
-        const Vec<3>& from = mesh.points[v];
+        const Vec<D>& from = mesh.points[v];
         if (share == 0) return from;
-        return share == 1 ? homes[v.index()] : from + share * (homes[v.index()] - from);
+        return share == 1 ? targets[v.index()] : from + share * (targets[v.index()] - from);
     }
     template <std::size_t N>
     [[nodiscard]] bool is_moved(const std::array<VertexId, N>& vertices) const {
@@ -105,30 +171,39 @@ struct Ways {
 constexpr double kept = 0.2;
 
 /// Whether an element keeps a share of its volume; what had none has none to keep.
-bool is_sound(const Ways& ways, const SimplexVertices<3>& element) {
-    std::array<Vec<3>, 4> before, after;
-    for (std::size_t i = 0; i < 4; ++i) {
+template <int D>
+bool is_sound(const Ways<D>& ways, const SimplexVertices<D>& element) {
+    std::array<Vec<D>, D + 1> before, after;
+    for (std::size_t i = 0; i <= D; ++i) {
         before[i] = ways.mesh.points[element[i]];
         after[i] = ways.at(element[i]);
     }
-    const double volume = signed_volume<3>(before);
-    return volume <= 0 || signed_volume<3>(after) >= kept * volume;
+    const double volume = signed_volume<D>(before);
+    return volume <= 0 || signed_volume<D>(after) >= kept * volume;
 }
 
+/// The normal of a triangle, as long as its area is large; in 2D an edge from end to end.
+Vec<3> area_vector(const std::array<Vec<3>, 3>& c) { return cross(c[1] - c[0], c[2] - c[0]); }
+Vec<2> area_vector(const std::array<Vec<2>, 2>& c) { return c[1] - c[0]; }
+
 /// Whether a facet keeps a share of its area, seen along its normal.
-bool is_sound(const Ways& ways, const SimplexVertices<2>& facet) {
-    const auto normal = [](const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return cross(b - a, c - a); };
-    const auto& points = ways.mesh.points;
-    const Vec<3> before = normal(points[facet[0]], points[facet[1]], points[facet[2]]);
-    const Vec<3> after = normal(ways.at(facet[0]), ways.at(facet[1]), ways.at(facet[2]));
-    return dot(before, after) >= kept * dot(before, before);
+template <int D>
+bool is_sound_facet(const Ways<D>& ways, const SimplexVertices<D - 1>& facet) {
+    std::array<Vec<D>, D> before, after;
+    for (std::size_t i = 0; i < D; ++i) {
+        before[i] = ways.mesh.points[facet[i]];
+        after[i] = ways.at(facet[i]);
+    }
+    const Vec<D> normal = area_vector(before);
+    return dot(normal, area_vector(after)) >= kept * dot(normal, normal);
 }
 
 /// The simplices that would be flat or inverted.
-template <class Simplices>
-Outcome<std::vector<std::size_t>> flattened(const Ways& ways, const Simplices& simplices, const Execution& execution) {
+template <int D, class Simplices, class IsSound>
+Outcome<std::vector<std::size_t>> flattened(const Ways<D>& ways, const Simplices& simplices, IsSound&& sound,
+                                            const Execution& execution) {
     const auto marks = map_each(execution, simplices.size(), [&](std::size_t s) -> std::uint8_t {
-        return ways.is_moved(simplices[s]) && !is_sound(ways, simplices[s]) ? 1 : 0;
+        return ways.is_moved(simplices[s]) && !sound(ways, simplices[s]) ? 1 : 0;
     });
     if (!marks) return fail(marks.error());
     std::vector<std::size_t> found;
@@ -137,13 +212,14 @@ Outcome<std::vector<std::size_t>> flattened(const Ways& ways, const Simplices& s
     return found;
 }
 
-/// Vertices of what would be flat go half of their ways, and after some rounds none of it; until nothing is.
-Outcome<Done> hold_back(Ways& ways, const Execution& execution) {
+/// Halves the ways of vertices of simplices that would be flat, and after some rounds drops them, until none is flat.
+template <int D>
+Outcome<Done> hold_back(Ways<D>& ways, const Execution& execution) {
     constexpr int halvings = 6;
     for (int round = 0;; ++round) {
-        const auto elements = flattened(ways, ways.mesh.elements.vertices, execution);
+        const auto elements = flattened(ways, ways.mesh.elements.vertices, is_sound<D>, execution);
         if (!elements) return fail(elements.error());
-        const auto facets = flattened(ways, ways.mesh.facets.vertices, execution);
+        const auto facets = flattened(ways, ways.mesh.facets.vertices, is_sound_facet<D>, execution);
         if (!facets) return fail(facets.error());
         if (elements->empty() && facets->empty()) return Done{};
         std::vector<VertexId> held;
@@ -157,9 +233,10 @@ Outcome<Done> hold_back(Ways& ways, const Execution& execution) {
     }
 }
 
-VerticesOnModel moved(const Ways& ways, Buffer<std::uint8_t> is_off) {
-    VerticesOnModel out;
-    Buffer<Vec<3>> points(ways.mesh.points.begin(), ways.mesh.points.end());
+template <int D>
+VerticesOnModel<D> moved(const Ways<D>& ways, const Buffer<std::uint8_t>& is_off) {
+    VerticesOnModel<D> out;
+    Buffer<Vec<D>> points(ways.mesh.points.begin(), ways.mesh.points.end());
     for (std::size_t v = 0; v < points.size(); ++v) {
         if (is_off[v] == 0) continue;
         points[v] = ways.at(VertexId(v));
@@ -176,31 +253,53 @@ VerticesOnModel moved(const Ways& ways, Buffer<std::uint8_t> is_off) {
 
 }  // namespace
 
-Outcome<VerticesOnModel> vertices_onto(const CadModel& model, const CadAssociation& association,
-                                       const LinearMesh<3>& mesh, const Geometry<3>& geometry,
-                                       const Execution& execution) {
+template <int D>
+Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
+                                          const LinearMesh<D>& mesh, const Geometry<D>& geometry,
+                                          const Execution& execution) {
     constexpr double off = 1e-12;  // of the model's size; what is nearer is there but for rounding
-    return guarded([&]() -> Outcome<VerticesOnModel> {
+    return guarded([&]() -> Outcome<VerticesOnModel<D>> {
         const auto around = facet_balls(mesh, without_progress(execution));
         if (!around) return fail(around.error());
         const auto required = required_vertices(mesh);
-        const Homes home(model, association, mesh, geometry);
-        auto homes = map_each(part_of(execution, 0, 0.8), mesh.points.size(), [&](std::size_t v) -> Vec<3> {
-            const Vec<3>& p = mesh.points[VertexId(v)];
+        const TargetsOf<D> target(model, association, mesh, geometry);
+        auto targets = map_each(part_of(execution, 0, 0.8), mesh.points.size(), [&](std::size_t v) -> Vec<D> {
+            const Vec<D>& p = mesh.points[VertexId(v)];
             if (required[v] != 0 || (*around)[v].empty()) return p;
-            const auto found = home((*around)[v], p);
+            const auto found = target((*around)[v], p);
             return found && distance(*found, p) > off * model.parts().size ? *found : p;
         });
-        if (!homes) return fail(homes.error());
-        Buffer<std::uint8_t> is_off(homes->size(), 0);
-        Ways ways{mesh, std::move(*homes), Buffer<double>(is_off.size(), 0.0)};
+        if (!targets) return fail(targets.error());
+        Buffer<std::uint8_t> is_off(targets->size(), 0);
+        Ways<D> ways{mesh, std::move(*targets), Buffer<double>(is_off.size(), 0.0)};
         for (std::size_t v = 0; v < is_off.size(); ++v) {
-            is_off[v] = ways.homes[v] != mesh.points[VertexId(v)] ? 1 : 0;
+            is_off[v] = ways.targets[v] != mesh.points[VertexId(v)] ? 1 : 0;
             ways.shares[v] = is_off[v];
         }
         if (auto held = hold_back(ways, without_progress(execution)); !held) return fail(held.error());
-        return moved(ways, std::move(is_off));
+        return moved(ways, is_off);
     });
 }
+
+template <int D>
+Outcome<Done> check_vertices(const CadAssociation& association, CadVertices vertices) {
+    if (!association.misfit) return Done{};
+    const auto& [is_edge, number, fit] = *association.misfit;
+    const std::string name = (is_edge || D == 2 ? "CAD edge " : "CAD face ") + std::to_string(number + 1);
+    const char* const remedy =
+        vertices == CadVertices::move
+            ? "moving them onto the model would flatten elements: mesh this model"
+            : "give the CAD model that the mesh was made of, or move its vertices onto this one: --cad-vertices move";
+    return fail(ErrorKind::input, fit.text(name), {}, Entity{"vertex", fit.farthest.index() + 1}, remedy);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<VerticesOnModel<D>> vertices_onto<D>(const CadModel&, const CadAssociation&,                      \
+                                                          const LinearMesh<D>&, const Geometry<D>&, const Execution&); \
+    template Outcome<Done> check_vertices<D>(const CadAssociation&, CadVertices);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

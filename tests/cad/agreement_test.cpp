@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <string>
 #include <utility>
@@ -93,6 +94,29 @@ TEST_CASE("other units and other models are refused, with figures and the unit")
     }
 }
 
+TEST_CASE("the unit of a mesh is found by its boundary where one alone fits") {
+    for (const auto& [kind, sizes] : askew) {
+        CAPTURE(static_cast<int>(kind));
+        const CadModel model = model_of(kind, sizes);  // in millimetres
+        const Triangles triangles = triangles_of(kind, sizes, 0.02);
+        for (const auto& [scale, unit] :
+             {std::pair(1.0, "mm"), std::pair(1e-3, "m"), std::pair(1 / 25.4, "in"), std::pair(1e3, "um")}) {
+            const LinearMesh<3> mesh = mesh_of(triangles, scale);
+            const auto found = in_unit_of(mesh, model, {}, {});
+            REQUIRE(found);
+            CHECK(found->unit() == unit);
+            CHECK(found->is_in_file_unit() == (scale == 1));
+            const auto association = associated(mesh, *found);
+            if (!association) FAIL(describe(association.error()));
+            CHECK(association->largest_vertex_distance <= 1e-4 * scale);
+        }
+        const auto none = in_unit_of(mesh_of(triangles, 0.5), model, {}, {});
+        REQUIRE(none);
+        CHECK(none->unit() == "mm");
+        CHECK(!associated(mesh_of(triangles, 0.5), *none));
+    }
+}
+
 TEST_CASE("a model that has lost a face is refused by the reference that lay there") {
     // All faces of a box of sizes 40, 1, 1 but the last, as the mesh of a longer one has them.
     BoxOptions<3> options;
@@ -104,6 +128,53 @@ TEST_CASE("a model that has lost a face is refused by the reference that lay the
     const auto found = associated(*mesh, model_of(Kind::box, {40, 1, 1}));
     REQUIRE(!found);
     CHECK(found.error().what.find("of reference") != std::string::npos);
+}
+
+TEST_CASE("a mesh of another radius is refused, by its face, the vertices that are off, and their distance") {
+    // Edges of the mesh are about 0.3 long; the model's radius is another by this share of that.
+    for (const double share : {0.0, 0.03, -0.03, 0.15, -0.15, 0.4}) {
+        CAPTURE(share);
+        const Triangles triangles = triangles_of(Kind::cylinder, {1, 2, 0}, 0.01);
+        const CadModel model = model_of(Kind::cylinder, {1 - 0.3 * share, 2, 0});
+        const auto found = associated(mesh_of(triangles, 1), model);
+        if (!found) FAIL(describe(found.error()));
+        const auto fits = check_vertices<3>(*found, CadVertices::keep);
+        REQUIRE(fits.has_value() == (std::abs(share) < 0.05));
+        if (fits) continue;
+        CHECK(fits.error().kind == ErrorKind::input);
+        CHECK(fits.error().entity->kind == "vertex");
+        CHECK(fits.error().what.find(" away from CAD face 1, ") != std::string::npos);
+        CHECK(fits.error().what.find(" % of the shortest boundary edge there; ") != std::string::npos);
+        CHECK(fits.error().remedy.find("--cad-vertices move") != std::string::npos);
+        CHECK(std::abs(found->misfit->fit.largest - 0.3 * std::abs(share)) <= 1e-9);
+        CHECK(found->misfit->fit.off == found->misfit->fit.vertices);
+    }
+}
+
+TEST_CASE("few vertices off a face, or fewer than a facet has, do not refuse a mesh") {
+    const CadModel model = model_of(Kind::box, {1, 1, 1});
+    BoxOptions<3> options;
+    options.jitter = 0;
+    options.cells = {10, 10, 10};
+    const auto fits = [&](std::size_t count) {
+        auto mesh = generate(options);
+        REQUIRE(mesh);
+        auto points = take(std::move(mesh->points));
+        std::size_t moved = 0;
+        for (Vec<3>& p : points)
+            if (p[2] == 1 && p[0] > 0 && p[0] < 1 && p[1] > 0 && p[1] < 1 && moved < count) {
+                p[2] = 1.03;
+                ++moved;
+            }
+        mesh->points = std::move(points);
+        const auto found = associated(*mesh, model);
+        if (!found) FAIL(describe(found.error()));
+        return check_vertices<3>(*found, CadVertices::keep).has_value();
+    };
+    CHECK(fits(2));  // of 121 vertices of that side
+    CHECK_FALSE(fits(20));
+    options.cells = {2, 2, 2};
+    CHECK(fits(1));  // of 9
 }
 
 TEST_CASE("a model is the same in another process, to the last bit") {

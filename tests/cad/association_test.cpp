@@ -67,7 +67,7 @@ TEST_CASE("faces are found without references") {
     CHECK(without.of_references[0].second.size() == 6);
 }
 
-TEST_CASE("spheres that know each other") {
+TEST_CASE("concentric CAD spheres are associated with the right faces") {
     const CadModel model = model_of(Kind::shell, {1, 5, 0}, ".step");
     REQUIRE(model.faces() == 2);
     const LinearMesh<3> mesh = value(generate(ShellOptions<3>{}));
@@ -252,4 +252,26 @@ TEST_CASE("a vertex whose way would flatten an element is held back") {
     CHECK(moved.moved == 1);
     CHECK(moved.held == 1);
     CHECK(moved.largest < 0.04);
+}
+
+TEST_CASE("a facet that spans a ridge of the model is reported, with its place") {
+    const CadModel model = model_of(Kind::box, {1, 2, 3});
+    BoxOptions<3> options;
+    options.high = {{1, 2, 3}};
+    options.jitter = 0;
+    LinearMesh<3> mesh = value(generate(options));
+    CHECK(associated(mesh, model).across.count == 0);
+    // A vertex of the ridge x = y = 0 goes along the side x = 0.
+    auto points = take(std::move(mesh.points));
+    const auto moved = std::find_if(points.begin(), points.end(),
+                                    [](const Vec<3>& p) { return p[0] == 0 && p[1] == 0 && p[2] > 0.5 && p[2] < 2.5; });
+    REQUIRE(moved != points.end());
+    const double height = (*moved)[2];
+    (*moved)[1] += 0.15;
+    mesh.points = std::move(points);
+    const CadAssociation a = associated(mesh, model);
+    CHECK(!a.misfit);
+    REQUIRE(a.across.count >= 1);
+    CHECK(distance(a.across.place, Vec<3>{{0, 0, height}}) <= 1e-12);
+    CHECK(a.joined.empty());
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 #include <utility>
 
 #include "read.hpp"
@@ -140,4 +141,117 @@ TEST_CASE("what stands at edges and vertices") {
     CHECK(geometry->surface_at(mantle) == of_mantle);
     CHECK(geometry->plane_at(bottom).has_value());
     CHECK(!geometry->plane_at(mantle).has_value());
+}
+
+namespace {
+
+/// The triangles of a model as a quadratic surface mesh; references are faces.
+QuadraticMesh<3> surface_of(Kind kind, const std::array<double, 3>& sizes, double deflection) {
+    const Triangles triangles = triangles_of(kind, sizes, deflection);
+    LinearMesh<3> mesh;
+    Buffer<Vec<3>> points;
+    for (const auto& p : triangles.points) points.push_back(Vec<3>{p});
+    Buffer<SimplexVertices<2>> facets;
+    Buffer<Reference> references;
+    for (std::size_t t = 0; t < triangles.triangles.size(); ++t) {
+        const auto& c = triangles.triangles[t];
+        facets.push_back({VertexId(c[0]), VertexId(c[1]), VertexId(c[2])});
+        references.push_back(triangles.faces[t]);
+    }
+    mesh.point_references = Buffer<Reference>(points.size(), 0);
+    mesh.points = std::move(points);
+    mesh.facets = {std::move(facets), std::move(references), {}};
+    return value(elevate(std::move(mesh), {}));
+}
+
+}  // namespace
+
+TEST_CASE("the largest distance from a model needs few projections") {
+    struct Model {
+        Kind kind;
+        std::array<double, 3> sizes;
+        double deflection;
+    };
+    for (const auto& [kind, sizes, deflection] :
+         {Model{Kind::nurbs_ball, {1, 0, 0}, 0.005}, Model{Kind::nurbs_torus, {2, 0.5, 0}, 0.01},
+          Model{Kind::tilted_hole, {0.2, 0.5236, 0}, 0.005}, Model{Kind::groove, {1.2, 0.3, 0}, 0.01},
+          Model{Kind::skew_cone, {1, 0.4, 2}, 0.01}}) {
+        CAPTURE(static_cast<int>(kind));
+        const CadModel model = model_of(kind, sizes);
+        const QuadraticMesh<3> mesh = surface_of(kind, sizes, deflection);
+        const Geometry<3> geometry = geometry_of(mesh, model);
+        const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, {}));
+        const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
+        std::size_t projected = mesh.edges.size();  // each node once to its place
+        for (const std::span<const LagrangeNode<3>> places :
+             {mesh.mid_nodes.view(), std::span(nodes).first(nodes.size())}) {
+            const auto all = value(boundary_distance<3>(mesh, places, features, geometry, {}));
+            const auto largest = value(largest_boundary_distance<3>(mesh, places, features, geometry, {}));
+            CHECK(largest.largest == doctest::Approx(all.largest).epsilon(1e-9));
+            const auto threads = value(largest_boundary_distance<3>(mesh, places, features, geometry, {.threads = 3}));
+            CHECK(threads.largest == largest.largest);
+            CHECK(threads.projected == largest.projected);
+            projected += largest.projected;
+        }
+        CHECK(4 * projected <= 9 * mesh.edges.size());
+    }
+}
+
+TEST_CASE("facets that span a sliver and split faces have their nodes on the virtual face") {
+    for (const double sliver : {0.5, 0.03, 0.002}) {
+        const CadModel model = model_of(Kind::split_cylinder, {0.5, 2, sliver}, ".step");
+        REQUIRE(model.faces() == 9);
+        for (const std::size_t n : {8, 12, 24}) {
+            CAPTURE(sliver);
+            CAPTURE(n);
+            const auto mesh = value(elevate(cylinder_mesh(n, 0.5, 2), {}));
+            const CadAssociation a = value(associate(mesh.linear, mesh.edges, model, {}));
+            CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+            CHECK(a.largest_vertex_distance <= 1e-12);
+            CHECK(!a.misfit);
+            CHECK(a.across.count == 0);
+            REQUIRE(a.joined.size() == 3);  // the mantle and both ends
+            for (const auto& faces : a.joined) CHECK(faces.size() == 3);
+            const Geometry<3> geometry = geometry_of(mesh, model);
+            const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<3>{}, {}));
+            const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
+            for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f)
+                for (const EdgeId e : mesh.edges.of_facets[f]) {
+                    const auto& [low, high] = mesh.edges.vertices[e];
+                    const Vec<3>& p = nodes[e.index()].point;
+                    if (low.index() < 2 || high.index() < 2) {
+                        CHECK(distance(p, midpoint(mesh.linear.points[low], mesh.linear.points[high])) <= 1e-12);
+                    } else {
+                        CHECK(std::abs(std::hypot(p[0], p[1]) - 0.5) <= 1e-12);
+                        const double z = mesh.linear.points[low][2];
+                        if (z == mesh.linear.points[high][2]) CHECK(std::abs(p[2] - z) <= 1e-12);
+                    }
+                }
+            CHECK(largest_distance(mesh, geometry) <= 0.5 * std::pow(6.3 / static_cast<double>(n), 4) / 64 + 1e-13);
+        }
+    }
+}
+
+TEST_CASE("a mesh that respects the model's edges joins no faces") {
+    for (const auto& [kind, sizes] : {std::pair(Kind::cylinder, std::array{0.5, 2.0, 0.0}),
+                                      std::pair(Kind::split_cylinder, std::array{0.5, 2.0, 0.5})}) {
+        LinearMesh<3> straight = cylinder_mesh(12, 0.5, 2);
+        if (kind == Kind::split_cylinder) {  // vertices at the ends of its three parts, as a mesher puts them there
+            auto points = take(std::move(straight.points));
+            const std::array<double, 4> parts{0.2, 0.7, 0.2 + 0.5 * (2 * 3.141592653589793 + 0.5),
+                                              0.2 + 2 * 3.141592653589793};
+            for (std::size_t i = 0; i < 12; ++i) {
+                const double angle = parts[i / 4] + (parts[i / 4 + 1] - parts[i / 4]) * static_cast<double>(i % 4) / 4;
+                for (const std::size_t k : {0, 1}) {
+                    points[2 + 2 * i + k][0] = 0.5 * std::cos(angle);
+                    points[2 + 2 * i + k][1] = 0.5 * std::sin(angle);
+                }
+            }
+            straight.points = std::move(points);
+        }
+        const auto mesh = value(elevate(straight, {}));
+        const CadAssociation a = value(associate(mesh.linear, mesh.edges, model_of(kind, sizes), {}));
+        CHECK(a.joined.empty());
+        CHECK(a.doubtful_facets + a.doubtful_edges + a.doubtful_vertices == 0);
+    }
 }

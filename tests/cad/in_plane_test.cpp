@@ -166,3 +166,57 @@ TEST_CASE("models in space, of another size or place are refused") {
     REQUIRE(!no_faces);
     CHECK(no_faces.error().what == "the model has no faces");
 }
+
+TEST_CASE("a 2D mesh of another radius is refused, by the edge of the model") {
+    for (const std::size_t n : {6, 16, 40})
+        for (const double share : {0.0, 0.03, -0.03, 0.12, -0.12, 0.3}) {  // of the edges' length
+            CAPTURE(n);
+            CAPTURE(share);
+            const double length = 2 * std::sin(pi / static_cast<double>(n)), radius = 1 - share * length;
+            std::vector<Vec<2>> rim;
+            for (std::size_t i = 0; i < n; ++i) {
+                const double angle = 2 * pi * static_cast<double>(i) / static_cast<double>(n);
+                rim.push_back({{std::cos(angle), std::sin(angle)}});
+            }
+            const CadModel model = model_of(Kind::ellipse, {radius, radius * (1 - 1e-9), 0});
+            const LinearMesh<2> mesh = fan(rim);
+            const CadAssociation a = associated(mesh, model);
+            const auto fits = check_vertices<2>(a, CadVertices::keep);
+            REQUIRE(fits.has_value() == (std::abs(share) < 0.05));
+            if (!fits) CHECK(fits.error().what.find("away from CAD edge 1, ") != std::string::npos);
+            // Moved onto the model they fit.
+            const Geometry<2> geometry(CadGeometry<2>{model, a, mesh});
+            const auto moved = value(vertices_onto(model, a, mesh, geometry, {}));
+            LinearMesh<2> on = mesh;
+            on.points = moved.points;
+            CHECK(moved.held == 0);
+            CHECK(associated(on, model).largest_vertex_distance <= 1e-12);
+        }
+}
+
+TEST_CASE("2D facets that span smooth vertices of the model have their nodes on the joined curves") {
+    for (const double sliver : {0.5, 0.03, 0.002}) {
+        const CadModel model = model_of(Kind::split_disc, {1, sliver, 0});
+        REQUIRE(model.edges() == 3);
+        for (const std::size_t n : {5, 12, 24}) {
+            CAPTURE(sliver);
+            CAPTURE(n);
+            std::vector<Vec<2>> rim;
+            for (std::size_t i = 0; i < n; ++i) {
+                const double angle = 2 * pi * static_cast<double>(i) / static_cast<double>(n);
+                rim.push_back({{std::cos(angle), std::sin(angle)}});
+            }
+            const auto mesh = value(elevate(fan(rim), {}));
+            const CadAssociation a = value(associate(mesh.linear, mesh.edges, model, {}));
+            CHECK(a.doubtful_facets + a.doubtful_vertices == 0);
+            CHECK(a.largest_vertex_distance <= 1e-12);
+            CHECK(!a.misfit);
+            CHECK(a.joined == std::vector<std::vector<std::size_t>>{{0, 1, 2}});
+            const Geometry<2> geometry(CadGeometry<2>{model, a, mesh.linear});
+            const auto features = value(find_features(mesh.linear, mesh.edges, FeatureOptions<2>{}, {}));
+            const auto nodes = value(boundary_nodes(mesh, features, geometry, {}));
+            for (const auto& edges : mesh.edges.of_facets)
+                CHECK(std::abs(norm(nodes[edges[0].index()].point) - 1) <= 1e-14);
+        }
+    }
+}

@@ -4,8 +4,10 @@
 
 #include <BRepAlgoAPI_Common.hxx>
 #include <BRepAlgoAPI_Cut.hxx>
+#include <BRepAlgoAPI_Fuse.hxx>
 #include <BRepBuilderAPI_MakeEdge.hxx>
 #include <BRepBuilderAPI_MakeFace.hxx>
+#include <BRepBuilderAPI_MakeVertex.hxx>
 #include <BRepBuilderAPI_MakeWire.hxx>
 #include <BRepBuilderAPI_NurbsConvert.hxx>
 #include <BRepFilletAPI_MakeFillet.hxx>
@@ -35,6 +37,7 @@
 #include <TopoDS_Compound.hxx>
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Shape.hxx>
+#include <TopoDS_Vertex.hxx>
 #include <TopoDS_Wire.hxx>
 #include <gp_Ax2.hxx>
 #include <gp_Circ.hxx>
@@ -154,6 +157,32 @@ TopoDS_Shape groove(double major, double minor) {
         .Shape();
 }
 
+/// Where the parts of a circle begin and end: a sliver of this angle, and two halves of the rest.
+std::array<double, 4> split_angles(double sliver) {
+    constexpr double begin = 0.2, turn = 2 * 3.141592653589793;
+    return {begin, begin + sliver, begin + 0.5 * (turn + sliver), begin + turn};
+}
+
+TopoDS_Shape split_cylinder(double radius, double height, double sliver) {
+    const std::array<double, 4> at = split_angles(sliver);
+    const auto part = [&](std::size_t i) {
+        const gp_Ax2 axes(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1), gp_Dir(std::cos(at[i]), std::sin(at[i]), 0));
+        return BRepPrimAPI_MakeCylinder(axes, radius, height, at[i + 1] - at[i]).Shape();
+    };
+    return BRepAlgoAPI_Fuse(BRepAlgoAPI_Fuse(part(0), part(1)).Shape(), part(2)).Shape();
+}
+
+TopoDS_Shape split_disc(double radius, double sliver) {
+    const std::array<double, 4> at = split_angles(sliver);
+    const gp_Circ curve(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), radius);
+    std::array<TopoDS_Vertex, 3> ends;
+    for (std::size_t i = 0; i < 3; ++i)
+        ends[i] = BRepBuilderAPI_MakeVertex(gp_Pnt(radius * std::cos(at[i]), radius * std::sin(at[i]), 0)).Vertex();
+    BRepBuilderAPI_MakeWire wire;
+    for (std::size_t i = 0; i < 3; ++i) wire.Add(BRepBuilderAPI_MakeEdge(curve, ends[i], ends[(i + 1) % 3]).Edge());
+    return within(wire.Wire());
+}
+
 TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
     constexpr double half = 3.141592653589793;
     switch (kind) {
@@ -181,6 +210,8 @@ TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
         case Kind::groove: return groove(s[0], s[1]);
         case Kind::skew_cone:
             return beyond(BRepPrimAPI_MakeCone(s[0], s[1], s[2]).Shape(), gp_Pnt(0, 0, 0.4 * s[2]), 0.7, 4 * s[2]);
+        case Kind::split_cylinder: return split_cylinder(s[0], s[1], s[2]);
+        case Kind::split_disc: return split_disc(s[0], s[1]);
         case Kind::nothing: return empty();
     }
     return {};

@@ -32,7 +32,10 @@ enum class Kind {
     cap,          // of a ball of radius a, cut by a plane at an angle b
     groove,       // a box of sizes 4, 4, 1 with that of a torus of radii a, b around its upper face
     skew_cone,    // of radii a, b and height c, cut by a tilted plane
-    nothing,      // a shape without faces
+    // Split into faces that meet smoothly, one of them a sliver:
+    split_cylinder,  // radius a, from z = 0 to b, cut by three half planes through z; the sliver's angle is c
+    split_disc,      // a plane face of radius a within three arcs; the sliver's angle is b
+    nothing,         // a shape without faces
 };
 
 /// The triangles of a model, each face with vertices of its own.

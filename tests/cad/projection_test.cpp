@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <vector>
 #include <rapidcheck.h>
 
 #include "property.hpp"
@@ -172,5 +173,50 @@ TEST_CASE("points near the edges of a cylinder") {
         const auto at = point_on_edge(model, edge, best.parameters[0]);
         RC_ASSERT(std::abs(dot(at.tangents[0], p - best.point)) <= 1e-12);
         RC_ASSERT(closest_on_edge(model, edge, best.point).point == best.point);
+    });
+}
+
+TEST_CASE("a search that begins anywhere on a face finds the nearest point of all of it") {
+    struct Model {
+        Kind kind;
+        std::array<double, 3> sizes;
+    };
+    for (const auto& [kind, sizes] :
+         {Model{Kind::nurbs_ball, {1.3, 0, 0}}, Model{Kind::nurbs_torus, {2, 0.5, 0}}, Model{Kind::cone, {1, 0.4, 2}},
+          Model{Kind::half_torus, {2, 0.5, 0}}, Model{Kind::skew_cone, {1, 0.4, 2}}}) {
+        CAPTURE(static_cast<int>(kind));
+        const CadModel model = model_of(kind, sizes);
+        property("as one without a beginning", [&] {
+            const auto face = static_cast<std::size_t>(number(0, 0.999) * static_cast<double>(model.faces()));
+            const Vec<3> p{{number(-3, 3), number(-3, 3), number(-2, 3)}};
+            const Vec<3> elsewhere{{number(-3, 3), number(-3, 3), number(-2, 3)}};
+            const auto near = closest_on_face(model, face, elsewhere).parameters;
+            const CadFoot plain = closest_on_face(model, face, p), found = closest_on_face(model, face, p, near);
+            RC_ASSERT(std::abs(found.distance - plain.distance) <= 1e-9 * plain.distance + 1e-12);
+            RC_ASSERT(std::abs(distance(p, found.point) - found.distance) <= 1e-12);
+        });
+    }
+}
+
+TEST_CASE("the nearest of many faces is that of one after the other") {
+    const CadModel model = model_of(Kind::filleted_box, {2, 0.3, 0});
+    REQUIRE(model.faces() == 26);
+    std::vector<std::size_t> all, some;
+    for (std::size_t f = 0; f < model.faces(); ++f) {
+        all.push_back(f);
+        if (f % 2 == 0) some.push_back(f);
+    }
+    property("wherever the point is", [&] {
+        const Vec<3> p{{number(-1, 3), number(-1, 3), number(-1, 3)}};
+        for (const auto& faces : {all, some}) {
+            std::size_t nearest = faces.front();
+            double least = 1e300;
+            for (const std::size_t f : faces)
+                if (const double d = closest_on_face(model, f, p).distance; d < least) {
+                    least = d;
+                    nearest = f;
+                }
+            RC_ASSERT(nearest_face(model, faces, p) == nearest);
+        }
     });
 }

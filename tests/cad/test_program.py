@@ -10,6 +10,7 @@ import tempfile
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import capsule
 import plate
 
 PROGRAM = sys.argv.pop(1)
@@ -96,6 +97,21 @@ class Program(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((self.path / "again.meshb").read_bytes(), (self.path / "curved.meshb").read_bytes())
 
+    def test_remeshing_meets_the_geometry_error_on_a_dome(self):
+        """A cylinder with a ball on it: `camber geometry` finds afterwards what the report says; nothing is off."""
+        out, report = self.path / "dome.mesh", self.path / "dome.json"
+        for error in (0.02, 0.004):
+            done = camber("remesh", HERE / "capsule.mesh", "--cad", CAPSULE, "--geometry-error", error, "-o", out,
+                          "--report", report)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = json.loads(report.read_text())["boundary"]
+            self.assertLessEqual(told["geometry_error"]["reached"], error)
+            self.assertLess(told["cad"]["largest_vertex_distance"], 1e-9)
+            self.assertEqual(told["vertex_deviation"]["off"], 0)
+            distances = json.loads(camber("geometry", out, "--cad", CAPSULE, "--json").stdout)["distances"]
+            for way in ("to_geometry", "to_boundary"):
+                self.assertLessEqual(distances[way]["largest"], error)
+
     def test_the_same_bytes_for_any_number_of_threads(self):
         for threads in (1, 3):
             done = camber("curve", self.path / "shell.mesh", "-o", self.path / f"{threads}.meshb", "--cad", MODEL,
@@ -170,6 +186,26 @@ class Program(unittest.TestCase):
         for facet in facets:  # each is on one side
             heights = [points[v - 1][2] - 2 for v in facet if v not in on]
             self.assertTrue(all(z > 0 for z in heights) or all(z < 0 for z in heights))
+
+    def test_facets_across_a_smooth_edge_join_its_faces(self):
+        report = self.path / "joined.json"
+        curve = lambda mesh: camber("curve", mesh, "-o", self.path / "joined.mesh", "--cad", CAPSULE, "--report", report)
+        done = curve(HERE / "capsule.mesh")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("joined", json.loads(report.read_text())["boundary"]["cad"])
+        mesh = self.path / "across.mesh"
+        mesh.write_text(capsule.across_circle())
+        done = curve(mesh)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        cad = json.loads(report.read_text())["boundary"]["cad"]
+        self.assertEqual([len(faces) for faces in cad["joined"]], [2])
+        self.assertEqual(cad["doubtful_edges"] + cad["doubtful_vertices"], 0)
+        self.assertLess(cad["largest_vertex_distance"], 1e-9)
+        self.assertLess(cad["largest_node_distance"], 1e-9)
+        self.assertNotIn("facets_across_ridges", cad)
+        self.assertIn("CAD faces joined smoothly", done.stdout)
+        done = camber("geometry", mesh, "--cad", CAPSULE, "--json")
+        self.assertEqual(json.loads(done.stdout)["cad"]["joined"], cad["joined"])
 
     def plate(self, off=0.0):
         """The plate's mesh; vertices of the boundary off it by this in each coordinate, at most."""
@@ -286,6 +322,42 @@ class Program(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assert_on_plate(out)
 
+    def test_a_mesh_of_a_hole_with_another_radius_is_refused_or_moved(self):
+        for radius, fits in ((0.5, True), (0.495, True), (0.48, False), (0.55, False), (0.6, False)):
+            with self.subTest(radius=radius):
+                mesh = self.path / f"hole-{radius}.mesh"
+                mesh.write_text(plate.text(*plate.plate(radius=radius)))
+                done, report = self.curve_plate("--cad", PLATE, mesh=mesh)
+                self.assertEqual(done.returncode, 0 if fits else 3, done.stderr)
+                if not fits:
+                    self.assertRegex(done.stderr, r"vertex \d+: is 0\.\d+ away from CAD face \d+, [\d.]+ % of the shortest boundary edge")
+                    self.assertRegex(done.stderr, r"48 of the 48 vertices of the mesh on CAD face \d+ are off by more than 5 %")
+                    self.assertIn("--cad-vertices move", done.stderr)
+                    self.assertEqual(len(done.stderr.strip().splitlines()), 1)
+                    measured = camber("geometry", mesh, "--cad", PLATE)
+                    self.assertEqual(measured.returncode, 0, measured.stderr)
+                    self.assertIn("does not belong to the CAD model", measured.stderr)
+                done, report = self.curve_plate("--cad", PLATE, "--cad-vertices", "move", mesh=mesh)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(report["validity"]["invalid"], 0)
+                self.assertEqual(report["boundary"]["cad"]["moved_vertices"] > 0, radius != 0.5)
+                self.assertLess(report["boundary"]["cad"]["largest_vertex_distance"], 1e-12)
+                self.assert_on_plate(self.path / "plate-p2.mesh")
+
+    def test_a_2d_mesh_of_another_radius_is_refused_or_moved(self):
+        mesh, out = self.path / "wide.mesh", self.path / "wide-p2.mesh"
+        self.assertEqual(camber("generate", "annulus", "--set", "outer_radius=2.4", "-o", mesh).returncode, 0)
+        done = camber("curve", mesh, "-o", out, "--cad", ANNULUS)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertRegex(done.stderr, r"away from CAD edge \d, .* vertices of the mesh on CAD edge \d are off by more than 5 %")
+        self.assertIn("--cad-vertices move", done.stderr)
+        done = camber("curve", mesh, "-o", out, "--cad", ANNULUS, "--cad-vertices", "move", "--report", self.path / "wide.json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        report = json.loads((self.path / "wide.json").read_text())
+        self.assertGreater(report["boundary"]["cad"]["moved_vertices"], 0)
+        self.assertLess(report["boundary"]["cad"]["largest_vertex_distance"], 1e-12)
+        self.assertEqual(report["validity"]["invalid"], 0)
+
     def test_references_that_are_none(self):
         def refused(cad, says, code=2):
             done, _ = self.curve_plate("--geometry", json.dumps({"cad": {"file": str(PLATE)} | cad}))
@@ -295,7 +367,7 @@ class Program(unittest.TestCase):
         refused({"references": [7, 9]}, "no boundary triangle of the mesh has reference 9")
         refused({"references": [7], "analytic": [HOLE]}, "reference 7 has an analytic surface, too")
         refused({"analytic": [HOLE, HOLE]}, "/geometry/cad/analytic/1")
-        refused({"analytic": [HOLE | {"references": list(range(1, 8))}]}, "/geometry/cad/analytic/0")
+        refused({"analytic": [HOLE | {"references": list(range(1, 8))}]}, "/geometry/cad/analytic/0", 3)
         refused({"references": [5, 7], "unit": "m"}, "give that as the unit", 3)
         refused({"references": [5, 7], "unit": "um"}, "give that as the unit", 3)
 
@@ -310,9 +382,37 @@ class Program(unittest.TestCase):
         self.assertIn("no CAD format", self.refused(2, "--cad", self.path / "shell.mesh"))
         self.assertIn("give it or --cad", self.refused(2, "--cad", MODEL, "--geometry", "straight"))
         self.assertIn("give --cad too", self.refused(2, "--cad-unit", "mm"))
+        self.assertIn("give --cad too", self.refused(2, "--cad-vertices", "move"))
         broken = self.path / "broken.brep"
         broken.write_bytes(MODEL.read_bytes()[:700])
         self.assertIn("broken", self.refused(3, "--cad", broken))
+
+    def test_the_unit_is_found_by_the_boundary(self):
+        """The model is in millimetres; shells of 1 and of 1e-3 of its size are those of mm and of m."""
+        lines = (self.path / "shell.mesh").read_text().split("\n")
+        first = lines.index("Vertices") + 2
+        for scale, unit in ((1, "mm"), (1e-3, "m"), (0.5, None)):
+            scaled = list(lines)
+            for i in range(first, first + int(lines[first - 1])):
+                *point, reference = lines[i].split()
+                scaled[i] = " ".join([*(repr(scale * float(x)) for x in point), reference])
+            mesh, report = self.path / "scaled.mesh", self.path / "scaled.json"
+            mesh.write_text("\n".join(scaled))
+            done = camber("curve", mesh, "-o", self.path / "scaled.meshb", "--report", report, "--cad", MODEL)
+            looked = camber("geometry", mesh, "--cad", MODEL, "--json")
+            if unit is None:
+                self.assertEqual((done.returncode, looked.returncode), (3, 3))
+                self.assertIn("if the file's unit is not the mesh's, say the mesh's", done.stderr)
+                continue
+            self.assertEqual((done.returncode, looked.returncode), (0, 0), done.stderr + looked.stderr)
+            for cad in (json.loads(report.read_text())["boundary"]["cad"], json.loads(looked.stdout)["cad"]):
+                self.assertEqual((cad["unit"], cad["unit_found"]), (unit, scale != 1))
+                self.assertLess(cad["largest_vertex_distance"], 1e-12)
+            row = "mm, as the CAD file" if scale == 1 else "m, found by the boundary; the CAD file is in mm"
+            self.assertIn(row, done.stdout)
+            # What is said of the unit holds, whatever fits.
+            self.assertIn("give that as the unit" if scale != 1 else "",
+                          camber("curve", mesh, "-o", self.path / "x.meshb", "--cad", MODEL, "--cad-unit", "file").stderr)
 
     def test_an_edge_of_the_model_that_is_elsewhere_is_refused(self):
         """Each face fits, and the edge between two of them is eleven away along its line: nodes would go there."""

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,20 @@ struct CurveJet {
     Point point, first, second;
 };
 
+/// A surface to which distances have a closed form, in the unit of the file: z along its axis or normal, x where u is
+/// 0.
+struct ClosedForm {
+    enum class Kind { none, plane, cylinder, sphere, torus };
+    Kind kind = Kind::none;
+    Point origin{}, x{}, y{}, z{};
+    double major = 0, minor = 0;  ///< radii; of a cylinder and a sphere the first alone
+    double scale = 1;             ///< of that unit, in the one in which the kernel answers
+};
+
 struct FaceFacts {
     bool is_plane = false;
     bool has_closed_form = false;      ///< nearest_parameters answers
+    ClosedForm form = {};              ///< of the same surfaces
     bool is_reversed = false;          ///< the face's outward normal is −u × v
     std::array<double, 2> low, high;   ///< of the parameters on the face
     std::array<double, 2> period{};    ///< 0: none
@@ -37,6 +49,9 @@ struct EdgeFacts {
     std::size_t cells = 1;
     std::vector<std::size_t> vertices;  ///< its ends, one where it is closed
     std::vector<std::size_t> faces;     ///< around it, each once
+    double turn = half_turn;            ///< largest angle between the outward normals of its two faces (radians)
+
+    static constexpr double half_turn = 3.141592653589793;  ///< also of an edge that has not two faces
 };
 
 /// What a file has and the model made of it has not.
@@ -59,6 +74,7 @@ class Kernel {
     std::vector<Point> vertices;
     std::string file_unit;   ///< as the file calls it; empty: it says none
     double millimetres = 1;  ///< of the unit in which it answers
+    double file_millimetres = 1;
     Losses losses;
 
     /// The model for another process: `Restore` makes the same of it, to the last bit.
@@ -68,6 +84,8 @@ class Kernel {
     [[nodiscard]] virtual CurveJet on_curve(std::size_t edge, double t) const = 0;
     /// Of the point of the whole surface, not only of the face, that is nearest to p.
     [[nodiscard]] virtual std::array<double, 2> nearest_parameters(std::size_t face, const Point& p) const = 0;
+    /// Whether the face has the point of its surface at (u, v), where that is known without OpenCASCADE.
+    [[nodiscard]] virtual std::optional<bool> has_at_once(std::size_t face, double u, double v) const = 0;
     /// Whether the face has the point of its surface at (u, v).
     [[nodiscard]] virtual bool has(std::size_t face, double u, double v) const = 0;
 };

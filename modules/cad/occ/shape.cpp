@@ -1,10 +1,15 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 #include <BRepTools.hxx>
 #include <BRepTopAdaptor_FClass2d.hxx>
 #include <BRep_Tool.hxx>
@@ -27,19 +32,145 @@
 #include <TopoDS_Edge.hxx>
 #include <TopoDS_Face.hxx>
 #include <TopoDS_Vertex.hxx>
+#include <gp_Ax3.hxx>
+#include <gp_Dir.hxx>
+#include <gp_Pnt.hxx>
+#include <gp_Pnt2d.hxx>
+#include <gp_Vec.hxx>
 
 #include "read.hpp"
+#include "spline.hpp"
 
 namespace camber::occ {
 
 namespace {
 
+/// A grid over the parameters of a trimmed face. Cells that no edge of the face crosses are inside of it or outside as
+/// a whole, which OpenCASCADE decides once for each group of neighbours; points in other cells are left to it.
+class DomainGrid {
+  public:
+    enum class State : std::uint8_t { unknown, inside, outside };
+
+    DomainGrid(const TopoDS_Face& face, const FaceFacts& facts, BRepTopAdaptor_FClass2d& domain)
+        : low_(facts.low), high_(facts.high), side_(side_for(face)), states_(side_ * side_, State::unknown) {
+        const auto crossed = crossed_by_edges(face);
+        if (crossed.empty()) return;
+        std::vector<bool> is_grouped = crossed;
+        for (std::size_t cell = 0; cell < states_.size(); ++cell)
+            if (!is_grouped[cell]) decide(group_of(cell, is_grouped), domain);
+    }
+
+    [[nodiscard]] State at(double u, double v) const {
+        const std::array<double, 2> uv{u, v};
+        std::array<std::size_t, 2> cell{};
+        for (std::size_t k = 0; k < 2; ++k) {
+            if (!(uv[k] >= low_[k] && uv[k] <= high_[k])) return State::unknown;
+            cell[k] = cell_of(uv[k], k);
+        }
+        return states_[cell[0] * side_ + cell[1]];
+    }
+
+  private:
+    /// Cells each way: more for a face with many edges, which may be holes.
+    static std::size_t side_for(const TopoDS_Face& face) {
+        constexpr double least = 64, most = 256, edges_of_few = 4;
+        std::size_t edges = 0;
+        for (TopExp_Explorer at(face, TopAbs_EDGE); at.More(); at.Next()) ++edges;
+        return static_cast<std::size_t>(
+            std::clamp(least * std::sqrt(static_cast<double>(edges) / edges_of_few), least, most));
+    }
+
+    [[nodiscard]] std::size_t cell_of(double x, std::size_t k) const {
+        const double at = (x - low_[k]) / (high_[k] - low_[k]) * static_cast<double>(side_);
+        return at >= 0 ? std::min(static_cast<std::size_t>(std::min(at, static_cast<double>(side_))), side_ - 1) : 0;
+    }
+    [[nodiscard]] double middle_of(std::size_t cell, std::size_t k) const {
+        return low_[k] + (high_[k] - low_[k]) * (static_cast<double>(cell) + 0.5) / static_cast<double>(side_);
+    }
+
+    /// Cells that meet the box of two neighbouring points of an edge, widened by its size; nothing where an edge has no
+    /// curve in the parameters.
+    [[nodiscard]] std::vector<bool> crossed_by_edges(const TopoDS_Face& face) const {
+        constexpr int pieces = 128;
+        std::vector<bool> crossed(side_ * side_, false);
+        for (TopExp_Explorer at(face, TopAbs_EDGE); at.More(); at.Next()) {
+            double first = 0, last = 0;
+            const auto curve = BRep_Tool::CurveOnSurface(TopoDS::Edge(at.Current()), face, first, last);
+            if (curve.IsNull()) return {};
+            gp_Pnt2d from = curve->Value(first);
+            for (int i = 1; i <= pieces; ++i) {
+                const gp_Pnt2d to = curve->Value(first + (last - first) * i / pieces);
+                mark(from, to, crossed);
+                from = to;
+            }
+        }
+        return crossed;
+    }
+
+    void mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const {
+        constexpr double beside = 1e-6;  // of the face, for edges that run along a border of cells
+        std::array<std::size_t, 2> begin{}, end{};
+        for (std::size_t k = 0; k < 2; ++k) {
+            const auto [a, b] = std::minmax(k == 0 ? from.X() : from.Y(), k == 0 ? to.X() : to.Y());
+            const double more = b - a + beside * (high_[k] - low_[k]);
+            begin[k] = cell_of(a - more, k);
+            end[k] = cell_of(b + more, k);
+        }
+        for (std::size_t i = begin[0]; i <= end[0]; ++i)
+            for (std::size_t j = begin[1]; j <= end[1]; ++j) crossed[i * side_ + j] = true;
+    }
+
+    /// The cells that are connected with one, which are grouped from then on.
+    [[nodiscard]] std::vector<std::size_t> group_of(std::size_t cell, std::vector<bool>& is_grouped) const {
+        std::vector<std::size_t> group{cell};
+        is_grouped[cell] = true;
+        const auto add = [&](std::size_t neighbour) {
+            if (is_grouped[neighbour]) return;
+            is_grouped[neighbour] = true;
+            group.push_back(neighbour);
+        };
+        for (std::size_t next = 0; next < group.size(); ++next) {
+            const std::size_t i = group[next] / side_, j = group[next] % side_;
+            if (i > 0) add(group[next] - side_);
+            if (i + 1 < side_) add(group[next] + side_);
+            if (j > 0) add(group[next] - 1);
+            if (j + 1 < side_) add(group[next] + 1);
+        }
+        return group;
+    }
+
+    /// By some cells of a group; where they disagree, as those of a loop that does not close may, it stays unknown.
+    void decide(const std::vector<std::size_t>& group, BRepTopAdaptor_FClass2d& domain) {
+        constexpr std::size_t tries = 5;
+        State state = State::unknown;
+        for (std::size_t n = 0; n < std::min(tries, group.size()); ++n) {
+            const std::size_t cell = group[n * group.size() / std::min(tries, group.size())];
+            const TopAbs_State found = domain.Perform(gp_Pnt2d(middle_of(cell / side_, 0), middle_of(cell % side_, 1)));
+            if (found != TopAbs_IN && found != TopAbs_OUT) return;
+            const State here = found == TopAbs_IN ? State::inside : State::outside;
+            if (state != State::unknown && state != here) return;
+            state = here;
+        }
+        for (const std::size_t cell : group) states_[cell] = state;
+    }
+
+    std::array<double, 2> low_, high_;
+    std::size_t side_;
+    std::vector<State> states_;
+};
+
 /// A surface with what is asked of it often.
 struct Surface {
     Handle(Geom_Surface) geometry;
     GeomAdaptor_Surface kind;
+    std::optional<SplineSurface> spline;
     std::unique_ptr<BRepTopAdaptor_FClass2d> domain;                     ///< none: the rectangle of the parameters
+    std::optional<DomainGrid> grid;                                      ///< of a domain
     std::unique_ptr<std::mutex> asked = std::make_unique<std::mutex>();  ///< one thread at a time may ask for it
+};
+struct Curve {
+    Handle(Geom_Curve) geometry;
+    std::optional<SplineCurve> spline;
 };
 
 /// Whether all edges of a face run along the bounds of its parameters, as those of whole spheres, of cylinders and of
@@ -84,6 +215,29 @@ bool has_closed_form(const GeomAdaptor_Surface& kind) {
     }
 }
 
+ClosedForm closed_form(const GeomAdaptor_Surface& kind, double scale) {
+    using Kind = ClosedForm::Kind;
+    const auto of = [&](Kind what, const gp_Ax3& axes, double major, double minor) {
+        const auto values = [](const gp_XYZ& p) { return Point{p.X(), p.Y(), p.Z()}; };
+        return ClosedForm{what,
+                          values(axes.Location().XYZ()),
+                          values(axes.XDirection().XYZ()),
+                          values(axes.YDirection().XYZ()),
+                          values(axes.Direction().XYZ()),
+                          major,
+                          minor,
+                          scale};
+    };
+    switch (kind.GetType()) {
+        case GeomAbs_Plane: return of(Kind::plane, kind.Plane().Position(), 0, 0);
+        case GeomAbs_Cylinder: return of(Kind::cylinder, kind.Cylinder().Position(), kind.Cylinder().Radius(), 0);
+        case GeomAbs_Sphere: return of(Kind::sphere, kind.Sphere().Position(), kind.Sphere().Radius(), 0);
+        case GeomAbs_Torus:
+            return of(Kind::torus, kind.Torus().Position(), kind.Torus().MajorRadius(), kind.Torus().MinorRadius());
+        default: return {};
+    }
+}
+
 /// A spline turns at most about once in a span of each degree.
 std::array<std::size_t, 2> cells_of(const GeomAdaptor_Surface& kind) {
     constexpr int least = 8, most = 64, swept = 32;
@@ -125,6 +279,7 @@ class Shape final : public Kernel {
   public:
     Shape(Read read, double unit) : read_(std::move(read)), scale_(1 / (unit > 0 ? unit : read_.millimetres)) {
         millimetres = unit > 0 ? unit : read_.millimetres;
+        file_millimetres = read_.millimetres;
         file_unit = read_.unit;
         losses = read_.losses;
         const TopoDS_Shape& shape = read_.shape;
@@ -141,11 +296,15 @@ class Shape final : public Kernel {
             numbers.push_back(is_curve ? static_cast<std::ptrdiff_t>(edges.size()) - 1 : -1);
         }
         for (int i = 1; i <= all_faces.Extent(); ++i) add_face(TopoDS::Face(all_faces(i)), all_edges, numbers);
+        for (int i = 1; i <= all_edges.Extent(); ++i)
+            if (const std::ptrdiff_t number = numbers[static_cast<std::size_t>(i - 1)]; number >= 0)
+                add_turn(edges[static_cast<std::size_t>(number)], TopoDS::Edge(all_edges(i)), all_faces);
     }
 
     [[nodiscard]] std::string packed() const override { return occ::packed(read_); }
 
     [[nodiscard]] SurfaceJet on_surface(std::size_t face, double u, double v) const override {
+        if (const auto& spline = surfaces_[face].spline) return spline->evaluate(u, v);
         return told_or<SurfaceJet>({nowhere, nowhere, nowhere, nowhere, nowhere, nowhere}, [&]() -> SurfaceJet {
             gp_Pnt p;
             gp_Vec du, dv, duu, dvv, duv;
@@ -156,10 +315,11 @@ class Shape final : public Kernel {
     }
 
     [[nodiscard]] CurveJet on_curve(std::size_t edge, double t) const override {
+        if (const auto& spline = curves_[edge].spline) return spline->evaluate(t);
         return told_or<CurveJet>({nowhere, nowhere, nowhere}, [&]() -> CurveJet {
             gp_Pnt p;
             gp_Vec first, second;
-            curves_[edge]->D2(t, p, first, second);
+            curves_[edge].geometry->D2(t, p, first, second);
             return {scaled(p.XYZ(), scale_), scaled(first.XYZ(), scale_), scaled(second.XYZ(), scale_)};
         });
     }
@@ -178,13 +338,20 @@ class Shape final : public Kernel {
         return {u, v};
     }
 
-    [[nodiscard]] bool has(std::size_t face, double u, double v) const override {
+    [[nodiscard]] std::optional<bool> has_at_once(std::size_t face, double u, double v) const override {
         if (!surfaces_[face].domain) return is_within(faces[face], {u, v});
+        const DomainGrid::State state = surfaces_[face].grid->at(u, v);
+        if (state == DomainGrid::State::unknown) return std::nullopt;
+        return state == DomainGrid::State::inside;
+    }
+
+    [[nodiscard]] bool has(std::size_t face, double u, double v) const override {
+        if (const auto known = has_at_once(face, u, v)) return *known;
         // Whether it may be asked by several threads at once is not said; a wrong answer was seen with them.
         const std::lock_guard alone(*surfaces_[face].asked);
         return told_or(false, [&] {
-            const TopAbs_State state = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
-            return state == TopAbs_IN || state == TopAbs_ON;
+            const TopAbs_State found = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
+            return found == TopAbs_IN || found == TopAbs_ON;
         });
     }
 
@@ -215,7 +382,8 @@ class Shape final : public Kernel {
         for (TopExp_Explorer at(edge, TopAbs_VERTEX); at.More(); at.Next())
             add_once(facts.vertices, static_cast<std::size_t>(all_vertices.FindIndex(at.Current()) - 1));
         edges.push_back(std::move(facts));
-        curves_.push_back(std::move(curve));
+        auto spline = SplineCurve::of(curve, scale_);
+        curves_.push_back({std::move(curve), std::move(spline)});
         return true;
     }
 
@@ -229,10 +397,14 @@ class Shape final : public Kernel {
         surface.kind.Load(surface.geometry);
         facts.is_plane = surface.kind.GetType() == GeomAbs_Plane;
         facts.has_closed_form = has_closed_form(surface.kind);
+        facts.form = closed_form(surface.kind, scale_);
         facts.is_reversed = face.Orientation() == TopAbs_REVERSED;
         BRepTools::UVBounds(face, facts.low[0], facts.high[0], facts.low[1], facts.high[1]);
-        if (!is_rectangle(face, facts))
+        surface.spline = SplineSurface::of(surface.geometry, scale_);
+        if (!is_rectangle(face, facts)) {
             surface.domain = std::make_unique<BRepTopAdaptor_FClass2d>(face, Precision::PConfusion());
+            surface.grid.emplace(face, facts, *surface.domain);
+        }
         if (surface.geometry->IsUPeriodic()) facts.period[0] = surface.geometry->UPeriod();
         if (surface.geometry->IsVPeriodic()) facts.period[1] = surface.geometry->VPeriod();
         facts.cells = cells_of(surface.kind);
@@ -246,10 +418,43 @@ class Shape final : public Kernel {
         surfaces_.push_back(std::move(surface));
     }
 
+    /// The unit normal out of a face at a share of the way along one of its edges; none where the surface has none.
+    [[nodiscard]] std::optional<gp_Dir> outward_normal(const TopoDS_Edge& edge, const TopoDS_Face& face,
+                                                       std::size_t number, double share) const {
+        double first = 0, last = 0;
+        const auto curve = BRep_Tool::CurveOnSurface(edge, face, first, last);
+        if (curve.IsNull()) return std::nullopt;
+        const gp_Pnt2d at = curve->Value(first + (last - first) * share);
+        gp_Pnt p;
+        gp_Vec u, v;
+        surfaces_[number].geometry->D1(at.X(), at.Y(), p, u, v);
+        const gp_Vec normal = u.Crossed(v);
+        constexpr double parallel = 1e-9;
+        if (!(normal.Magnitude() > parallel * u.Magnitude() * v.Magnitude())) return std::nullopt;
+        return gp_Dir(faces[number].is_reversed ? normal.Reversed() : normal);
+    }
+
+    void add_turn(EdgeFacts& facts, const TopoDS_Edge& edge, const TopTools_IndexedMapOfShape& all_faces) const {
+        constexpr std::array<double, 7> shares{0.02, 0.15, 0.35, 0.5, 0.65, 0.85, 0.98};
+        if (facts.faces.size() != 2) return;
+        facts.turn = told_or(EdgeFacts::half_turn, [&] {
+            double largest = 0;
+            for (const double share : shares) {
+                std::array<std::optional<gp_Dir>, 2> normals;
+                for (std::size_t k = 0; k < 2; ++k)
+                    normals[k] = outward_normal(edge, TopoDS::Face(all_faces(static_cast<int>(facts.faces[k]) + 1)),
+                                                facts.faces[k], share);
+                if (!normals[0] || !normals[1]) return EdgeFacts::half_turn;
+                largest = std::max(largest, normals[0]->Angle(*normals[1]));
+            }
+            return largest;
+        });
+    }
+
     Read read_;
     double scale_;
     std::vector<Surface> surfaces_;
-    std::vector<Handle(Geom_Curve)> curves_;
+    std::vector<Curve> curves_;
 };
 
 }  // namespace
