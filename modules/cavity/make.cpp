@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <string>
 #include <utility>
@@ -117,12 +118,16 @@ struct Meeting {
     }
 };
 
-/// Places of vertices, from what meets in them.
+/// Places of vertices, from what meets in them. `inside`: ends of lines in the volume, which are on no facet.
 template <int D>
-Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const BreaksOfMesh& breaks) {
+Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const BreaksOfMesh& breaks,
+                           std::span<const VertexId> inside) {
     Buffer<VertexState> states(mesh.points.size(), VertexState{});
     for (const auto& f : mesh.facets.vertices)
         for (const VertexId v : f) states[v.index()].place = VertexPlace::surface;
+    std::vector<VertexId> on_walls;
+    std::copy_if(inside.begin(), inside.end(), std::back_inserter(on_walls),
+                 [&](VertexId v) { return states[v.index()].place == VertexPlace::surface; });
     std::vector<Meeting> meetings(mesh.points.size());
     if constexpr (D == 2) {
         for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -140,6 +145,7 @@ Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made
     for (std::size_t v = 0; v < states.size(); ++v)
         if (meetings[v].count > 0 && (meetings[v].count != 2 || meetings[v].mixed))
             states[v].place = VertexPlace::corner;
+    for (const VertexId v : on_walls) states[v.index()].place = VertexPlace::corner;
     for (const VertexId v : mesh.corners) states[v.index()] = {VertexPlace::corner, Mark::corner};
     for (const auto& on : mesh.geometry.on_points) states[on.item.index()].place = VertexPlace::corner;
     for (const Group& group : mesh.groups)
@@ -195,6 +201,7 @@ Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeS
         auto made = with_faces(mesh, edges, *around, execution);
         if (!made) return made;
         if (auto checked = check_facets(*made, execution); !checked) return fail(checked.error());
+        std::vector<VertexId> inside;
         if constexpr (D == 3) {
             const auto facets = facet_shells(edges, execution);
             if (!facets) return fail(facets.error());
@@ -204,8 +211,11 @@ Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeS
             made->line_references = std::move(lines.references);
             made->line_entities = std::move(lines.entities);
             made->line_marks = std::move(lines.marks);
+            for (const EdgeId line : made->lines)
+                if ((*facets)[line].empty())
+                    inside.insert(inside.end(), edges.vertices[line].begin(), edges.vertices[line].end());
         }
-        auto states = places(mesh, *made, breaks);
+        auto states = places(mesh, *made, breaks, inside);
         for (const VertexId v : mesh.required_vertices) states[v.index()].marks |= Mark::required;
         mark_given(mesh.geometry, states);
         for (const VertexId v : at_infinity) states[v.index()] = {VertexPlace::infinity, Mark::frozen};

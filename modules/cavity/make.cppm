@@ -18,12 +18,12 @@ struct BreaksOfMesh {
 /// those with other than two facets or with facets of two references or entities (3D); embedded are those that `breaks`
 /// tells to be of another kind than `ridge`. Vertices are corners by the
 /// mesh's word, by `breaks`, where an association with a point or a group of vertices names them, and where they have
-/// other than two lines, or lines that differ in reference, entity or kind; in 2D where they have other than two
-/// facets, or facets that do. What cannot be changed soundly is frozen: vertices of no element, of facets or listed
-/// edges on no element, and where the mesh touches itself in a vertex or an edge only. Errors: a face of the boundary,
-/// or between two references, that has no facet (camber.soundness prepares meshes so that there is none), two facets or
-/// more than two elements on a face (input); `edges` or `breaks` of another mesh (internal); more than 2^31 − 2
-/// elements (unsupported); stopped, memory.
+/// other than two lines, or lines that differ in reference, entity or kind, or where a line of the volume meets a
+/// facet; in 2D where they have other than two facets, or facets that do. What cannot be changed soundly is frozen:
+/// vertices of no element, of facets or listed edges on no element, and where the mesh touches itself in a vertex or an
+/// edge only. Errors: a face of the boundary, or between two references, that has no facet (camber.soundness prepares
+/// meshes so that there is none), two facets or more than two elements on a face (input); `edges` or `breaks` of
+/// another mesh (internal); more than 2^31 − 2 elements (unsupported); stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                    const BreaksOfMesh& breaks, const Execution& execution);

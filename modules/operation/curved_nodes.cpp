@@ -197,7 +197,7 @@ std::optional<Vec<D>> CurvedNodes<D>::target_on_geometry(std::size_t s) const {
     }
     if (r_.mesh.is_embedded(line))
         return on_embedded_curve(goal_, site, r_.mesh.line_references[line], site.middle()).point;
-    return has_surface ? std::optional(geometry->middle_of(site)) : std::nullopt;
+    return has_surface ? std::optional(node_without_cusp<D>(*geometry, site)) : std::nullopt;
 }
 
 template <int D>

@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 module camber.operation;
 import camber.core;
 import camber.bezier;
@@ -86,7 +87,75 @@ bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const
     return !(after > before);
 }
 
+/// The places at which bounds are checked: of each edge in turn, then the middle.
+template <int D, int PerEdge>
+constexpr auto bounded_places = [] {
+    constexpr int edges = edges_per_simplex<D - 1>;
+    constexpr std::array<double, 2> along = PerEdge == 1 ? std::array{0.5, 0.5} : std::array{0.2113, 0.7887};
+    std::array<Barycentric<D - 1>, static_cast<std::size_t>(PerEdge * edges) + 1> places{};
+    for (int e = 0; e < edges; ++e)
+        for (int k = 0; k < PerEdge; ++k) {
+            places[PerEdge * e + k][local_edges<D - 1>[e][0]] = 1 - along[k];
+            places[PerEdge * e + k][local_edges<D - 1>[e][1]] = along[k];
+        }
+    for (int i = 0; i < D; ++i) places.back()[i] = 1.0 / D;
+    return places;
+}();
+
+template <int PerEdge, int D>
+BoundShares<D> shares_at(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent, double bound) {
+    constexpr const auto& at = bounded_places<D, PerEdge>;
+    FacetSite<D> facet{{}, reference, {}};
+    std::copy_n(bent.nodes.begin(), D, facet.corners.begin());
+    std::array<Vec<D>, at.size()> points;
+    std::array<double, at.size()> distances{};
+    for (std::size_t n = 0; n < at.size(); ++n) points[n] = point_of<D>(bent, at[n]);
+    BoundShares<D> shares;
+    if (!geometry->distances(facet, at, points, distances)) return shares;
+    for (std::size_t e = 0; e < shares.edges.size(); ++e)
+        for (int k = 0; k < PerEdge; ++k)
+            shares.edges[e] = std::max(shares.edges[e], distances[PerEdge * e + static_cast<std::size_t>(k)] / bound);
+    shares.middle = distances.back() / bound;
+    return shares;
+}
+template <int D>
+BoundShares<D> shares_of(const AdaptationGoal<D>& goal, bool is_curved, Reference reference,
+                         const NodalFacet<D>& facet) {
+    const double bound = distance_bound(goal.distance_bounds, reference);
+    if (!goal.geometry || bound == std::numeric_limits<double>::infinity()) return {};
+    return is_curved ? shares_at<2, D>(*goal.geometry, reference, facet, bound)
+                     : shares_at<1, D>(*goal.geometry, reference, facet, bound);
+}
+
 }  // namespace
+
+template <int D>
+BoundShares<D> bound_shares(const Adaptation<D>& r, const AdaptationGoal<D>& goal, FacetId f) {
+    return shares_of<D>(goal, r.mesh.is_curved(), r.mesh.facets.references[f], nodal_facet(r.mesh, f));
+}
+
+template <int D>
+EdgeId local_facet_edge(const DynamicMesh<D>& mesh, FacetId f, int e) {
+    if constexpr (D == 2)
+        return edge_of_facet(mesh, f);
+    else
+        return facet_edge(mesh, f, (e + 2) % 3);
+}
+
+template <int D>
+bool keeps_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
+    const auto& references = r.mesh.facets.references;
+    const Vec<D> place = place_of_point(r.mesh, patch);
+    double after = 1;
+    for (const JoinedFacet& joined : patch.star.facets)
+        if (!r.mesh.is_at_infinity(joined.facet))
+            after = std::max(after, shares_of<D>(goal, r.mesh.is_curved(), references[joined.facet],
+                                                 nodal_facet(r.mesh, patch, joined, place))
+                                        .largest());
+    return !(after > 1) || std::ranges::any_of(patch.removed.facets, [&](FacetId f) {
+        return !r.mesh.is_at_infinity(f) && after <= bound_shares(r, goal, f).largest();
+    });
+}
 
 template <int D>
 FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch,
@@ -113,7 +182,10 @@ FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoa
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template FacetDistance distance_from_geometry<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&, \
-                                                     double);
+                                                     double);                                                         \
+    template BoundShares<D> bound_shares<D>(const Adaptation<D>&, const AdaptationGoal<D>&, FacetId);                 \
+    template EdgeId local_facet_edge<D>(const DynamicMesh<D>&, FacetId, int);                                         \
+    template bool keeps_distance_bounds<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const Patch<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -152,13 +152,15 @@ class Operating {
             result_.farthest_facet = facets.largest;
             if (!facets.is_near) return RejectionReason::geometry;
         }
+        if (!goal_.distance_bounds.empty() && !keeps_distance_bounds(r_, goal_, out_)) return RejectionReason::geometry;
         if (limits_.node_gain == NodeGain::asked && !gains(r_, goal_, out_)) return RejectionReason::gain;
         return keeps_walls() ? RejectionReason::none : RejectionReason::crossing;
     }
     /// Of elements that may stay invalid facets may be folded: then all is proved.
     [[nodiscard]] bool keeps_walls() const {
-        if (Nodes::degree == 1 || out_.star.facets.empty()) return true;
+        if (out_.star.facets.empty()) return true;
         const auto made = new_facets(r_.mesh, out_);
+        if (made.empty()) return true;
         const bool are_valid = limits_.invalid_before == InvalidBefore::refused;
         return (are_valid && keeps_its_plane<D>(r_.mesh, out_, made)) || are_walls_clear<D>(r_, out_, made);
     }

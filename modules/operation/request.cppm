@@ -114,7 +114,7 @@ enum class RejectionReason : std::uint8_t {
     geometry,  ///< facets would turn too far, or be too far from the geometry
     waits,     ///< another patch was in the way: in a later round
     wall,      ///< an element would have two facets on one smooth, curved surface
-    crossing,  ///< of degree 2: facets that are not proved to be disjoint
+    crossing,  ///< facets that cross; of degree 2: that are not proved to be disjoint
     gain,      ///< nothing noticeable would change
     height,    ///< an element so flat that the rounding of coordinates could invert it
 };

@@ -1,6 +1,10 @@
 module;
+#include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <optional>
+#include <span>
+#include <vector>
 export module camber.operation:state;
 import camber.core;
 import camber.metric;
@@ -17,7 +21,7 @@ template <int D>
 struct Adaptation {
     DynamicMesh<D> mesh;
     VertexData<D> vertices;
-    FacetGrid<D> walls = {};  ///< of degree 2: its facets
+    FacetGrid<D> walls = {};  ///< boxes of its facets, see walls_of
     /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
     /// Ids may have come to name others since.
     Column<VertexId> off_geometry = {};
@@ -35,6 +39,20 @@ struct NodeSearch {
     explicit NodeSearch(const EdgeMinimiserOptions& given) : options(given), rules(edge_rules(given)) {}
 };
 
+/// Largest distance that facets may have from the geometry (model units).
+struct DistanceBound {
+    double largest = std::numeric_limits<double>::infinity();
+    std::vector<Reference> references = {};  ///< of these facets; empty: of all
+};
+/// The smallest of the bounds that hold for facets of a reference; infinite where none does.
+[[nodiscard]] inline double distance_bound(std::span<const DistanceBound> bounds, Reference reference) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const DistanceBound& bound : bounds)
+        if (bound.references.empty() || std::ranges::find(bound.references, reference) != bound.references.end())
+            least = std::min(least, bound.largest);
+    return least;
+}
+
 /// What the mesh is brought to: the field, which new vertices ask for theirs, and the geometry on which those of the
 /// boundary lie (none: the mesh's own straight facets).
 template <int D>
@@ -47,6 +65,8 @@ struct AdaptationGoal {
     /// Of degree 2, where the topology stays: where the node of each edge is wanted, the boundary's too. Then neither
     /// the field nor the geometry is asked.
     Column<LagrangeNode<D>> wanted = {};
+    /// Every patch keeps these bounds, or its facets exceed them by no more than the facets that it removes.
+    std::vector<DistanceBound> distance_bounds = {};
     EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
     /// A pass that comes beyond it ends with an error (memory): no field that asks for more than anybody expected takes
     /// the machine along.
@@ -64,6 +84,10 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                       const AdaptationGoal<D>& goal, const Execution& execution);
+
+/// The boxes of all facets; of a surface alone of its triangles.
+template <int D>
+[[nodiscard]] FacetGrid<D> walls_of(const DynamicMesh<D>& mesh);
 
 /// `lengths` anew, of a mesh whose nodes were not changed by commits. Errors: stopped, memory.
 template <int D>

@@ -11,21 +11,40 @@ import camber.cavity;
 
 namespace camber {
 
+namespace {
+
+/// A box that holds the whole facet.
+template <int D>
+Box<D> box_of_wall(const DynamicMesh<D>& mesh, const NodalFacet<D>& facet) {
+    if (mesh.is_curved()) return box_of(facet);
+    Box<D> box;
+    for (int i = 0; i < D; ++i) box.include(facet.nodes[i]);
+    return box;
+}
+
+/// True if the facets are clear of each other: proved to be disjoint, or straight and not crossing.
+template <int D>
+bool are_clear(const DynamicMesh<D>& mesh, const NodalFacet<D>& first, const NodalFacet<D>& second) {
+    if (mesh.is_curved()) return crossing_of(first, second) == Crossing::disjoint;
+    return are_surely_disjoint(first, second) || crossing_of(first, second) != Crossing::crossing;
+}
+
+}  // namespace
+
 template <int D>
 FacetGrid<D> walls_of(const DynamicMesh<D>& mesh) {
     FacetGrid<D> walls;
-    if (!mesh.is_curved()) return walls;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
-        if (!mesh.is_free(FacetId(f))) walls.insert(FacetId(f), box_of(nodal_facet(mesh, FacetId(f))));
+        if (!mesh.is_free(FacetId(f)) && !mesh.is_at_infinity(FacetId(f)))
+            walls.insert(FacetId(f), box_of_wall(mesh, nodal_facet(mesh, FacetId(f))));
     return walls;
 }
 
 template <int D>
 void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets) {
-    if (!mesh.is_curved()) return;
     for (const FacetId f : facets.removed) walls.remove(f);
     for (const FacetId f : facets.created)
-        if (!mesh.is_free(f)) walls.insert(f, box_of(nodal_facet(mesh, f)));
+        if (!mesh.is_free(f) && !mesh.is_at_infinity(f)) walls.insert(f, box_of_wall(mesh, nodal_facet(mesh, f)));
 }
 
 template <int D>
@@ -33,7 +52,8 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
     std::vector<NodalFacet<D>> made;
     made.reserve(patch.star.facets.size());
     const Vec<D> place = place_of_point(mesh, patch);
-    for (const JoinedFacet& joined : patch.star.facets) made.push_back(nodal_facet(mesh, patch, joined, place));
+    for (const JoinedFacet& joined : patch.star.facets)
+        if (!mesh.is_at_infinity(joined.facet)) made.push_back(nodal_facet(mesh, patch, joined, place));
     return made;
 }
 
@@ -48,8 +68,9 @@ bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::spa
             for (int c = 0; c < D; ++c) is_constant[c] = is_constant[c] && node[c] == place[c];
         return std::ranges::find(is_constant, true) != is_constant.end();
     };
-    return std::ranges::all_of(made, stays_in_plane) &&
-           std::ranges::all_of(patch.removed.facets, [&](FacetId f) { return stays_in_plane(nodal_facet(mesh, f)); });
+    return std::ranges::all_of(made, stays_in_plane) && std::ranges::all_of(patch.removed.facets, [&](FacetId f) {
+               return mesh.is_at_infinity(f) || stays_in_plane(nodal_facet(mesh, f));
+           });
 }
 
 namespace {
@@ -78,16 +99,16 @@ template <int D>
 bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
     std::vector<Box<D>> boxes;
     boxes.reserve(made.size());
-    for (const NodalFacet<D>& facet : made) boxes.push_back(box_of(facet));
+    for (const NodalFacet<D>& facet : made) boxes.push_back(box_of_wall(r.mesh, facet));
     std::vector<NearFacet<D>> near;
     for (const FacetId f : facets_beside<D>(r.walls, patch, boxes))
         near.push_back({r.walls.box(f), nodal_facet(r.mesh, f)});
     for (std::size_t i = 0; i < made.size(); ++i) {
-        if (crossing_of_itself(made[i]) != Crossing::disjoint) return false;
+        if (r.mesh.is_curved() && crossing_of_itself(made[i]) != Crossing::disjoint) return false;
         for (std::size_t j = 0; j < i; ++j)
-            if (crossing_of(made[i], made[j]) != Crossing::disjoint) return false;
+            if (!are_clear(r.mesh, made[i], made[j])) return false;
         for (const auto& [box, facet] : near)
-            if (box.meets(boxes[i]) && crossing_of(made[i], facet) != Crossing::disjoint) return false;
+            if (box.meets(boxes[i]) && !are_clear(r.mesh, made[i], facet)) return false;
     }
     return true;
 }
@@ -101,16 +122,17 @@ void NewWalls<D>::clear() {
 
 template <int D>
 bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
-    if (!mesh.is_curved() || patch.star.facets.empty()) return true;
+    if (patch.star.facets.empty()) return true;
     const auto made = new_facets(mesh, patch);
-    if (keeps_its_plane<D>(mesh, patch, made)) return true;  // what covers the plane is in the round's walls already
+    if (made.empty() || keeps_its_plane<D>(mesh, patch, made))
+        return true;  // the facets that cover the plane are in the round's walls already
     for (const NodalFacet<D>& facet : made) {
-        grid_.meeting(box_of(facet), near_);
+        grid_.meeting(box_of_wall(mesh, facet), near_);
         for (const FacetId f : near_)
-            if (crossing_of(facet, facets_[f.index()]) != Crossing::disjoint) return false;
+            if (!are_clear(mesh, facet, facets_[f.index()])) return false;
     }
     for (const NodalFacet<D>& facet : made) {
-        grid_.insert(FacetId(facets_.size()), box_of(facet));
+        grid_.insert(FacetId(facets_.size()), box_of_wall(mesh, facet));
         facets_.push_back(facet);
     }
     return true;

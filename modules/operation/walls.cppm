@@ -8,18 +8,14 @@ import camber.crossing;
 import camber.cavity;
 import :state;
 
-/// Walls of a mesh of degree 2 do not come to cross each other: positive Jacobians do not exclude it.
+/// Walls do not come to cross each other: neither positive volumes nor positive Jacobians of elements exclude it.
 namespace camber {
 
-/// The facets of a mesh by their boxes; nothing of a straight one.
-template <int D>
-[[nodiscard]] FacetGrid<D> walls_of(const DynamicMesh<D>& mesh);
-
-/// What a commit changed of them.
+/// Updates the boxes of facets after a commit.
 template <int D>
 void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets);
 
-/// The facets that a patch would make.
+/// The facets that a patch would make; of a surface alone its triangles.
 template <int D>
 [[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
@@ -30,18 +26,18 @@ template <int D>
 [[nodiscard]] bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch,
                                    std::span<const NodalFacet<D>> made);
 
-/// Whether facets that a patch makes are proved not to cross themselves, and to be disjoint from each other and from
-/// the mesh's other ones.
+/// True if the facets that a patch makes pass through neither each other nor the mesh's other facets. Curved facets
+/// must be proved to be disjoint, each from itself too; straight ones may touch.
 template <int D>
 [[nodiscard]] bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> made);
 
-/// Facets of the patches of one round, which know nothing of one another.
+/// Facets of the patches of one round, which are planned independently of one another.
 template <int D>
 class NewWalls {
   public:
     void clear();
     /// Takes the patch's facets, which are clear by themselves (are_walls_clear, or valid elements that keep their
-    /// plane), unless they are not disjoint from those taken before.
+    /// plane). False if they are not clear of those taken before.
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
   private:
