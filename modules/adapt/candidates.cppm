@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -123,6 +124,17 @@ template <int D>
 [[nodiscard]] double wanted_shape(const Adaptation<D>& r, double quality) {
     return shape_of_quality(r.mesh.is_surface() ? 1 - (1 - quality) / 4 : quality, D);
 }
+
+/// Limits of one split.
+struct SplitLimits {
+    double shortest = 0;     ///< no edge at the new point is shorter (lengths in the metric)
+    double min_quality = 0;  ///< of new elements, unless what they replace is worse
+};
+/// A request to split an edge at the middle by length, its point on the geometry, or with `share` below 1 that share of
+/// the way to it. Empty: no element has the edge, or `share` makes no difference.
+template <int D>
+[[nodiscard]] std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
+                                                          EdgeId edge, double share, const SplitLimits& limits);
 
 /// The order of what is not to be done.
 inline constexpr double infinite_order = std::numeric_limits<double>::infinity();

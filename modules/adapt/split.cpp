@@ -47,7 +47,6 @@ class Splits final : public Pass<D> {
     }
 
   private:
-    static constexpr std::size_t max_elements = 64;
     static constexpr double much_too_long = 2;
 
     /// `share`: how far the point goes to the geometry.
@@ -59,45 +58,7 @@ class Splits final : public Pass<D> {
         if (!(length > options_.longest)) return {};
         // What is much too long goes before what becomes short: a collapse mends that, and nothing the other.
         const double shortest = options_.shortest * std::min(1.0, much_too_long / length);
-        const auto [element, local] = element_with_edge(r.mesh, edge);
-        if (!element.valid()) return {};
-        Candidate<D> candidate;
-        auto& request = candidate.request;
-        cavity_of_edge(r.mesh, element, local, request.cavity);
-        const auto& [a, b] = r.mesh.edges[edge];
-        const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
-        const double t = half_of_length(std::sqrt(r.vertices.metrics[a].measure.length_squared(chord)),
-                                        std::sqrt(r.vertices.metrics[b].measure.length_squared(chord)));
-        request.place = r.mesh.points[a] + t * chord;
-        if (r.mesh.is_curved()) {
-            request.origin = request.place;
-            request.halves = {a, b};
-            request.place = QuadraticEdge<D>{r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]}.point(t);
-        }
-        request.share = share;
-        const SurfacePoint<D> foot = on_geometry_at_edge(goal_, r.mesh, edge, request.cavity.facets, request.place);
-        if (share < 1 && foot.point == request.place) return {};  // the geometry is where it is already
-        request.place += share * (foot.point - request.place);
-        request.lies = place_after(share, foot);
-        if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
-        ask_field(r, goal_, r.vertices.metrics[a].back, request);
-        request.holders = request.cavity.elements.size();
-        // Too near to a vertex that no growing takes away: rejected as it is.
-        const ConePoint<D> point{request.place, &request.metric, &request.gradient,
-                                 request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
-        BentSpokes<D> spokes(r, goal_);
-        if (nearest_of_holders(r, request, point, spokes) < shortest) {
-            candidate.rejected = RejectionReason::length;
-            return candidate;
-        }
-        grow_delaunay(r, spokes, max_elements, shortest, request.cavity);
-        spokes.give(request);
-        candidate.limits.corrections = 16;
-        candidate.limits.wall_elements = WallElements::refused;
-        candidate.limits.shortest = shortest;
-        candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
-        candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
-        return candidate;
+        return split_candidate(r, goal_, edge, share, {shortest, options_.min_quality});
     }
     const AdaptationGoal<D>& goal_;
     const SplitOptions& options_;
@@ -106,14 +67,61 @@ class Splits final : public Pass<D> {
 }  // namespace
 
 template <int D>
+std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge,
+                                            double share, const SplitLimits& limits) {
+    constexpr std::size_t max_elements = 64;
+    const auto [element, local] = element_with_edge(r.mesh, edge);
+    if (!element.valid()) return {};
+    Candidate<D> candidate;
+    auto& request = candidate.request;
+    cavity_of_edge(r.mesh, element, local, request.cavity);
+    const auto& [a, b] = r.mesh.edges[edge];
+    const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
+    const double t = half_of_length(std::sqrt(r.vertices.metrics[a].measure.length_squared(chord)),
+                                    std::sqrt(r.vertices.metrics[b].measure.length_squared(chord)));
+    request.place = r.mesh.points[a] + t * chord;
+    if (r.mesh.is_curved()) {
+        request.origin = request.place;
+        request.halves = {a, b};
+        request.place = QuadraticEdge<D>{r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]}.point(t);
+    }
+    request.share = share;
+    const SurfacePoint<D> foot = on_geometry_at_edge(goal, r.mesh, edge, request.cavity.facets, request.place);
+    if (share < 1 && foot.point == request.place) return {};  // the geometry is where it is already
+    request.place += share * (foot.point - request.place);
+    request.lies = place_after(share, foot);
+    if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
+    ask_field(r, goal, r.vertices.metrics[a].back, request);
+    request.holders = request.cavity.elements.size();
+    // Too near to a vertex that no growing takes away: rejected as it is.
+    const ConePoint<D> point{request.place, &request.metric, &request.gradient,
+                             request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
+    BentSpokes<D> spokes(r, goal);
+    if (nearest_of_holders(r, request, point, spokes) < limits.shortest) {
+        candidate.rejected = RejectionReason::length;
+        return candidate;
+    }
+    grow_delaunay(r, spokes, max_elements, limits.shortest, request.cavity);
+    spokes.give(request);
+    candidate.limits.corrections = 16;
+    candidate.limits.wall_elements = WallElements::refused;
+    candidate.limits.shortest = limits.shortest;
+    candidate.limits.min_shape = shape_of_quality(limits.min_quality, D);
+    candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+    return candidate;
+}
+
+template <int D>
 Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
                           const Execution& execution) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return run_on_edges<D>(std::move(state), goal, Splits<D>(goal, options), execution);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<Adapted<D>> split<D>(Adaptation<D>, const AdaptationGoal<D>&, const SplitOptions&, \
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template std::optional<Candidate<D>> split_candidate<D>(const Adaptation<D>&, const AdaptationGoal<D>&, EdgeId, \
+                                                            double, const SplitLimits&);                            \
+    template Outcome<Adapted<D>> split<D>(Adaptation<D>, const AdaptationGoal<D>&, const SplitOptions&,             \
                                           const Execution&);
 
 CAMBER_INSTANTIATE(2)

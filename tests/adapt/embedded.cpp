@@ -126,7 +126,7 @@ LinearMesh<2> sheet(double share) {
 /// What came of a mesh by a size: the mesh, and nodes where it is of degree 2.
 template <int D>
 CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticGeometry<D>>& analytic, double size,
-                        int degree) {
+                        int degree, double min_quality = 0.1) {
     const auto edges = must(unique_edges(mesh, alone));
     const auto features = must(find_features(mesh, edges, FeatureOptions<D>{}, alone));
     const Geometry<D> geometry =
@@ -163,7 +163,7 @@ CompactMesh<D> remeshed(const LinearMesh<D>& mesh, const std::optional<AnalyticG
         r = must(begin_adaptation(curved, breaks, goal, alone));
     }
     const auto done = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone));
-    CHECK(done.statistics.after.worst_quality > 0.1);
+    CHECK(done.statistics.after.worst_quality > min_quality);
     return must(finished(done.state, alone)).compact;
 }
 
@@ -199,7 +199,147 @@ bool has_vertex(const LinearMesh<D>& mesh, const Vec<D>& p) {
     return std::ranges::any_of(mesh.points, [&](const Vec<D>& q) { return distance(p, q) < 1e-12; });
 }
 
+/// The vertex at the bottom of a block where baffles and lines end.
+template <int D>
+Vec<D> end_on_wall() {
+    Vec<D> p;
+    for (int i = 0; i + 1 < D; ++i) p[i] = 2;
+    return p;
+}
+/// The first layer of a block of four cells is made low, and its vertices are shifted: edges of the lattice leave the
+/// end nearly along the wall, to both sides. A bow makes the bottom a part of a cylinder.
+template <int D>
+Vec<D> lowered(Vec<D> p, double bow) {
+    if (p[D - 1] > 0) {
+        p[D - 1] -= 0.85;
+        if (p[0] > 0 && p[0] < 4) p[0] -= 0.5;
+    }
+    p[D - 1] += bow * (1 - p[D - 1] / 3.15) * (p[0] - 2) * (p[0] - 2);
+    return p;
+}
+
+/// A baffle and lines that meet a wall or each other in one vertex, by their places in the lattice.
+template <int D>
+struct Ending {
+    const char* name;
+    std::function<bool(const std::array<Vec<D>, D>&)> is_baffle = {};
+    std::vector<std::vector<Vec<D>>> lines = {};  ///< polylines of edges of the lattice
+    Vec<D> vertex = end_on_wall<D>();
+};
+
+/// A block whose sides have references, with a baffle of reference 30 and listed edges of reference 8.
+template <int D>
+LinearMesh<D> block_with(const Ending<D>& ending, double bow) {
+    LatticeOptions<D> options;
+    options.cells.fill(4);
+    LinearMesh<D> mesh = with_facets<D>(
+        lattice_mesh(options), [](const auto&) { return 1; },
+        [&](const auto& face, const Vec<D>& within, FaceKind kind) -> Reference {
+            if (kind == FaceKind::boundary) return side_of_box<D>(face, within);
+            return ending.is_baffle && ending.is_baffle(face) ? 30 : 0;
+        });
+    if constexpr (D == 3) {
+        Buffer<SimplexVertices<1>> listed;
+        const auto vertex_at = [&](const Vec<3>& p) {
+            return VertexId(std::ranges::find(mesh.points, p) - mesh.points.begin());
+        };
+        for (const auto& line : ending.lines)
+            for (std::size_t i = 0; i + 1 < line.size(); ++i)
+                listed.push_back({vertex_at(line[i]), vertex_at(line[i + 1])});
+        Buffer<Reference> references(listed.size(), path);
+        mesh.edges = {std::move(listed), std::move(references), {}};
+    }
+    move_points(mesh, [bow](const Vec<D>& p) { return lowered(p, bow); });
+    return mesh;
+}
+
+/// After remeshing the vertex is one of the baffle and of the lines, walls in planes are in them, the bottom is where
+/// it was, and the volume is the same.
+template <int D>
+void expect_end_stays(const Ending<D>& ending, double bow, int degree, double size) {
+    CAPTURE(ending.name);
+    CAPTURE(bow);
+    CAPTURE(degree);
+    CAPTURE(size);
+    const LinearMesh<D> mesh = block_with(ending, bow);
+    const auto out = remeshed<D>(mesh, {}, size, degree, 0.01);
+    const auto has_vertex_there = [&, at = lowered(ending.vertex, bow)](const auto& simplices, Reference reference) {
+        for (std::size_t i = 0; i < simplices.size(); ++i)
+            for (const VertexId v : simplices.vertices[i])
+                if (simplices.references[i] == reference && out.mesh.points[v] == at) return true;
+        return false;
+    };
+    if (ending.is_baffle) CHECK(has_vertex_there(out.mesh.facets, 30));
+    if constexpr (D == 3)
+        if (!ending.lines.empty()) CHECK(has_vertex_there(out.mesh.edges, path));
+    double farthest = 0, off_bottom = 0;
+    constexpr Reference bottom = 1 + 2 * (D - 1), top = bottom + 1;
+    for (std::size_t f = 0; f < out.mesh.facets.size(); ++f) {
+        const Reference r = out.mesh.facets.references[f];
+        if (r == 30) continue;
+        for (const VertexId v : out.mesh.facets.vertices[f]) {
+            const Vec<D>& p = out.mesh.points[v];
+            if (r == bottom)
+                off_bottom = std::max(off_bottom, std::abs(p[D - 1] - bow * (p[0] - 2) * (p[0] - 2)));
+            else
+                farthest = std::max(farthest, std::abs(p[(r - 1) / 2] - (r == top ? 3.15 : r % 2 == 0 ? 4 : 0)));
+        }
+    }
+    CHECK(farthest < 1e-12);
+    CHECK(off_bottom < (bow == 0 ? 1e-12 : 0.02));
+    double volume = 0, before = 0;
+    for (std::size_t e = 0; e < out.mesh.elements.size(); ++e) volume += orientation(corners(out.mesh, e));
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) before += orientation(corners(mesh, e));
+    if (bow == 0) CHECK(std::abs(volume - before) < 1e-11 * before);
+}
+
 }  // namespace
+
+TEST_CASE("vertices where baffles and lines meet walls, and each other, stay") {
+    const auto all = [](const auto& places, auto&& is) { return std::ranges::all_of(places, is); };
+    const auto is_tip = [](const std::array<Vec<3>, 3>& p) {
+        return std::ranges::count(p, end_on_wall<3>()) == 1 &&
+               std::ranges::count_if(p, [](const Vec<3>& q) { return q[2] == 0; }) == 1 &&
+               std::ranges::all_of(p, [](const Vec<3>& q) { return q[1] == 2; });
+    };
+    const auto within = [](double low, double high) {
+        return [=](const Vec<3>& q) { return q[1] == 2 && q[2] >= low && q[2] <= 3 && q[0] <= high && q[0] >= 1; };
+    };
+    const Vec<3> end = end_on_wall<3>();
+    const std::vector<Vec<3>> up{end, {{2, 2, 1}}, {{2, 2, 2}}}, aside{end, {{3, 2, 1}}, {{3, 2, 2}}};
+    const std::vector<Ending<3>> endings{
+        {"the tip of a baffle", [=](const auto& p) { return is_tip(p) || all(p, within(1, 3)); }},
+        {"a rim that leaves the wall",
+         [=](const auto& p) { return is_tip(p) || all(p, within(0, 2)) || all(p, within(1, 3)); }},
+        {.name = "the end of a line", .lines = {up}},
+        {.name = "the middle of a line", .lines = {up, aside}},
+        {.name = "a line that leaves the wall", .lines = {{{{1, 2, 0}}, end}, aside}},
+        {"a line through a baffle",
+         [=](const auto& p) {
+             return all(p,
+                        [](const Vec<3>& q) { return q[2] == 2 && std::abs(q[0] - 2) < 2 && std::abs(q[1] - 2) < 2; });
+         },
+         {{{{2, 2, 1}}, {{2, 2, 2}}, {{2, 2, 3}}}},
+         {{2, 2, 2}}},
+    };
+    for (const auto& ending : endings)
+        for (const double bow : {0.0, 0.1})
+            for (const int degree : {1, 2}) expect_end_stays<3>(ending, bow, degree, degree == 1 ? 0.5 : 0.9);
+    const Vec<2> end_2{{2, 0}};
+    const auto is_side = [=](const std::array<Vec<2>, 2>& p, const Vec<2>& a, const Vec<2>& b) {
+        return (p[0] == a && p[1] == b) || (p[0] == b && p[1] == a);
+    };
+    const std::vector<Ending<2>> in_plane{
+        {"the end of a baffle", [=](const auto& p) { return is_side(p, end_2, {{2, 1}}); }},
+        {"the middle of a baffle",
+         [=](const auto& p) { return is_side(p, end_2, {{2, 1}}) || is_side(p, end_2, {{3, 1}}); }},
+        {"a baffle that leaves the wall", [=](const auto& p) { return is_side(p, end_2, {{3, 1}}); }},
+    };
+    for (const auto& ending : in_plane)
+        for (const double bow : {0.0, 0.1})
+            for (const int degree : {1, 2})
+                for (const double size : {0.4, 1.2}) expect_end_stays<2>(ending, bow, degree, size);
+}
 
 TEST_CASE("curves on plane faces and paths inside keep corners, lengths and places") {
     const LinearMesh<3> mesh = slab();

@@ -1,0 +1,362 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.metric;
+import camber.cavity;
+import camber.operation;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// The operation that brings a facet nearer to the geometry: a corner of it goes onto the geometry (snap) or into a
+/// neighbour (remove: one that is off the geometry; clear: any), or one of its edges is split or swapped.
+enum class Approach { snap, remove, clear, split, swap };
+
+/// What operations may do beside bringing facets nearer.
+struct Concessions {
+    WallElements walls = WallElements::refused;  ///< policy for elements with two facets on one surface
+    double min_quality = 0;                      ///< of new elements, unless what they replace is worse
+    double shortest_part = 0.3;                  ///< least length of a new edge, as a share of the split edge's
+    bool is_last = false;                        ///< there are no more
+};
+
+struct FarFacetsSum {
+    std::size_t count = 0;
+    double excess = 0;
+};
+
+/// One operation for each facet that exceeds its bound, the farthest first.
+template <int D>
+class FarFacets final : public Pass<D> {
+  public:
+    FarFacets(const AdaptationGoal<D>& goal, const SplitOptions& options, Approach approach, const Concessions& may)
+        : goal_(goal), options_(options), approach_(approach), may_(may) {}
+
+    [[nodiscard]] Outcome<std::vector<Task>> tasks(const Adaptation<D>& r, const Execution& execution) const {
+        return reduce_each(
+            execution, r.mesh.facets.size(), std::vector<Task>{},
+            [&](std::vector<Task>& tasks, std::size_t f) { add_task(r, FacetId(f), tasks); },
+            [](std::vector<Task> a, std::vector<Task> b) {
+                a.insert(a.end(), b.begin(), b.end());
+                return a;
+            });
+    }
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        const FacetId f(std::size_t{task.id});
+        if (!is_judged(r, f)) return {};
+        const BoundShares<D> shares = bound_shares(r, goal_, f);
+        if (!(shares.largest() > 1)) return {};
+        if (approach_ == Approach::snap || approach_ == Approach::remove) return vertex_of(r, f);
+        if (approach_ == Approach::clear) return corner_of(r, f);
+        std::optional<Candidate<D>> refused;
+        for (const EdgeId edge : edges_to_try(r, f, shares)) {
+            auto candidate = approach_ == Approach::split ? split_of(r, edge) : swap_of(r, edge);
+            if (!candidate) continue;
+            if (candidate->rejected == RejectionReason::none) return candidate;
+            if (!refused) refused = std::move(candidate);
+        }
+        return refused;
+    }
+    /// Adds no tasks: a facet that is still too far is a task of the next round. So the pass ends where no operation
+    /// brings a facet nearer.
+    void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
+    /// The excess of all facets: the sum of their shares of the bounds, by area (2D: length). Errors: stopped.
+    [[nodiscard]] Outcome<FarFacetsSum> sum(const Adaptation<D>& r, const Execution& execution) const {
+        return reduce_each(
+            execution, r.mesh.facets.size(), FarFacetsSum{},
+            [&](FarFacetsSum& sum, std::size_t i) {
+                const FacetId f(i);
+                if (!is_judged(r, f)) return;
+                const double share = bound_shares(r, goal_, f).largest();
+                if (!(share > 1)) return;
+                ++sum.count;
+                sum.excess += share * norm(facet_normal(corners_of(r.mesh, f)));
+            },
+            [](const FarFacetsSum& a, const FarFacetsSum& b) {
+                return FarFacetsSum{a.count + b.count, a.excess + b.excess};
+            });
+    }
+
+  private:
+    [[nodiscard]] static bool is_judged(const Adaptation<D>& r, FacetId f) {
+        return !r.mesh.is_free(f) && !r.mesh.is_at_infinity(f) && r.mesh.sides[f][0].valid();
+    }
+    void add_task(const Adaptation<D>& r, FacetId f, std::vector<Task>& tasks) const {
+        if (!is_judged(r, f)) return;
+        if (const double share = bound_shares(r, goal_, f).largest(); share > 1) tasks.push_back(task(-share, f));
+    }
+    /// The edges of a facet: those whose own distance is too large come first, the farthest before others; then the
+    /// longest, which brings a middle nearer that is too far alone.
+    [[nodiscard]] static std::array<EdgeId, edges_per_simplex<D - 1>> edges_to_try(const Adaptation<D>& r, FacetId f,
+                                                                                   const BoundShares<D>& shares) {
+        struct Choice {
+            double excess = 0, length = 0;
+            EdgeId edge;
+        };
+        std::array<Choice, edges_per_simplex<D - 1>> choices;
+        for (std::size_t e = 0; e < choices.size(); ++e) {
+            const EdgeId edge = local_facet_edge(r.mesh, f, static_cast<int>(e));
+            choices[e] = {std::max(shares.edges[e], 1.0), length_of(r, edge), edge};
+        }
+        std::ranges::stable_sort(choices, [](const Choice& a, const Choice& b) {
+            return a.excess != b.excess ? a.excess > b.excess : a.length > b.length;
+        });
+        std::array<EdgeId, edges_per_simplex<D - 1>> edges;
+        for (std::size_t e = 0; e < edges.size(); ++e) edges[e] = choices[e].edge;
+        return edges;
+    }
+    /// Requests that a corner which is off the geometry goes onto it, or into a neighbour.
+    [[nodiscard]] std::optional<Candidate<D>> vertex_of(const Adaptation<D>& r, FacetId f) const {
+        for (const VertexId v : r.mesh.facets.vertices[f]) {
+            const VertexState& state = r.mesh.states[v];
+            if (state.place != VertexPlace::surface && state.place != VertexPlace::line) continue;
+            if (state.marks.has(Mark::required) || state.marks.has(Mark::frozen)) continue;
+            Candidate<D> candidate;
+            CavityRequest<D>& request = candidate.request;
+            cavity_of_vertex(r.mesh, v, request.cavity);
+            const auto foot = foot_of(goal_, r.mesh, request.cavity, v, r.vertices.place(v).entity);
+            if (!foot || is_at_foot(r.mesh, request.cavity, r.mesh.points[v], foot->point)) continue;
+            candidate.limits.min_shape = shape_of_quality(may_.min_quality, D);
+            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.facet_cosine = any_cosine;
+            candidate.limits.corrections = 16;
+            if (approach_ == Approach::snap) {
+                request.point = v;
+                request.place = foot->point;
+                request.lies = place_of(*foot);
+                ask_field(r, goal_, r.vertices.metrics[v].back, request);
+                return candidate;
+            }
+            if (const VertexId into = best_neighbour(r, request.cavity, v); into.valid()) {
+                request.join_to(r, into);
+                return candidate;
+            }
+        }
+        return {};
+    }
+    /// Requests that a corner goes into a neighbour. A vertex that conflicts with splits and swaps of the facet is
+    /// removed so, and later splits insert others.
+    [[nodiscard]] std::optional<Candidate<D>> corner_of(const Adaptation<D>& r, FacetId f) const {
+        for (const VertexId v : r.mesh.facets.vertices[f]) {
+            const VertexState& state = r.mesh.states[v];
+            if (state.place != VertexPlace::surface || state.marks.has(Mark::required) || state.marks.has(Mark::frozen))
+                continue;
+            Candidate<D> candidate;
+            cavity_of_vertex(r.mesh, v, candidate.request.cavity);
+            const VertexId into = best_neighbour(r, candidate.request.cavity, v);
+            if (!into.valid()) continue;
+            candidate.request.join_to(r, into);
+            candidate.limits.min_shape = shape_of_quality(may_.min_quality, D);
+            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.facet_cosine = least_cosine;
+            candidate.limits.wall_elements = may_.walls;
+            candidate.limits.corrections = 16;
+            return candidate;
+        }
+        return {};
+    }
+    [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
+        ConeShapes<D> cones(r, goal_);
+        for (const ElementId e : around.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+        VertexId best;
+        double best_shape = 0;
+        for (const auto& corner : cones.vertices()) {
+            if (!may_collapse(r.mesh, around, v, corner.vertex)) continue;
+            const double shape = cones.worst_at(cone_point(r, corner.vertex), best_shape, corner.vertex);
+            if (!(shape > best_shape)) continue;
+            best = corner.vertex;
+            best_shape = shape;
+        }
+        return best;
+    }
+    /// Requests a split of an edge, whatever its length in the metric. The new edges are not much shorter than its
+    /// half.
+    [[nodiscard]] std::optional<Candidate<D>> split_of(const Adaptation<D>& r, EdgeId edge) const {
+        const double shortest = std::min(options_.shortest, may_.shortest_part * length_of(r, edge));
+        auto candidate = split_candidate(r, goal_, edge, 1, {shortest, may_.min_quality});
+        if (!candidate) return candidate;
+        candidate->limits.facet_cosine = least_cosine;
+        candidate->limits.wall_elements = may_.walls;
+        return candidate;
+    }
+    /// Requests the other diagonal of the two facets at an edge.
+    [[nodiscard]] std::optional<Candidate<D>> swap_of(const Adaptation<D>& r, EdgeId edge) const {
+        if constexpr (D == 2) {
+            return {};
+        } else {
+            if (r.mesh.line_at(edge).valid()) return {};
+            const auto [element, local] = element_with_edge(r.mesh, edge);
+            if (!element.valid()) return {};
+            Candidate<D> candidate;
+            Cavity<D>& cavity = candidate.request.cavity;
+            cavity_of_edge(r.mesh, element, local, cavity);
+            const auto& [a, b] = r.mesh.edges[edge];
+            ConeShapes<D> cones(r, goal_);
+            for (const ElementId s : cavity.elements)
+                for (const VertexId v : {a, b}) cones.add(s, local_vertex(r.mesh.elements.vertices[s], v));
+            VertexId best;
+            double best_shape = 0;
+            for (const FacetId f : cavity.facets)
+                for (const VertexId p : r.mesh.facets.vertices[f]) {
+                    if (p == a || p == b || r.mesh.is_at_infinity(p)) continue;
+                    if (const double shape = cones.worst_at(cone_point(r, p), best_shape, p); shape > best_shape) {
+                        best_shape = shape;
+                        best = p;
+                    }
+                }
+            if (!best.valid()) return {};
+            candidate.request.join_to(r, best);
+            candidate.limits.facet_cosine = follows_surface(r, cavity, {a, b}) ? any_cosine : least_cosine;
+            candidate.limits.min_shape = shape_of_quality(may_.min_quality, D);
+            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.corrections = 16;
+            candidate.limits.wall_elements = may_.walls;
+            return candidate;
+        }
+    }
+
+    /// True if the normals of both facets of the other diagonal are near to those of the surface, on the side of the
+    /// better one of the two facets that have the edge. The turn of the worse one does not matter then.
+    [[nodiscard]] bool follows_surface(const Adaptation<D>& r, const Cavity<D>& cavity,
+                                       const std::array<VertexId, 2>& ends) const
+        requires(D == 3)
+    {
+        constexpr double least_along = 0.5;
+        if (cavity.facets.size() != 2) return false;
+        const auto apart = [&](FacetId f) {
+            const auto& vertices = r.mesh.facets.vertices[f];
+            return *std::ranges::find_if(vertices, [&](VertexId v) { return v != ends[0] && v != ends[1]; });
+        };
+        /// The cosine between a triangle and the surface; its sign is that of the order of its corners.
+        const auto along = [&](const std::array<Vec<3>, 3>& corners) {
+            const FacetSite<3> site{{}, r.mesh.facets.references[cavity.facets[0]], corners};
+            const auto normals = (*goal_.geometry)->normals_at(site);
+            const Vec<3> n = facet_normal(corners);
+            double least = 1;
+            double sign = 0;
+            if (!normals || !(norm(n) > 0)) return 0.0;
+            for (const Vec<3>& normal : *normals) {
+                const double cosine = dot(n, normal) / norm(n);
+                least = std::min(least, std::abs(cosine));
+                sign += cosine;
+            }
+            return std::copysign(least, sign);
+        };
+        const Vec<3>&a = r.mesh.points[ends[0]], &b = r.mesh.points[ends[1]];
+        const Vec<3>&c = r.mesh.points[apart(cavity.facets[0])], &d = r.mesh.points[apart(cavity.facets[1])];
+        const double of_c = along({a, b, c}), of_d = along({b, a, d});
+        const double side = std::abs(of_c) > std::abs(of_d) ? of_c : of_d;
+        return along({a, d, c}) * std::copysign(1.0, side) > least_along &&
+               along({b, c, d}) * std::copysign(1.0, side) > least_along;
+    }
+
+    static constexpr double any_cosine = -2;
+    static constexpr double least_cosine = 0;  ///< the facets that are replaced are what is wrong
+    const AdaptationGoal<D>& goal_;
+    const SplitOptions& options_;
+    Approach approach_;
+    Concessions may_;
+};
+
+template <int D>
+Outcome<PassStatistics> approach(Adaptation<D>& r, const AdaptationGoal<D>& goal, const SplitOptions& options,
+                                 Approach by, const Concessions& may, const Execution& execution) {
+    FarFacets<D> pass(goal, options, by, may);
+    auto tasks = pass.tasks(r, without_progress(execution));
+    if (!tasks) return fail(tasks.error());
+    return run_pass<D>(r, goal, pass, std::move(*tasks), execution);
+}
+
+template <int D>
+Outcome<BroughtToMetric<D>> brought_within(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                           const ToMetricOptions& options, const Around& around) {
+    BroughtToMetric<D> out{std::move(state), {}};
+    ToMetricStatistics& s = out.statistics;
+    Concessions may{.min_quality = options.split.min_quality};
+    const auto far = [&](std::string_view name, Approach by, PassStatistics& statistics) {
+        return run_step(around, name, [&](const Execution& execution) -> Outcome<Done> {
+            auto done = approach(out.state, goal, options.split, by, may, execution);
+            if (!done) return fail(done.error());
+            statistics += *done;
+            return Done{};
+        });
+    };
+    const auto pass = [&](std::string_view name, auto verb, const auto& by, PassStatistics& statistics) {
+        return run_step(around, name, [&](const Execution& execution) -> Outcome<Done> {
+            auto done = verb(std::move(out.state), goal, by, execution);
+            if (!done) return fail(done.error());
+            out.state = std::move(done->state);
+            statistics += done->statistics;
+            return Done{};
+        });
+    };
+    double excess = std::numeric_limits<double>::infinity();
+    for (; s.rounds < max_bound_rounds; ++s.rounds) {
+        const auto sum = run_step(around, "distances", [&](const Execution& execution) {
+            return FarFacets<D>(goal, options.split, Approach::split, may).sum(out.state, execution);
+        });
+        if (!sum) return fail(sum.error());
+        // Each round is to halve edges. Where the excess stays, straight elements may have two facets on one surface
+        // for it; then elements may become as bad as is valid. Where it still stays, smaller facets do not help.
+        constexpr double least_progress = 0.9, shortest_part = 0.1;
+        const bool stays = sum->excess > least_progress * excess;
+        if (sum->count == 0 || (stays && may.is_last)) break;
+        if (stays && may.walls == WallElements::refused && !out.state.mesh.is_curved())
+            may.walls = WallElements::accepted;
+        else if (stays)
+            may = {may.walls, 0, shortest_part, true};
+        excess = sum->excess;
+        if (s.rounds > 1)
+            if (auto cleared = far("mend", Approach::clear, s.mend); !cleared) return fail(cleared.error());
+        const auto done = far("smooth", Approach::snap, s.smooth)
+                              .and_then([&](Done) { return far("mend", Approach::remove, s.mend); })
+                              .and_then([&](Done) { return far("split", Approach::split, s.split); })
+                              .and_then([&](Done) { return far("swap", Approach::swap, s.swap); })
+                              .and_then([&](Done) { return pass("swap", &swap<D>, options.swap, s.swap); })
+                              .and_then([&](Done) { return pass("smooth", &smooth<D>, options.smooth, s.smooth); })
+                              .and_then([&](Done) { return pass("mend", &mend<D>, options.mend, s.mend); });
+        if (!done) return fail(done.error());
+    }
+    return out;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<std::size_t> count_far_facets(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
+                                      const Execution& execution) {
+    const SplitOptions options;
+    return FarFacets<D>(goal, options, Approach::split, {}).tasks(r, execution).map([](const std::vector<Task>& tasks) {
+        return tasks.size();
+    });
+}
+
+template <int D>
+Outcome<BroughtToMetric<D>> bring_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                const ToMetricOptions& options, const Around& around) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return guarded([&] { return brought_within(std::move(state), goal, options, around); });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                            \
+    template Outcome<std::size_t> count_far_facets<D>(const Adaptation<D>&, const AdaptationGoal<D>&,    \
+                                                      const Execution&);                                 \
+    template Outcome<BroughtToMetric<D>> bring_within_bounds<D>(Adaptation<D>, const AdaptationGoal<D>&, \
+                                                                const ToMetricOptions&, const Around&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
