@@ -174,6 +174,7 @@ Outcome<AdaptedPart<D>> assembled(const AdaptationRows<D>& rows, const Execution
         AdaptedPart<D> part{{std::move(made->mesh), {std::move(metrics)}}, std::move(made->on_rim), rim_lines};
         part.state.vertices.places = std::move(places);
         part.state.off_geometry = std::move(off);
+        part.state.walls = walls_of(part.state.mesh);
         return part;
     });
 }

@@ -120,4 +120,13 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution);
 
+/// Moves nodes of the boundary back until no walls cross, as `uncross_walls` does; each rank looks at the whole
+/// surface.
+template <int D>
+[[nodiscard]] Outcome<Done> uncross_blocks(BlockRun<D>& run, const Execution& execution);
+
+/// Measures the deviation of the boundary from its geometry; each rank that of the whole surface.
+template <int D>
+[[nodiscard]] Outcome<Done> measure_blocks(BlockRun<D>& run, const Execution& execution);
+
 }  // namespace camber

@@ -141,6 +141,8 @@ Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<
         if (done) done = step("curve", [&](const Execution& e) { return curve_nodes(run, e); });
         if (done) done = step("validate", [&](const Execution& e) { return judge_blocks(run, e); });
         if (done) done = step("relax", [&](const Execution& e) { return relax_blocks(run, e); });
+        if (done) done = step("uncross", [&](const Execution& e) { return uncross_blocks(run, e); });
+        if (done) done = step("measure", [&](const Execution& e) { return measure_blocks(run, e); });
         if (!done) return fail(done.error());
         return finish(run);
     };

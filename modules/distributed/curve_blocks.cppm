@@ -1,4 +1,5 @@
 module;
+#include <array>
 #include <cstddef>
 #include <functional>
 #include <span>
@@ -6,10 +7,12 @@ module;
 #include <vector>
 export module camber.distributed:curve_blocks;
 import camber.core;
+import camber.crossing;
 import camber.curving;
 import camber.metric;
 import camber.recipes;
 import camber.repair;
+import camber.surface;
 import camber.validity;
 import :ringed_parts;
 import :ranks;
@@ -55,6 +58,7 @@ struct CurveByBlocks {
 struct CurveBlocksOptions {
     BlockOptions blocks = {};
     CurveMeshOptions curving = {};
+    BoundaryTolerance tolerance = {};  ///< of the boundary's deviation from its geometry
 };
 
 /// Verdicts of a mesh in blocks, of all ranks.
@@ -74,6 +78,25 @@ struct CurvedPart {
     EdgeId first_edge, last_edge;  ///< its own are [first_edge, last_edge)
 };
 
+/// Walls of a mesh in blocks that cross in the end; facets as the whole mesh numbers them.
+template <int D>
+struct WallsOfBlocks {
+    Crossings crossings;
+    std::size_t crossing_before = 0;       ///< pairs of the straight mesh that cross, where any cross in the end
+    std::array<Box<D>, 2> first_crossing;  ///< boxes of the first pair that crosses, where there is one
+    MovedBack<D> moved;                    ///< nodes that were moved back until no walls crossed
+};
+
+/// Deviation of the whole boundary from its geometry in the end, and its worst entities as the whole mesh has them.
+template <int D>
+struct DeviationOfBlocks {
+    BoundaryDeviation found;             ///< the ids are those of a mesh of the boundary alone
+    std::array<GlobalNumber, 2> edge{};  ///< ends of the edge with the worst node, where there is one
+    Vec<D> node{};                       ///< that node
+    GlobalNumber vertex = 0;             ///< the worst vertex, where there is one
+    Vec<D> point{};                      ///< its position
+};
+
 /// What a rank has of a curved mesh in blocks, and what all have found.
 template <int D>
 struct CurvedBlocks {
@@ -84,14 +107,16 @@ struct CurvedBlocks {
     CurveStatistics statistics;             ///< of all ranks
     BlocksValidation before, after;
     RepairStatistics repair;
+    WallsOfBlocks<D> walls;
+    DeviationOfBlocks<D> deviation;
     std::size_t iterations = 0;  ///< of the extension
 };
 
 /// `curve_mesh` by blocks, each rank its own: the same nodes but for rounding of sums over the mesh. All of a part's
 /// work is done on it and its two rings; what is known of others is brought after each step. The mesh must be sound
-/// (see `check_part`). Steps: split, elevate, surface, extension, metric, curve, validate, relax. Errors: as of
-/// curve_mesh; objectives without a field, nodes of the boundary elsewhere than projected, metrics made of the mesh's
-/// own (unsupported); of any rank.
+/// (see `check_part`). Steps: split, elevate, surface, extension, metric, curve, validate, relax, uncross, measure.
+/// Errors: as of curve_mesh; objectives without a field, nodes of the boundary elsewhere than projected, metrics made
+/// of the mesh's own (unsupported); of any rank.
 template <int D>
 [[nodiscard]] Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
                                                     const CurveBlocksOptions& options, Ranks& ranks,

@@ -22,6 +22,24 @@ Outcome<QuadraticMesh<D>> of_degree_2(const QuadraticMesh<D>& mesh, const Execut
     return mesh;
 }
 
+/// Finds overlaps in a mesh whose crossings are known. Where `prepare` turns elements or adds facets, its mesh is
+/// examined, the elements of which have the same numbers.
+template <int D>
+Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_listed, const Soundness& soundness,
+                                      const Execution& execution) {
+    if (soundness[Defect::repeated_element].count > 0) return Overlaps<D>{};
+    const bool is_prepared =
+        !is_listed || (soundness[Defect::reversed_element].count == 0 && soundness[Defect::repeated_facet].count == 0 &&
+                       soundness[Defect::missing_facet].count == 0);
+    if (is_prepared) return find_overlaps(walls.mesh, walls.crossings, execution);
+    const Execution quiet = without_progress(execution);
+    const auto prepared = prepare(walls.mesh, quiet);
+    if (!prepared) return Overlaps<D>{};
+    const auto crossings = find_crossings(prepared->mesh, quiet);
+    if (!crossings) return fail(crossings.error());
+    return find_overlaps(prepared->mesh, *crossings, quiet);
+}
+
 /// What has fatal defects may be all at one place, each facet near each other one.
 template <int D>
 Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& mesh, const Soundness& soundness,
@@ -35,9 +53,12 @@ Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& me
         if (!listed) return std::nullopt;
         walls.mesh = std::move(listed->mesh);
     }
-    auto crossings = find_crossings(walls.mesh, part_of(execution, of_listing, 1));
+    auto crossings = find_crossings(walls.mesh, part_of(execution, of_listing, 0.9));
     if (!crossings) return fail(crossings.error());
     walls.crossings = std::move(*crossings);
+    auto overlaps = checked_overlaps(walls, is_listed, soundness, part_of(execution, 0.9, 1));
+    if (!overlaps) return fail(overlaps.error());
+    walls.overlaps = std::move(*overlaps);
     return walls;
 }
 

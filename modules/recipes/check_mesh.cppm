@@ -15,11 +15,13 @@ struct MeshCheckOptions {
     ExamineOptions examine = {};
 };
 
-/// Walls that pass through each other; `mesh` is the one that was looked at, with its boundary listed.
+/// Walls that pass through each other, and elements that overlap; `mesh` is the one that was looked at, with its
+/// boundary listed.
 template <int D>
 struct CheckedWalls {
     QuadraticMesh<D> mesh;
     Crossings crossings;
+    Overlaps<D> overlaps = {};  ///< not looked at where the mesh lists elements twice
 };
 
 /// What is right and wrong with a mesh, as it is.
@@ -32,7 +34,8 @@ struct MeshCheck {
     std::optional<CheckedWalls<D>> walls;
 
     [[nodiscard]] bool all_good() const {
-        return soundness.sound() && validation.all_valid() && walls && walls->crossings.crossing == 0;
+        return soundness.sound() && validation.all_valid() && walls && walls->crossings.crossing == 0 &&
+               walls->overlaps.overlapping == 0;
     }
 };
 

@@ -12,6 +12,7 @@ import camber.bezier;
 import camber.surface;
 import camber.metric;
 import camber.curving;
+import camber.repair;
 import camber.validity;
 import :boundary;
 import :curve_input;
@@ -29,25 +30,11 @@ Outcome<Buffer<LagrangeNode<D>>> on_geometry(const QuadraticMesh<D>& mesh, const
     return nodes_on_curves(free, std::move(*nodes), curves, boundary.geometry, part_of(execution, 0.9, 1));
 }
 
-/// What holds each edge: elements, or the triangles of a surface alone.
-template <int D>
-Outcome<Incidence<ElementId>> holders(const QuadraticMesh<D>& mesh, const Execution& execution) {
-    if (!is_surface_alone(mesh.linear)) return shells(mesh.edges, execution);
-    auto triangles = facet_shells(mesh.edges, execution);
-    if (!triangles) return fail(triangles.error());
-    return guarded([&]() -> Outcome<Incidence<ElementId>> {
-        Buffer<ElementId> items;
-        items.reserve(triangles->items.size());
-        for (const FacetId f : triangles->items) items.emplace_back(f.index());
-        return Incidence<ElementId>{triangles->offsets, std::move(items)};
-    });
-}
-
 template <int D>
 Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                 const EmbeddedCurves<D>& curves, Buffer<LagrangeNode<D>> nodes, std::size_t kept,
                                 const Execution& execution) {
-    auto around = holders(mesh, execution);
+    auto around = holders_of_edges(mesh, execution);
     if (!around) return fail(around.error());
     return CurveInput<D>{held_kinds(mesh, kinds_with_curves(boundary.features.edge_kinds, curves), boundary.required),
                          Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), kept};

@@ -40,7 +40,13 @@ Outcome<JudgedAndRepaired<D>> repair_proposal(const QuadraticMesh<D>& mesh, cons
                                     edge_options(options.curve).aim, proposed.field ? &*proposed.field : nullptr};
         const auto guide = make_guide<D>(*judged, wanted, &boundary, options.repair.method, part_of(e, 0, 0.05));
         if (!guide) return fail(guide.error());
-        return repair_or_straighten(*judged, *guide, options.repair, part_of(e, 0.05, 1));
+        auto repaired = repair_or_straighten(*judged, *guide, options.repair, part_of(e, 0.05, 1));
+        if (!repaired) return repaired;
+        auto uncrossed = uncross_walls(repaired->judged, *guide, options.repair, without_progress(e));
+        if (!uncrossed) return fail(uncrossed.error());
+        if (uncrossed->moved.nodes == 0) return repaired;
+        repaired->judged = std::move(uncrossed->judged);
+        return with_all_changes(*judged, std::move(*repaired));
     });
     if (!repaired) return fail(repaired.error());
     return JudgedAndRepaired<D>{judged->validation(), std::move(*repaired)};

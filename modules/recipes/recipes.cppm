@@ -14,6 +14,7 @@ export import :curve_mesh;
 export import :reinsert_nodes;
 export import :remesh_mesh;
 export import :check_mesh;
+export import :geometry_error;
 export import :geometry_sizes;
 export import :known_solution;
 export import :metric_of_solution;

@@ -1,4 +1,7 @@
 module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,11 +15,15 @@ import camber.cavity;
 import camber.curving;
 import camber.metric;
 import camber.operation;
+import camber.repair;
 import camber.soundness;
 import camber.surface;
+import camber.validity;
 import :boundary;
 import :field;
+import :geometry_error;
 import :goal;
+import :guide;
 import :remesh_mesh;
 
 namespace camber {
@@ -77,6 +84,42 @@ Outcome<Remeshing<D>> begin_remeshing(const QuadraticMesh<D>& mesh, std::span<co
     });
 }
 
+template <int D>
+Outcome<OntoGeometry<D>> put_nodes_onto_geometry(QuadraticMesh<D> mesh, const Boundary<D>& boundary,
+                                                 const Execution& execution) {
+    OntoGeometry<D> out{std::move(mesh)};
+    if (!boundary.geometry->prescribes_any()) return out;
+    const Column<EdgeKind>& kinds = boundary.features.edge_kinds;
+    const auto feet = own_nodes_on(boundary.geometry, kinds, out.mesh, boundary.required, part_of(execution, 0, 0.3));
+    if (!feet) return fail(feet.error());
+    Proposal<D> proposal = own_proposal(out.mesh, kinds, boundary.required);
+    Buffer<LagrangeNode<D>> nodes = take(std::move(proposal.mid_nodes));
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const auto& [a, b] = out.mesh.edges.vertices[e];
+        const double way = distance((*feet)[e].point, nodes[e].point);
+        if (!(way > BoundaryTolerance{}.nodes * distance(out.mesh.linear.points[a], out.mesh.linear.points[b])))
+            continue;
+        nodes[e] = (*feet)[e];
+        ++out.nodes;
+        out.largest = std::max(out.largest, way);
+    }
+    if (out.nodes == 0) return out;
+    proposal.mid_nodes = std::move(nodes);
+    auto judged = validate(out.mesh, std::move(proposal), default_bound, part_of(execution, 0.3, 0.5));
+    if (!judged) return fail(judged.error());
+    if (judged->validation().certified()) {
+        out.mesh = commit_uncertified(*judged).mesh;
+        return out;
+    }
+    const RepairOptions options{.vertices = VertexMoves::never};
+    const auto guide = make_guide<D>(*judged, std::nullopt, &boundary, options.method, part_of(execution, 0.5, 0.6));
+    if (!guide) return fail(guide.error());
+    const auto repaired = repair_or_straighten(*judged, *guide, options, part_of(execution, 0.6, 1));
+    if (!repaired) return fail(repaired.error());
+    out.mesh = commit_uncertified(repaired->judged).mesh;
+    return out;
+}
+
 namespace {
 
 /// A mesh of either degree.
@@ -92,6 +135,7 @@ struct Made {
     Boundary<D> boundary;
     EmbeddedCurves<D> curves;
     ToMetricStatistics statistics;
+    std::optional<ReachedDistance<D>> reached;
 };
 
 /// The steps behind `prepare`; `field(execution)` and `begin(boundary, by, execution)` are those of the degree.
@@ -112,6 +156,13 @@ Outcome<Made<D>> remeshed(const Given<D>& given, const MeshGoal<D>& goal, const 
     if (!begun) return fail(begun.error());
     auto brought = bring_to_metric(std::move(begun->mesh), begun->goal, options.passes, around);
     if (!brought) return fail(brought.error());
+    std::optional<ReachedDistance<D>> reached;
+    if (!options.distance_bounds.empty()) {
+        auto within = bring_within(std::move(*brought), begun->goal, options.distance_bounds, options.passes, around);
+        if (!within) return fail(within.error());
+        brought = BroughtToMetric<D>{std::move(within->state), std::move(within->statistics)};
+        reached = within->reached;
+    }
     auto end = run_step(around, "finish", [&](const Execution& e) { return finished(brought->state, e); });
     if (!end) return fail(end.error());
     brought->state = {};
@@ -120,7 +171,8 @@ Outcome<Made<D>> remeshed(const Given<D>& given, const MeshGoal<D>& goal, const 
                                 {listed_breaks<D>, boundary->required}, e);
     });
     if (!now) return fail(now.error());
-    return Made<D>{std::move(*end), std::move(*now), std::move(begun->goal.curves), std::move(brought->statistics)};
+    return Made<D>{std::move(*end), std::move(*now), std::move(begun->goal.curves), std::move(brought->statistics),
+                   std::move(reached)};
 }
 
 /// The boundary's own curves count where nothing else is prescribed.
@@ -133,7 +185,8 @@ std::span<const LagrangeNode<D>> telling_nodes(const QuadraticMesh<D>& mesh, con
 template <class Mesh, int D>
 RemeshedMesh<Mesh> named(Mesh mesh, Made<D> made, std::vector<std::string> notices) {
     return {std::move(mesh),        std::move(made.mesh.log_metrics), std::move(made.boundary),
-            std::move(made.curves), std::move(made.statistics),       std::move(notices)};
+            std::move(made.curves), std::move(made.statistics),       std::move(made.reached),
+            std::move(notices)};
 }
 
 }  // namespace
@@ -167,7 +220,10 @@ Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> given, cons
         {mesh.linear, mesh.edges, nodes}, goal, options, around,
         [&](const Execution& e) { return make_field(mesh, goal.metric, e); },
         [&](const auto& boundary, auto by, const auto& e) {
-            return begin_remeshing<D>(mesh, nodes, boundary, std::move(by), e);
+            auto placed = put_nodes_onto_geometry(mesh, boundary, part_of(e, 0, 0.5));
+            return placed ? begin_remeshing<D>(placed->mesh, telling_nodes(placed->mesh, goal), boundary, std::move(by),
+                                               part_of(e, 0.5, 1))
+                          : Outcome<Remeshing<D>>(fail(placed.error()));
         });
     if (!made) return fail(made.error());
     auto& compact = made->mesh.compact;
@@ -180,6 +236,8 @@ Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> given, cons
                                                       RemeshingBy<D>, const Execution&);                           \
     template Outcome<Remeshing<D>> begin_remeshing<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>,   \
                                                       const Boundary<D>&, RemeshingBy<D>, const Execution&);       \
+    template Outcome<OntoGeometry<D>> put_nodes_onto_geometry<D>(QuadraticMesh<D>, const Boundary<D>&,             \
+                                                                 const Execution&);                                \
     template Outcome<RemeshedMesh<LinearMesh<D>>> remesh_mesh<D>(LinearMesh<D>, const MeshGoal<D>&,                \
                                                                  const RemeshMeshOptions&, const Around&);         \
     template Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh<D>(QuadraticMesh<D>, const MeshGoal<D>&,          \

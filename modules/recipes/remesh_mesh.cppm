@@ -15,6 +15,7 @@ import camber.metric;
 import camber.operation;
 import camber.surface;
 import :boundary;
+import :geometry_error;
 import :goal;
 import :metric_source;
 
@@ -47,10 +48,26 @@ template <int D>
                                                     std::span<const LagrangeNode<D>> nodes, const Boundary<D>& boundary,
                                                     RemeshingBy<D> by, const Execution& execution);
 
+/// A mesh of degree 2 with the mid nodes of its boundary on the geometry.
+template <int D>
+struct OntoGeometry {
+    QuadraticMesh<D> mesh;
+    std::size_t nodes = 0;  ///< number of mid nodes that were off the geometry, by more than the default tolerance
+    double largest = 0;     ///< the largest distance of one (model units)
+};
+/// Puts the mid nodes of edges with prescribed surfaces onto these. Nodes that are there already stay, and so do
+/// required ones. Elements that are not valid then are repaired; where nothing else helps nodes of the boundary stop
+/// short of the geometry. Errors: those of validate and of repair.
+template <int D>
+[[nodiscard]] Outcome<OntoGeometry<D>> put_nodes_onto_geometry(QuadraticMesh<D> mesh, const Boundary<D>& boundary,
+                                                               const Execution& execution);
+
 /// Of which degree 1 and 2 have their own.
 struct RemeshMeshOptions {
     ToMetricOptions passes = {};
     CurveOptions curving = {};  ///< of degree 2: where inner edges have their nodes
+    /// Largest distances of the boundary from its geometry (see bring_within). None: nothing is measured.
+    std::vector<DistanceBound> distance_bounds = {};
 };
 
 /// A mesh that was remeshed; its facets approximate the same geometry, and its vertices know their metric.
@@ -62,13 +79,14 @@ struct RemeshedMesh {
     Boundary<D> boundary;              ///< with the features of this mesh, which lists all its breaks
     EmbeddedCurves<D> curves;
     ToMetricStatistics statistics;
-    std::vector<std::string> notices;  ///< of what `prepare` did: sentences without a full stop
+    std::optional<ReachedDistance<D>> reached;  ///< where bounds are required
+    std::vector<std::string> notices;           ///< of what `prepare` did: sentences without a full stop
 };
 
 /// All that `camber remesh` does, in one call: the mesh is made sound (`prepare`) and brought to the metric by rounds
 /// of collapse, split, swap and smooth. Steps: prepare, edges (of degree 1), surface, metric, topology, collapse,
-/// split, swap, smooth, mend, finish. Errors: input (no mesh, see `prepare`), options out of range (usage), those of
-/// the goal, stopped, memory.
+/// split, swap, smooth, mend, distances, finish. Errors: input (no mesh, see `prepare`), options out of range (usage),
+/// those of the goal, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<RemeshedMesh<LinearMesh<D>>> remesh_mesh(LinearMesh<D> mesh, const MeshGoal<D>& goal,
                                                                const RemeshMeshOptions& options, const Around& around);

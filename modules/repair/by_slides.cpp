@@ -20,7 +20,7 @@ namespace camber {
 namespace {
 
 /// Steps from one tangent plane to the next.
-constexpr int max_steps = 10;
+constexpr int max_slide_steps = 10;
 /// What a slide weighs more than a move in the volume: it takes the surface's best approximation along.
 constexpr double slide_weight = 10;
 /// Beside it the geometry is left at no price.
@@ -217,7 +217,7 @@ Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>&
     Planned<D> planned;
     const auto try_from = [&](SlideStart start, double share) {
         Sliding<D> at = beginning(state, cavity, start);
-        for (int step = 0; step < max_steps && planned.work < max_work && !planned.plan; ++step) {
+        for (int step = 0; step < max_slide_steps && planned.work < max_work && !planned.plan; ++step) {
             auto programme = programme_at(at, seed, wanted, share);
             programme.max_work = max_work - planned.work;
             const auto solution = solve(programme, std::vector<Vec<D>>(at.unknowns()));

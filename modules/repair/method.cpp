@@ -68,12 +68,14 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
     };
     auto kept = min_invalid(wanted, to(wanted, options), options, execution, to);
     if (is_surface_alone(wanted.mesh().linear)) return kept;  // chords were tried
-    if (!kept || kept->judged.validation().all_valid() || !has_cavities(options.method)) return kept;
+    if (!kept || kept->judged.validation().all_valid()) return kept;
     // The surface is not left for a bound that is only recommended.
     RepairOptions demanded = options;
     if (!options.min_scaled_jacobian.is_asked || stays_on_geometry(guide, options.min_scaled_jacobian))
         demanded.min_scaled_jacobian = min_bound;
     const Execution quiet = without_progress(execution);
+    const auto restored = [&] { return restore_input(wanted, std::move(*kept), demanded, quiet); };
+    if (!has_cavities(options.method)) return restored();
     const auto judged_for = [&](const JudgedProposal<D>& judged, double bound) {
         return validate(judged.mesh(), judged.proposal(), bound, quiet);
     };
@@ -81,12 +83,26 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
     if (!before) return fail(before.error());
     auto done = relax(*before, demanded, quiet);
     if (!done) return fail(done.error());
-    if (done->judged.validation().not_valid() >= before->validation().not_valid()) return kept;
+    if (done->judged.validation().not_valid() >= before->validation().not_valid()) return restored();
     auto judged = judged_for(done->judged, options.min_scaled_jacobian);
     if (!judged) return fail(judged.error());
     kept->judged = std::move(*judged);
     std::erase_if(kept->given_up, [&](ElementId e) { return kept->judged.validation().verdicts[e] == Verdict::valid; });
-    return with_all_changes(wanted, std::move(*kept));
+    kept = with_all_changes(wanted, std::move(*kept));
+    return restored();
+}
+
+template <int D>
+Outcome<Incidence<ElementId>> holders_of_edges(const QuadraticMesh<D>& mesh, const Execution& execution) {
+    if (!is_surface_alone(mesh.linear)) return shells(mesh.edges, execution);
+    auto triangles = facet_shells(mesh.edges, execution);
+    if (!triangles) return fail(triangles.error());
+    return guarded([&]() -> Outcome<Incidence<ElementId>> {
+        Buffer<ElementId> items;
+        items.reserve(triangles->items.size());
+        for (const FacetId f : triangles->items) items.emplace_back(f.index());
+        return Incidence<ElementId>{triangles->offsets, std::move(items)};
+    });
 }
 
 template <int D>
@@ -115,6 +131,7 @@ Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Inciden
                                             const Execution&);                                                     \
     template Outcome<Repaired<D>> repair_or_straighten<D>(const JudgedProposal<D>&, const RepairGuide<D>&,         \
                                                           const RepairOptions&, const Execution&);                 \
+    template Outcome<Incidence<ElementId>> holders_of_edges<D>(const QuadraticMesh<D>&, const Execution&);         \
     template Outcome<RepairGuide<D>> own_guide<D>(const JudgedProposal<D>&, const Incidence<ElementId>&,           \
                                                   const Execution&);
 

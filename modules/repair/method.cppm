@@ -1,5 +1,6 @@
 export module camber.repair:method;
 import camber.core;
+import camber.bezier;
 import camber.validity;
 import camber.optimisation;
 import :guide;
@@ -17,8 +18,9 @@ template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution);
 
-/// The same; what cavities leave is relaxed towards the straight mesh, surface edges last, if that repairs any: an
-/// element then remains only if its straight one is not valid. For meshes whose boundary nodes may leave the geometry.
+/// Repairs as `repair` does. Elements that cavities leave are relaxed towards the straight mesh, surface edges last, if
+/// that repairs any, then restored towards the input mesh (`restore_input`): an element remains only if it is valid
+/// neither straight nor with the input's nodes. For meshes whose boundary nodes may leave the geometry.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                                         const RepairOptions& options, const Execution& execution);
@@ -26,10 +28,14 @@ template <int D>
 /// The same with the boundary given: its nodes stay while that is enough; then they slide in planes, then they move, by
 /// no more than the options' boundary_tolerance; its vertices always stay. A node that would go further is held where
 /// it was, and what is left is repaired again without it. Where the bound cannot be had, both take what leaves fewest
-/// invalid elements.
+/// invalid elements, and never more than the input mesh has.
 template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                                  const RepairOptions& options, const Execution& execution);
+
+/// Returns what holds each edge: elements, or the triangles of a surface alone. Errors: memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<Incidence<ElementId>> holders_of_edges(const QuadraticMesh<D>& mesh, const Execution& execution);
 
 /// The guide of a mesh that was read with its curves and has no field: models in the mesh's implied metric, about where
 /// its nodes are, but for the volume nodes of elements that are not valid, whose places say nothing: there, by the

@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -160,11 +161,11 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
     return Done{};
 }
 
-/// Surface and ridge nodes first: they make the geometry.
+/// Moves the nodes of these edges back to where they were at first, as far as their elements allow. Surface and ridge
+/// nodes come first: they make the geometry.
 template <int D>
-Outcome<Done> put_all_back(Relaxing<D>& relaxing) {
+Outcome<Done> put_all_back(Relaxing<D>& relaxing, std::vector<EdgeId> moved) {
     const SegmentState<D>& state = relaxing.state;
-    std::vector<EdgeId> moved = state.moved.nodes.set_rows();
     std::ranges::sort(moved, {}, [&](EdgeId e) { return std::pair(state.kinds[e] == EdgeKind::volume, e); });
     std::vector<Piece<EdgeId>> pieces;
     pieces.reserve(moved.size());
@@ -200,10 +201,190 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
         if (!done) return fail(done.error());
     }
     if (auto done = relax_by_theta(relaxing, queue); !done) return fail(done.error());
-    return put_all_back(relaxing);
+    return put_all_back(relaxing, relaxing.state.moved.nodes.set_rows());
+}
+
+/// Number of steps of a node to its place in the input mesh; each but the last goes half of the way that is left.
+constexpr int restoring_steps = 4;
+
+/// Nodes and vertices on their way back to their places in the input mesh. An element that is not valid moves all its
+/// volume nodes; once these have arrived its boundary nodes, then its vertices. So an element of which all has arrived
+/// is the input's.
+template <int D>
+struct Restoring {
+    MovedMesh<D> moved;
+    const Incidence<ElementId>& shells;
+    const Column<EdgeKind>& kinds;
+    double bound;
+    Incidence<ElementId> balls = {};  ///< made once vertices move
+    SparseMap<EdgeId, int> steps = {};
+
+    [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
+    [[nodiscard]] NodalSimplex<D> input_element(ElementId e) const {
+        return nodal_element<D>(mesh(), mesh().mid_nodes.view(), e);
+    }
+    /// The node's place in the input mesh, moved along with the edge's vertices.
+    [[nodiscard]] LagrangeNode<D> input_node(EdgeId edge) const {
+        return {mesh().mid_nodes[edge].point + moved.shift(edge)};
+    }
+    /// The next step of a node; none once it has arrived.
+    [[nodiscard]] std::optional<LagrangeNode<D>> next_place(EdgeId edge) {
+        const LagrangeNode<D> there = input_node(edge);
+        const LagrangeNode<D>& now = moved.nodes[edge];
+        if (now == there) return std::nullopt;
+        const bool is_last = ++steps.at(edge) >= restoring_steps;
+        return is_last ? there : LagrangeNode<D>{midpoint(now.point, there.point)};
+    }
+
+    /// What the elements move next.
+    struct Wave {
+        std::vector<EdgeId> edges;
+        std::vector<VertexId> vertices;
+    };
+    [[nodiscard]] Wave next_wave(const std::vector<ElementId>& elements) const {
+        Wave wave;
+        for (const ElementId e : elements) {
+            const auto& edges = mesh().edges.of_elements[e];
+            const auto add = [&](EdgeGroup group) {
+                bool any = false;
+                for (const EdgeId edge : edges) {
+                    if (!contains(group, kinds[edge]) || moved.nodes[edge] == input_node(edge)) continue;
+                    wave.edges.push_back(edge);
+                    any = true;
+                }
+                return any;
+            };
+            if (add(EdgeGroup::volume) || add(EdgeGroup::surface)) continue;
+            for (const VertexId v : mesh().linear.elements.vertices[e])
+                if (moved.points[v] != mesh().linear.points[v]) wave.vertices.push_back(v);
+        }
+        wave.edges |= ranges::actions::sort | ranges::actions::unique;
+        wave.vertices |= ranges::actions::sort | ranges::actions::unique;
+        return wave;
+    }
+
+    /// Puts the vertices where the input mesh has them; the nodes of their edges go along.
+    void restore_vertices(const std::vector<VertexId>& vertices, std::vector<ElementId>& touched) {
+        std::vector<EdgeId> edges;
+        for (const VertexId v : vertices)
+            for (const ElementId e : balls[v]) {
+                touched.push_back(e);
+                edges.insert(edges.end(), mesh().edges.of_elements[e].begin(), mesh().edges.of_elements[e].end());
+            }
+        edges |= ranges::actions::sort | ranges::actions::unique;
+        std::vector<Vec<D>> offsets;
+        offsets.reserve(edges.size());
+        for (const EdgeId edge : edges) offsets.push_back(moved.nodes[edge].point - input_node(edge).point);
+        for (const VertexId v : vertices) moved.points.set(v, mesh().linear.points[v]);
+        for (std::size_t i = 0; i < edges.size(); ++i)
+            moved.nodes.set(edges[i], {input_node(edges[i]).point + offsets[i]});
+    }
+
+    Outcome<Done> run(std::vector<ElementId> queue, const Execution& execution) {
+        while (!queue.empty()) {
+            const Wave wave = next_wave(queue);
+            std::vector<ElementId> touched;
+            if (!wave.vertices.empty()) {
+                if (balls.size() == 0) {
+                    auto made = camber::balls(mesh().linear, execution);
+                    if (!made) return fail(made.error());
+                    balls = std::move(*made);
+                }
+                restore_vertices(wave.vertices, touched);
+            }
+            for (const EdgeId edge : wave.edges)
+                if (const auto place = next_place(edge)) {
+                    moved.nodes.set(edge, *place);
+                    touched.insert(touched.end(), shells[edge].begin(), shells[edge].end());
+                }
+            touched |= ranges::actions::sort | ranges::actions::unique;
+            const auto verdicts = map_each(execution, touched.size(),
+                                           [&](std::size_t i) { return decide(moved.element(touched[i]), bound); });
+            if (!verdicts) return fail(verdicts.error());
+            queue.clear();
+            for (std::size_t i = 0; i < touched.size(); ++i) {
+                moved.verdicts.set(touched[i], (*verdicts)[i]);
+                if ((*verdicts)[i] != Verdict::valid) queue.push_back(touched[i]);
+            }
+        }
+        return Done{};
+    }
+
+    /// Number of elements that are not valid.
+    [[nodiscard]] std::size_t not_valid() const {
+        std::size_t count = 0;
+        for (std::size_t e = 0; e < moved.verdicts.size(); ++e) count += !moved.is_valid(ElementId(e));
+        return count;
+    }
+};
+
+/// Edges whose node is in another place than in `before`, between vertices that are where `wanted` has them.
+template <int D>
+std::vector<EdgeId> restored_edges(const MovedMesh<D>& moved, const Proposal<D>& before, const Proposal<D>& wanted) {
+    std::vector<EdgeId> edges = moved.nodes.set_rows();
+    std::erase_if(edges, [&](EdgeId e) {
+        const auto& [a, b] = moved.mesh.edges.vertices[e];
+        return moved.nodes[e] == before.mid_nodes[e] || moved.points[a] != wanted.points[a] ||
+               moved.points[b] != wanted.points[b];
+    });
+    return edges;
+}
+
+template <int D>
+bool is_straight(const QuadraticMesh<D>& mesh) {
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        if (mesh.mid_nodes[e].point != midpoint(mesh.linear.points[a], mesh.linear.points[b])) return false;
+    }
+    return true;
 }
 
 }  // namespace
+
+template <int D>
+Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& wanted, Repaired<D> repaired, const RepairOptions& options,
+                                   const Execution& execution) {
+    const QuadraticMesh<D>& mesh = wanted.mesh();
+    const Validation<D>& after = repaired.judged.validation();
+    const double judged_for = after.bound;
+    const JacobianBound& bound = options.min_scaled_jacobian;
+    const bool is_done = bound.is_asked && bound > min_bound ? after.all_valid() : after.certified();
+    if (is_done || is_surface_alone(mesh.linear) || is_straight(mesh)) return repaired;
+    return guarded([&]() -> Outcome<Repaired<D>> {
+        const Execution quiet = without_progress(execution);
+        RepairOptions to = options;
+        // What is only recommended is not worth nodes that leave their places.
+        if (!bound.is_asked) to.min_scaled_jacobian = min_bound;
+        const auto before = validate(mesh, repaired.judged.proposal(), to.min_scaled_jacobian, quiet);
+        if (!before) return fail(before.error());
+        const auto around = shells(mesh.edges, quiet);
+        if (!around) return fail(around.error());
+        const Column<EdgeKind>& kinds = wanted.proposal().kinds;
+        Restoring<D> restoring{MovedMesh<D>(*before), *around, kinds, to.min_scaled_jacobian};
+        auto queue = elements_not_valid(before->validation());
+        std::erase_if(queue, [&](ElementId e) {
+            return decide(restoring.input_element(e), to.min_scaled_jacobian) != Verdict::valid;
+        });
+        if (queue.empty()) return repaired;
+        if (auto done = restoring.run(std::move(queue), quiet); !done) return fail(done.error());
+        if (restoring.not_valid() >= before->validation().not_valid()) return repaired;
+        const auto edges = restored_edges(restoring.moved, before->proposal(), wanted.proposal());
+        Relaxing<D> relaxing{{std::move(restoring.moved), *around, kinds, to}, quiet};
+        // Nodes are put back to where they are wanted, not to where repair had them.
+        auto& nodes = relaxing.state.moved.nodes;
+        const Column<LagrangeNode<D>> restored = nodes.column();
+        nodes = Overlay<EdgeId, LagrangeNode<D>>(wanted.proposal().mid_nodes);
+        for (std::size_t e = 0; e < restored.size(); ++e)
+            if (restored[e] != nodes.base()[e]) nodes.set(EdgeId(e), restored[e]);
+        if (auto done = put_all_back(relaxing, edges); !done) return fail(done.error());
+        auto judged = validate(mesh, relaxing.state.moved.proposal(wanted.proposal()), judged_for, quiet);
+        if (!judged) return fail(judged.error());
+        repaired.judged = std::move(*judged);
+        const auto& verdicts = repaired.judged.validation().verdicts;
+        std::erase_if(repaired.given_up, [&](ElementId e) { return verdicts[e] == Verdict::valid; });
+        return with_all_changes(wanted, std::move(repaired));
+    });
+}
 
 template <int D>
 Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions& options, const Execution& execution) {
@@ -227,12 +408,14 @@ Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions&
         auto judged = judge_moved(relaxing.state.moved, *around, wanted, quiet);
         if (!judged) return fail(judged.error());
         const RepairStatistics statistics = changes_between(wanted, *judged);
-        return Repaired<D>{std::move(*judged), statistics};
+        return restore_input(wanted, Repaired<D>{std::move(*judged), statistics}, options, quiet);
     });
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Repaired<D>> relax<D>(const JudgedProposal<D>&, const RepairOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<Repaired<D>> relax<D>(const JudgedProposal<D>&, const RepairOptions&, const Execution&);   \
+    template Outcome<Repaired<D>> restore_input<D>(const JudgedProposal<D>&, Repaired<D>, const RepairOptions&, \
+                                                   const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

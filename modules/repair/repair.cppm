@@ -9,6 +9,7 @@ export import :method;
 export import :remaining;
 export import :mesh;
 export import :on_geometry;
+export import :uncross;
 import :moved_mesh;
 import :by_optimisation;
 import :growth;

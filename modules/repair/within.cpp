@@ -140,7 +140,12 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
         Within<D> within{*start, guide, by, allowed_work(start->validation().not_valid(), by.effort), execution};
         return repair_to_bound(within);
     };
-    return min_invalid(wanted, to(wanted, options), options, execution, to);
+    auto kept = min_invalid(wanted, to(wanted, options), options, execution, to);
+    if (!kept) return kept;
+    RepairOptions demanded = options;
+    // Boundary nodes slide on the geometry for no higher bound.
+    if (guide.onto && options.min_scaled_jacobian > min_bound) demanded.min_scaled_jacobian = min_bound;
+    return restore_input(wanted, std::move(*kept), demanded, without_progress(execution));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                       \

@@ -8,6 +8,7 @@
 
 import camber.core;
 import camber.bezier;
+import camber.crossing;
 import camber.metric;
 import camber.validity;
 import camber.optimisation;
@@ -133,6 +134,54 @@ void test_threads() {
     }
 }
 
+template <int D>
+std::size_t crossing_in(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& nodes) {
+    return find_crossings<D>(mesh, mesh.linear.points.view(), nodes.view(), Execution{1}).value().crossing;
+}
+
+/// Returns whether facets cross, with all the work that a pair may take where the search for all pairs ran out of it.
+template <int D>
+bool any_cross(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& nodes) {
+    const auto points = mesh.linear.points.view();
+    const auto found = find_crossings<D>(mesh, points, nodes.view(), Execution{1}).value();
+    return std::ranges::any_of(found.found, [&](const FacetCrossing& pair) {
+        if (pair.verdict != Crossing::undecided) return pair.verdict == Crossing::crossing;
+        const auto first = nodal_facet<D>(mesh, points, nodes.view(), pair.first);
+        if (pair.first == pair.second) return crossing_of_itself(first) == Crossing::crossing;
+        return crossing_of(first, nodal_facet<D>(mesh, points, nodes.view(), pair.second)) == Crossing::crossing;
+    });
+}
+
+/// Nodes of facets that cross lie between the middles of their chords and their places, and no facets cross.
+template <int D>
+void check_uncrossing(std::mt19937_64& random, int n, double surface) {
+    const Planned<D> p = planned<D>(random, n, 0, surface);
+    const Proposal<D>& wanted = p.proposal;
+    const auto found = uncrossed_nodes<D>(p.mesh, p.mesh.linear.points.view(), wanted.mid_nodes.view(),
+                                          wanted.kinds.view(), Execution{1})
+                           .value();
+    Buffer<LagrangeNode<D>> nodes(wanted.mid_nodes.begin(), wanted.mid_nodes.end());
+    for (const auto& [edge, node] : found.nodes) {
+        const Vec<D> before = wanted.mid_nodes[edge].point, middle = p.mesh.mid_nodes[edge].point;
+        RC_ASSERT(wanted.kinds[edge] == EdgeKind::surface);
+        RC_ASSERT(node != wanted.mid_nodes[edge]);
+        RC_ASSERT(std::abs(distance(before, node.point) + distance(node.point, middle) - distance(before, middle)) <
+                  1e-12);
+        nodes[edge.index()] = node;
+    }
+    RC_ASSERT(crossing_in<D>(p.mesh, nodes) == 0);
+    RC_ASSERT(found.crossings.crossing == 0);
+    RC_ASSERT(found.nodes.empty() == (crossing_in<D>(p.mesh, wanted.mid_nodes) == 0));
+    RC_CLASSIFY(!found.nodes.empty(), "walls crossed");
+    // None of them can go back by a step of the search.
+    for (const auto& [edge, node] : found.nodes) {
+        const Vec<D> middle = p.mesh.mid_nodes[edge].point;
+        auto farther = nodes;
+        farther[edge.index()].point += (1.0 / 256) * (wanted.mid_nodes[edge].point - middle);
+        RC_ASSERT(any_cross<D>(p.mesh, farther));
+    }
+}
+
 }  // namespace
 
 TEST_CASE("relax ends with a valid mesh") {
@@ -203,4 +252,19 @@ TEST_CASE("relax: options out of range") {
     options = {};
     options.max_corrections = 0;
     refused(options);
+}
+
+TEST_CASE("walls that cross are moved back") {
+    property("2D: until none cross, and by no more than that",
+             [] {
+                 std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
+                 check_uncrossing<2>(random, *rc::gen::inRange(1, 4), 1.2);
+             },
+             {.count = less_if_sanitized(20, 4)});
+    property("3D: until none cross, and by no more than that",
+             [] {
+                 std::mt19937_64 random(*rc::gen::arbitrary<std::uint64_t>());
+                 check_uncrossing<3>(random, 1, 0.8);
+             },
+             {.count = less_if_sanitized(3, 1)});
 }

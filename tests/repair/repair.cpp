@@ -314,8 +314,105 @@ void models_agree(const std::array<int, D>& cells) {
     }
 }
 
+/// Thin layers that bend by 0.6 radians a cell: elements with an edge on the outer side of a layer are inverted when
+/// straight, and valid with their nodes on the arcs.
+template <int D>
+QuadraticMesh<D> bent_layers(std::uint64_t seed, double thickness) {
+    LatticeOptions<D> options;
+    options.cells.fill(2);
+    options.cells[0] = 4;
+    options.cells[1] = 3;
+    options.seed = seed;
+    const LinearMesh<D> flat = lattice_mesh(options);
+    const auto bent = [&](Vec<D> p) {
+        const double radius = 1 + thickness * p[1], angle = 0.6 * (p[0] + 0.5 * p[1]);
+        p[0] = radius * std::sin(angle);
+        p[1] = radius * std::cos(angle);
+        return p;
+    };
+    LinearMesh<D> linear = flat;
+    Buffer<Vec<D>> points(flat.points.begin(), flat.points.end());
+    for (Vec<D>& p : points) p = bent(p);
+    linear.points = std::move(points);
+    QuadraticMesh<D> mesh = must(elevate(std::move(linear), alone));
+    Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        nodes[e] = {bent(midpoint(flat.points[a], flat.points[b]))};
+    }
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+/// Some of the nodes thrown about by shares of their chords.
+template <int D>
+Column<LagrangeNode<D>> some_thrown(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, Dice& dice,
+                                    double share, double amplitude) {
+    Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
+    for (std::size_t e = 0; e < nodes.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const double by = (kinds[e] == EdgeKind::volume ? 1 : 0.2) * amplitude;
+        if (dice.uniform(0, 1) < share)
+            nodes[e].point += by * distance(mesh.linear.points[a], mesh.linear.points[b]) * dice.vector<D>(-1, 1);
+    }
+    return nodes;
+}
+
+template <int D>
+void never_more_invalid() {
+    std::size_t inverted = 0, damaged = 0, restored = 0;
+    property("repair leaves no more invalid elements than the input has",
+             [&](std::uint64_t seed) {
+                 Dice dice(seed);
+                 QuadraticMesh<D> mesh = bent_layers<D>(seed + 1, dice.uniform(0.02, 0.04));
+                 const auto kinds = boundary_kinds(mesh.linear, mesh.edges);
+                 const auto around = must(shells(mesh.edges, alone));
+                 REQUIRE(must(validate(mesh, min_bound, alone)).all_valid());
+                 const bool is_damaged = dice.below(3) == 0;
+                 if (is_damaged) mesh.mid_nodes = some_thrown(mesh, kinds, dice, 0.1, 0.3);
+                 const bool is_own = is_damaged && dice.below(2) == 0;
+                 const Proposal<D> proposal{mesh.linear.points,
+                                            is_own ? mesh.mid_nodes : some_thrown(mesh, kinds, dice, 0.3, 0.3), kinds,
+                                            Buffer<EdgeChange>(mesh.edges.size(), EdgeChange::optimised)};
+                 RepairOptions options;
+                 if (dice.below(2) == 0) options.min_scaled_jacobian = min_bound;
+                 const auto judged = must(validate(mesh, proposal, options.min_scaled_jacobian, alone));
+                 const auto input = must(validate(mesh, min_bound, alone));
+                 inverted += input.straight_inverted;
+                 damaged += input.not_valid();
+                 const auto expect_no_more = [&](const Repaired<D>& r) {
+                     const auto after = must(validate(mesh, r.judged.proposal(), min_bound, alone)).validation();
+                     RC_ASSERT(after.not_valid() <= input.not_valid());
+                     const double bound = r.judged.validation().bound;
+                     RC_ASSERT(r.judged.validation() ==
+                               must(validate(mesh, r.judged.proposal(), bound, alone)).validation());
+                     for (std::size_t e = 0; e < mesh.edges.size(); ++e)
+                         restored += r.judged.proposal().mid_nodes[e] == mesh.mid_nodes[e] &&
+                                     proposal.mid_nodes[e] != mesh.mid_nodes[e];
+                 };
+                 for (const auto method : {RepairMethod::extension, RepairMethod::cavity, RepairMethod::edge,
+                                           RepairMethod::segment, RepairMethod::theta}) {
+                     options.method = method;
+                     options.effort = dice.below(2) == 0 ? 0.02 : 1;
+                     const auto guide =
+                         needs_models(method) ? must(own_guide(judged, around, alone)) : RepairGuide<D>{};
+                     expect_no_more(must(repair_or_straighten(judged, guide, options, alone)));
+                     expect_no_more(must(repair_within(judged, guide, options, alone)));
+                     if (!needs_models(method)) expect_no_more(must(relax(judged, options, alone)));
+                 }
+             },
+             {D == 2 ? 10 : 2});
+    CHECK(inverted > 0);
+    CHECK(damaged > 0);
+    CHECK(restored > 0);
+}
+
 }  // namespace
 
+TEST_CASE("repair: never more invalid elements than the input, though straight elements are inverted") {
+    never_more_invalid<2>();
+    never_more_invalid<3>();
+}
 TEST_CASE("repair: laws, 2D") { laws<2>({8, 5}); }
 TEST_CASE("repair: laws, 3D") { laws<3>({3, 3, 3}); }
 TEST_CASE("repair: vertices that move") {

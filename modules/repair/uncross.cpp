@@ -1,0 +1,264 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.repair;
+import :moved_mesh;
+import :uncross;
+import camber.core;
+import camber.bezier;
+import camber.crossing;
+import camber.validity;
+
+namespace camber {
+
+namespace {
+
+/// Pairs of facets, the lower one first.
+using FacetPairs = std::vector<std::pair<FacetId, FacetId>>;
+
+FacetPairs crossing_pairs(const Crossings& crossings) {
+    FacetPairs pairs;
+    for (const FacetCrossing& found : crossings.found)
+        if (found.verdict == Crossing::crossing) pairs.emplace_back(found.first, found.second);
+    return pairs;
+}
+
+/// Nodes of boundary edges on their ways from the middles of the chords (0) to their positions (`whole`).
+template <int D>
+class Uncrossing {
+  public:
+    Uncrossing(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points, std::span<const LagrangeNode<D>> wanted,
+               std::span<const EdgeKind> kinds)
+        : mesh_(mesh), points_(points), wanted_(wanted), kinds_(kinds), nodes_(wanted.begin(), wanted.end()) {}
+
+    [[nodiscard]] Outcome<UncrossedNodes<D>> run(const Execution& execution) {
+        auto found = find(execution);
+        if (!found) return fail(found.error());
+        UncrossedNodes<D> out;
+        out.crossings = std::move(*found);
+        if (out.crossings.crossing == 0) return out;
+        found = out.crossings;
+        while (lower(crossing_pairs(*found))) {
+            found = find(execution);
+            if (!found) return fail(found.error());
+        }
+        hopeless_ = crossing_pairs(*found);
+        raise_all();
+        for (const auto& [edge, share] : shares_)
+            if (share < whole) out.nodes.emplace_back(edge, nodes_[edge.index()]);
+        found = find(execution);
+        if (!found) return fail(found.error());
+        out.crossings = std::move(*found);
+        return out;
+    }
+
+  private:
+    static constexpr int whole = 256;
+    static constexpr int lowering = whole / 8, raising = whole / 16;
+
+    [[nodiscard]] Outcome<Crossings> find(const Execution& execution) const {
+        return find_crossings<D>(mesh_, points_, nodes_, execution);
+    }
+    [[nodiscard]] LagrangeNode<D> node_at(EdgeId edge, int share) const {
+        const LagrangeNode<D>& wanted = wanted_[edge.index()];
+        if (share == whole) return wanted;
+        const auto& [a, b] = mesh_.edges.vertices[edge];
+        const Vec<D> middle = midpoint(points_[a.index()], points_[b.index()]);
+        return share == 0 ? LagrangeNode<D>{middle}
+                          : LagrangeNode<D>{middle + (static_cast<double>(share) / whole) * (wanted.point - middle)};
+    }
+    [[nodiscard]] bool is_movable(EdgeId edge) const {
+        return kinds_[edge.index()] != EdgeKind::fixed && node_at(edge, 0) != wanted_[edge.index()];
+    }
+    void put(EdgeId edge, int share) {
+        shares_[edge] = share;
+        nodes_[edge.index()] = node_at(edge, share);
+    }
+    /// A step back for each edge of these facets. False if none of them has one left.
+    bool lower(const FacetPairs& pairs) {
+        std::vector<EdgeId> edges;
+        for (const auto& [f, g] : pairs)
+            for (const FacetId facet : {f, g})
+                for (const EdgeId edge : mesh_.edges.of_facets[facet]) edges.push_back(edge);
+        std::ranges::sort(edges);
+        edges.erase(std::ranges::unique(edges).begin(), edges.end());
+        bool any = false;
+        for (const EdgeId edge : edges) {
+            if (!is_movable(edge)) continue;
+            const auto at = shares_.find(edge);
+            const int share = at == shares_.end() ? whole : at->second;
+            if (share == 0) continue;
+            put(edge, share - lowering);
+            any = true;
+        }
+        return any;
+    }
+
+    [[nodiscard]] NodalFacet<D> nodal(FacetId f) const { return nodal_facet<D>(mesh_, points_, nodes_, f); }
+    void find_facets_of_edges() {
+        for (const auto& [edge, share] : shares_) facets_[edge];
+        for (std::size_t f = 0; f < mesh_.linear.facets.size(); ++f) {
+            grid_.insert(FacetId(f), box_of(nodal(FacetId(f))));
+            for (const EdgeId edge : mesh_.edges.of_facets[f])
+                if (const auto at = facets_.find(edge); at != facets_.end()) at->second.emplace_back(f);
+        }
+    }
+    /// Whether the facets of an edge cross others, or themselves.
+    [[nodiscard]] bool crosses(EdgeId edge) {
+        for (const FacetId f : facets_.at(edge)) {
+            const NodalFacet<D> facet = nodal(f);
+            if (crossing_of_itself(facet) == Crossing::crossing && !is_hopeless(f, f)) return true;
+            const Box<D> box = box_of(facet);
+            grid_.meeting(box, near_);
+            for (const FacetId g : near_) {
+                if (g == f) continue;
+                const NodalFacet<D> other = nodal(g);
+                if (!box_of(other).meets(box) || is_hopeless(f, g)) continue;
+                // In the order of find_crossings: limited work may decide a pair in one order alone.
+                if ((f < g ? crossing_of(facet, other) : crossing_of(other, facet)) == Crossing::crossing) return true;
+            }
+        }
+        return false;
+    }
+    [[nodiscard]] bool is_hopeless(FacetId f, FacetId g) const {
+        return std::ranges::binary_search(hopeless_, std::pair(std::min(f, g), std::max(f, g)));
+    }
+    /// The edge with this share of its way, unless its facets cross then.
+    bool raise(EdgeId edge, int share) {
+        const int before = shares_.at(edge);
+        put(edge, share);
+        if (crosses(edge)) return put(edge, before), false;
+        for (const FacetId f : facets_.at(edge)) grid_.insert(f, box_of(nodal(f)));
+        return true;
+    }
+    /// All edges in turn, a step each, until none of them goes farther; then by smaller steps.
+    void raise_all() {
+        find_facets_of_edges();
+        for (int step = raising; step >= 1; step /= 2) {
+            for (bool any = true; any;) {
+                any = false;
+                for (const auto& [edge, share] : shares_)
+                    if (share < whole && raise(edge, std::min(share + step, whole))) any = true;
+            }
+        }
+    }
+
+    const QuadraticMesh<D>& mesh_;
+    std::span<const Vec<D>> points_;
+    std::span<const LagrangeNode<D>> wanted_;
+    std::span<const EdgeKind> kinds_;
+    Buffer<LagrangeNode<D>> nodes_;
+    std::map<EdgeId, int> shares_;  ///< of edges that were moved back
+    std::map<EdgeId, std::vector<FacetId>> facets_;
+    FacetGrid<D> grid_;
+    FacetPairs hopeless_;
+    std::vector<FacetId> near_;
+};
+
+/// The guide, or of a mesh for which the caller made none (all of its elements were valid), the mesh's own.
+template <int D>
+Outcome<RepairGuide<D>> guide_or_own(const RepairGuide<D>& guide, const JudgedProposal<D>& judged,
+                                     const Incidence<ElementId>& holders, const Execution& execution) {
+    if (guide.shells.size() > 0) return guide;
+    auto made = is_surface_alone(judged.mesh().linear) ? Outcome<RepairGuide<D>>(RepairGuide<D>{holders})
+                                                       : own_guide(judged, holders, execution);
+    if (!made) return made;
+    made->onto = guide.onto;
+    made->vertices_onto = guide.vertices_onto;
+    made->surface = guide.surface;
+    return made;
+}
+
+/// The proposal with other nodes, judged; `is_broken`: an element around them is not valid.
+template <int D>
+struct Moved {
+    JudgedProposal<D> judged;
+    bool is_broken = false;
+};
+template <int D>
+Outcome<Moved<D>> with_nodes(const JudgedProposal<D>& judged, const UncrossedNodes<D>& found,
+                             const Incidence<ElementId>& shells, const Execution& execution) {
+    MovedMesh<D> moved(judged);
+    for (const auto& [edge, node] : found.nodes) moved.nodes.set(edge, node);
+    auto again = judge_moved(moved, shells, judged, execution);
+    if (!again) return fail(again.error());
+    bool is_broken = false;
+    for (const auto& [edge, node] : found.nodes)
+        for (const ElementId e : shells[edge])
+            is_broken = is_broken || again->validation().verdicts[e] != Verdict::valid;
+    return Moved<D>{std::move(*again), is_broken};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<UncrossedNodes<D>> uncrossed_nodes(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
+                                           std::span<const LagrangeNode<D>> mid_nodes, std::span<const EdgeKind> kinds,
+                                           const Execution& execution) {
+    return guarded([&] { return Uncrossing<D>(mesh, points, mid_nodes, kinds).run(execution); });
+}
+
+template <int D>
+Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
+                                         const RepairOptions& options, const Execution& execution) {
+    constexpr int rounds = 3;
+    const Execution quiet = without_progress(execution);
+    return guarded([&]() -> Outcome<UncrossedWalls<D>> {
+        const Proposal<D>& before = judged.proposal();
+        std::optional<Incidence<ElementId>> holders;
+        JudgedProposal<D> now = judged;
+        std::vector<EdgeId> edges;
+        for (int round = 0; round < rounds; ++round) {
+            const Proposal<D>& proposal = now.proposal();
+            const auto found = uncrossed_nodes<D>(now.mesh(), proposal.points.view(), proposal.mid_nodes.view(),
+                                                  before.kinds.view(), quiet);
+            if (!found) return fail(found.error());
+            if (found->nodes.empty()) break;
+            for (const auto& [edge, node] : found->nodes) edges.push_back(edge);
+            if (!holders) {
+                auto made = guide.shells.size() > 0 ? Outcome<Incidence<ElementId>>(guide.shells)
+                                                    : holders_of_edges(judged.mesh(), quiet);
+                if (!made) return fail(made.error());
+                holders = std::move(*made);
+            }
+            auto moved = with_nodes<D>(now, *found, *holders, quiet);
+            if (!moved) return fail(moved.error());
+            now = std::move(moved->judged);
+            if (!moved->is_broken) break;
+            // The last time nothing is fixed: chords are valid where the straight mesh is.
+            Buffer<EdgeKind> kinds(before.kinds.begin(), before.kinds.end());
+            if (round + 1 < rounds)
+                for (const EdgeId edge : edges) kinds[edge.index()] = EdgeKind::fixed;
+            const auto by = guide_or_own(guide, now, *holders, quiet);
+            if (!by) return fail(by.error());
+            auto repaired = repair_or_straighten(now.with_kinds(std::move(kinds)), *by, options, quiet);
+            if (!repaired) return fail(repaired.error());
+            now = repaired->judged.with_kinds(before.kinds);
+        }
+        std::ranges::sort(edges);
+        edges.erase(std::ranges::unique(edges).begin(), edges.end());
+        MovedBack<D> moved;
+        for (const EdgeId edge : edges) moved.add(before.mid_nodes[edge], now.proposal().mid_nodes[edge]);
+        return UncrossedWalls<D>{std::move(now), moved};
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                \
+    template Outcome<UncrossedNodes<D>> uncrossed_nodes<D>(const QuadraticMesh<D>&, std::span<const Vec<D>>, \
+                                                           std::span<const LagrangeNode<D>>,                 \
+                                                           std::span<const EdgeKind>, const Execution&);     \
+    template Outcome<UncrossedWalls<D>> uncross_walls<D>(const JudgedProposal<D>&, const RepairGuide<D>&,    \
+                                                         const RepairOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
