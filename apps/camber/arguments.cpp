@@ -14,6 +14,7 @@ import camber.cad;
 import camber.commands;
 import camber.config;
 import camber.io;
+import camber.surface;
 
 namespace camber::app {
 
@@ -43,8 +44,8 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
     add_sizes(verb, a.sizes);
     verb->add_option(
             "--geometry-error", a.geometry_error,
-            "Largest distance of chords from the boundary's own surface; intersected with the metric. Default: "
-            "any")
+            "Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it; remesh "
+            "refines until it is met, or ends with exit code 1. Default: any")
         ->check(above<double>(0));
     verb->add_option("--gradation", a.gradation,
                      "Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is")
@@ -65,14 +66,24 @@ void add_geometry(CLI::App* verb, GeometryArguments& a) {
                      "The CAD model that the boundary is put onto (" + std::string(camber::cad_endings) +
                          "); --geometry may have analytic surfaces beside it, by reference");
     add_words(verb, "--cad-unit", a.cad_unit,
-              "The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates are "
-              "as the model's file has them");
+              "The unit of the mesh's coordinates, to which the CAD model is converted. Default: auto, that of the "
+              "model's file if the mesh's boundary lies on the model in it, else the only unit in which it does");
+    add_words(verb, "--cad-vertices", a.cad_vertices,
+              "Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default: keep, "
+              "and too many of them are an error");
     verb->add_option("--cad-seconds", a.cad_seconds,
                      "How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file")
         ->check(at_least<double>(0));
     verb->add_option("--cad-memory", a.cad_memory,
                      "How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file")
         ->check(at_least<double>(0));
+}
+
+void add_geometry_tolerance(CLI::App* verb, GeometryArguments& a) {
+    const auto nodes = camber::option_of(&camber::BoundaryTolerance::nodes);
+    verb->add_option("--geometry-tolerance", a.tolerance,
+                     help_of(nodes) + "; nodes beyond it: exit code 1. Default: 1e-5")
+        ->check(within<double>(nodes.limits));
 }
 
 void add_bound(CLI::App* verb, PipelineArguments& a) {

@@ -38,6 +38,8 @@ void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optio
                   bool& dry_run);
 
 void add_geometry(CLI::App* verb, GeometryArguments& arguments);
+/// How far nodes of the boundary may be from it.
+void add_geometry_tolerance(CLI::App* verb, GeometryArguments& arguments);
 /// The bound of the verbs that judge curved elements.
 void add_bound(CLI::App* verb, PipelineArguments& arguments);
 /// What the verbs that are a pipeline have in common, but for the solution that goes along.

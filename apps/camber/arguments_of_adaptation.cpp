@@ -60,7 +60,8 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     add_described<double>(verb, a.of_solution, camber::option_of(&S::max_anisotropy));
     add_sizes(verb, a.metric.sizes);
     verb->add_option("--geometry-error", a.metric.geometry_error,
-                     "Largest distance of chords from the boundary's own surface. Default: any")
+                     "Largest distance of the boundary from its geometry, both ways; what the last mesh misses is exit "
+                     "code 1. Default: any")
         ->check(above<double>(0));
     verb->add_option("--gradation", a.metric.gradation,
                      "Largest ratio of the metric's sizes at adjacent edges. Default: not limited")
@@ -118,6 +119,7 @@ void add_adapt(CLI::App& app, Verb& verb) {
     add_metric_of_solution_options(adapt, a);
     add_cycles(adapt, a);
     add_geometry(adapt, a.geometry);
+    add_geometry_tolerance(adapt, a.geometry);
     adapt->add_option("--output-solution", a.solution.output,
                       "Where the last solution goes (" + endings_of_solutions() + ", or with the mesh)");
     add_words(adapt, "--transfer", a.solution.method, help_of(camber::option_of(&camber::TransferOptions::method)));

@@ -41,6 +41,7 @@ void add_curve(CLI::App& app, Verb& verb) {
     curve->add_option("-o,--output", a.output, "Where the curved mesh goes (" + endings_of_output() + ")")->required();
     add_metric(curve, a.metric);
     add_geometry(curve, a.geometry);
+    add_geometry_tolerance(curve, a.geometry);
     add_words(curve, "--objective", a.objective,
               help_of(camber::option_of(&camber::config::Curve::objective)) +
                   ". Default: solution where there is --solution and no --metric, else " +
@@ -81,6 +82,7 @@ void add_repair(CLI::App& app, Verb& verb) {
                      "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
         ->check(at_least<double>(0));
     add_geometry(repair, a.geometry);
+    add_geometry_tolerance(repair, a.geometry);
     add_bound(repair, a);
     add_solution_along(repair, a.solution);
     add_pipeline(repair, a);
@@ -108,6 +110,7 @@ void add_remesh(CLI::App& app, Verb& verb) {
     remesh->add_option("-o,--output", a.output, "Where the new mesh goes (" + endings_of_output() + ")")->required();
     add_metric(remesh, a.metric);
     add_geometry(remesh, a.geometry);
+    add_geometry_tolerance(remesh, a.geometry);
     const auto rounds = camber::option_of(&camber::config::Remesh::rounds);
     remesh
         ->add_option("--rounds", a.rounds,

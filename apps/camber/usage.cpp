@@ -35,8 +35,11 @@ constexpr const char* description =
     "  camber explain curve                              what a stage does, and its options\n";
 
 constexpr const char* exit_codes =
-    "Exit codes: 0 done; 1 done, but elements remain that are not certified valid, or below the scaled Jacobian that "
-    "was asked for (check: or the mesh has other defects); 2 bad usage or config; 3 bad input or output file; 4 not "
+    "Exit codes: 0 done; 1 done, but the result is not the requested one: elements are not certified valid or below "
+    "the "
+    "requested scaled Jacobian, the boundary is off its geometry, walls cross, or elements overlap (check: or the mesh "
+    "has other "
+    "defects); 2 bad usage or config; 3 bad input or output file; 4 not "
     "enough memory, or an internal error; 130 "
     "interrupted. What becomes of every kind of bad input: docs/input.md.";
 

@@ -27,7 +27,7 @@ import :straight;
 /// The faces of a mesh that one element only has, and the number of elements on their inner sides.
 namespace camber {
 
-inline constexpr std::uint32_t nobody = 0xffffffffU;
+inline constexpr std::uint32_t no_boundary_row = 0xffffffffU;
 
 /// A face of one element only, with its normal outwards.
 template <int D>
@@ -70,14 +70,14 @@ template <std::size_t N, class Item>
 /// A hash table of rows, which are compared by the caller: open addressing, at most half full.
 class RowTable {
   public:
-    explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), nobody) {}
+    explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), no_boundary_row) {}
 
     /// The row with this hash that `is_same` accepts; `row` if there is none, which is then entered unless it is
-    /// nobody.
+    /// no_boundary_row.
     template <class IsSame>
     std::uint32_t find(std::uint64_t hash, std::uint32_t row, IsSame&& is_same) {
         for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
-            if (slots_[at] == nobody) return slots_[at] = row;
+            if (slots_[at] == no_boundary_row) return slots_[at] = row;
             if (is_same(slots_[at])) return slots_[at];
         }
     }
@@ -152,7 +152,7 @@ inline constexpr std::size_t max_trials = 4;
 template <int D>
 struct Witness {
     int covers = 0;  ///< 0: not decided
-    std::uint32_t facet = nobody;
+    std::uint32_t facet = no_boundary_row;
     Vec<D> point{};
 };
 
@@ -184,11 +184,12 @@ class OuterBoundary {
         }
     }
 
-    /// Records the pairs of facets that are not disjoint; `rows` are the boundary's facets of the mesh's, or nobody.
+    /// Records the pairs of facets that are not disjoint; `rows` are the boundary's facets of the mesh's, or
+    /// no_boundary_row.
     void mark(const Crossings& crossings, std::span<const std::uint32_t> rows) {
         for (const FacetCrossing& pair : crossings.found) {
             const std::uint32_t f = rows[pair.first.index()], g = rows[pair.second.index()];
-            if (f == nobody || g == nobody || is_cancelled(f) || is_cancelled(g)) continue;
+            if (f == no_boundary_row || g == no_boundary_row || is_cancelled(f) || is_cancelled(g)) continue;
             const std::uint8_t mark = pair.verdict == Crossing::crossing ? judged : touches;
             is_touched_[f] = std::max(is_touched_[f], mark);
             is_touched_[g] = std::max(is_touched_[g], mark);
@@ -228,11 +229,11 @@ class OuterBoundary {
             parent[std::max(root(a.facet), root(b.facet))] = std::min(root(a.facet), root(b.facet));
         }
         std::vector<std::vector<std::uint32_t>> parts;
-        std::vector<std::uint32_t> part(facets_.size(), nobody);
+        std::vector<std::uint32_t> part(facets_.size(), no_boundary_row);
         for (std::uint32_t f = 0; f < facets_.size(); ++f) {
             if (is_cancelled(f) || is_touched_[f] == judged) continue;
             const std::uint32_t r = root(f);
-            if (part[r] == nobody) {
+            if (part[r] == no_boundary_row) {
                 part[r] = static_cast<std::uint32_t>(parts.size());
                 parts.emplace_back();
             }

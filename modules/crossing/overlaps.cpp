@@ -28,7 +28,7 @@ namespace {
 
 /// The elements that have a facet as a face: their number, and the last of them.
 struct FacetSides {
-    std::uint32_t count = 0, element = nobody;
+    std::uint32_t count = 0, element = no_boundary_row;
     int opposite = 0;  ///< local vertex
 };
 template <int D>
@@ -58,8 +58,9 @@ std::vector<FacetSides> sides_of_facets(const LinearMesh<D>& mesh) {
             std::array<VertexId, D> face;
             for (int k = 0; k < D; ++k) face[k] = element[face_opposite<D>(i)[k]];
             const auto key = sorted(face);
-            const std::uint32_t f = table.find(hash_of(key), nobody, [&](std::uint32_t g) { return keys[g] == key; });
-            if (f == nobody) continue;
+            const std::uint32_t f =
+                table.find(hash_of(key), no_boundary_row, [&](std::uint32_t g) { return keys[g] == key; });
+            if (f == no_boundary_row) continue;
             ++sides[f].count;
             sides[f].element = static_cast<std::uint32_t>(e);
             sides[f].opposite = i;
@@ -228,7 +229,7 @@ template <int D>
 RowsOfBoundary<D> boundary_of(const MeshNodes<D>& mesh) {
     const LinearMesh<D>& linear = mesh.linear();
     const auto sides = sides_of_facets(linear);
-    RowsOfBoundary<D> boundary{{}, std::vector<std::uint32_t>(sides.size(), nobody)};
+    RowsOfBoundary<D> boundary{{}, std::vector<std::uint32_t>(sides.size(), no_boundary_row)};
     for (std::size_t f = 0; f < sides.size(); ++f) {
         if (sides[f].count != 1) continue;
         const ElementId element(sides[f].element);

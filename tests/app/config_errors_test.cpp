@@ -46,7 +46,7 @@ TEST_CASE("wrong types are refused with what was expected") {
           "config.json: expected an object, got an array (known: input, solution, metric, metric_mesh, "
           "metric_operations, "
           "geometry, "
-          "features, "
+          "features, geometry_tolerance, "
           "stages, adapt, threads, output)");
     CHECK(error_with(R"("threads": "two")") ==
           "config.json: /threads: expected a whole number, got the string \"two\"");

@@ -18,10 +18,10 @@ WITH_METRIC = CURVE + ("--metric", "m.solb")
 BINARY = ("curve", "in.meshb", "-o", "out.mesh")
 
 
-def with_cad_shell():
-    """A model of the shell between spheres of radii 1 and 5, and two meshes: one of it, one of a cube."""
+def with_cad_shell(radius=5):
+    """A model of the shell between spheres of radii 1 and 5, and two meshes: one of this radius, one of a cube."""
     model = (ROOT / "tests" / "cad" / "shell.brep").read_bytes()
-    octahedron = [(5, 0, 0), (0, 5, 0), (0, 0, 5), (-5, 0, 0), (0, -5, 0), (0, 0, -5)]
+    octahedron = [tuple(side * radius * (i == k) for i in range(3)) for side in (1, -1) for k in range(3)]
     faces = [(1, 2, 3), (2, 4, 3), (4, 5, 3), (5, 1, 3), (2, 1, 6), (4, 2, 6), (5, 4, 6), (1, 5, 6)]
     mesh = "MeshVersionFormatted 2\nDimension 3\nVertices\n7\n" + "".join(
         "%g %g %g 0\n" % p for p in octahedron + [(0, 0, 0)]) + "Tetrahedra\n8\n" + "".join(
@@ -163,6 +163,8 @@ CASES = [
          changed(block, centre_out), finds="tangled_elements"),
     Case("Elements", "without volume", "accepted", 1, "flat or inverted before it was curved",
          changed(block, onto_face), finds="flat_elements"),
+    Case("Elements", "some inside the elements of another body", "accepted", 1, "elements overlap in 1 place",
+         plain(nested_bodies)),
     Case("Elements", "one listed twice", "repaired", 0, "tetrahedron 49 lists the vertices of tetrahedron 6 again",
          changed(block, lambda m: appended(elements(m), elements(m).nodes[5][[1, 0, 3, 2]], 1)),
          finds="repeated_elements"),
@@ -275,7 +277,11 @@ CASES = [
          CURVE + ("--cad", "shell.brep"), needs=bad_moments.no_cad),
     Case("CAD models", "in another unit than the mesh", "refused", 3, "give that as the unit", with_cad_shell,
          ("curve", "shell.mesh", "-o", "out.mesh", "--cad", "shell.brep", "--cad-unit", "m"), needs=bad_moments.no_cad),
+    Case("CAD models", "of the same part with another size", "refused", 3, "away from CAD face", lambda: with_cad_shell(5.5),
+         ("curve", "shell.mesh", "-o", "out.mesh", "--cad", "shell.brep"), needs=bad_moments.no_cad),
     Case("CAD models", "a unit without a model", "refused", 2, "--cad-unit", plain(block), CURVE + ("--cad-unit", "mm")),
+    Case("CAD models", "vertices to move without a model", "refused", 2, "--cad-vertices", plain(block),
+         CURVE + ("--cad-vertices", "move")),
     Case("CAD models", "a reference named twice", "refused", 2, "is named twice", with_cad_shell,
          ("curve", "shell.mesh", "-o", "out.mesh", "--geometry",
           '{"cad": {"file": "shell.brep", "references": [1, 1]}}'), needs=bad_moments.no_cad),

@@ -198,6 +198,17 @@ def pair_at_vertex():
                        [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2], [4, 5, 6], [0, 5, 6], [0, 4, 6], [0, 4, 5]])
 
 
+def nested_bodies():
+    """The block, and a small one inside its elements."""
+    mesh, other = block(), block()
+    number = len(mesh.points)
+    with_points(mesh, 0.13 + 0.2 * other.points)
+    for mine, its in ((elements(mesh), elements(other)), (facets(mesh), facets(other))):
+        mine.nodes = np.vstack([mine.nodes, its.nodes + number])
+        mine.refs = np.append(mine.refs, its.refs)
+    return mesh
+
+
 def three_on_a_face():
     return linear_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, -1], [1, 1, 1]],
                        [[0, 1, 2, 3], [0, 2, 1, 4], [0, 1, 2, 5]])

@@ -34,7 +34,7 @@ class Mesh:
 def lattice(dim, n):
     """[0, n]^dim cut into simplices, one for each order of the axes, with the boundary's facets."""
     number = {at: i for i, at in enumerate(itertools.product(range(n + 1), repeat=dim))}
-    elements, sides = [], {}
+    elements = []
     for cell in itertools.product(range(n), repeat=dim):
         for order in itertools.permutations(range(dim)):
             corners = [cell]
@@ -45,11 +45,32 @@ def lattice(dim, n):
             if np.linalg.det(matrix) < 0:
                 vertices[0], vertices[1] = vertices[1], vertices[0]
             elements.append(tuple(vertices))
-    for element in elements:
-        for face in itertools.combinations(element, dim):
+    return with_boundary(Mesh(list(number), elements, []))
+
+
+def moved(mesh, by, scale=1.0):
+    """A copy, scaled and then moved."""
+    return Mesh(scale * mesh.points + by, list(mesh.elements), list(mesh.facets))
+
+
+def joined(one, other):
+    """Both bodies in one mesh, of references 1 and 2, without common vertices."""
+    number = len(one.points)
+    both = Mesh(np.concatenate([one.points, other.points]),
+                one.elements + [tuple(v + number for v in e) for e in other.elements],
+                one.facets + [tuple(v + number for v in f) for f in other.facets])
+    both.element_references = [1] * len(one.elements) + [2] * len(other.elements)
+    both.facet_references = [1] * len(one.facets) + [2] * len(other.facets)
+    return both
+
+
+def with_boundary(mesh):
+    """The mesh of the elements alone, its boundary listed."""
+    sides = {}
+    for element in mesh.elements:
+        for face in itertools.combinations(element, mesh.dim):
             sides.setdefault(tuple(sorted(face)), []).append(face)
-    facets = [faces[0] for faces in sides.values() if len(faces) == 1]
-    return Mesh(list(number), elements, facets)
+    return Mesh(mesh.points, mesh.elements, [faces[0] for faces in sides.values() if len(faces) == 1])
 
 
 def elevated(mesh, random=None, amplitude=0.0):
@@ -94,3 +115,62 @@ def scattered_square(n):
     facets = np.concatenate([np.stack(side, 1) for side in sides])
     elements = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     return Mesh(points, random.permutation(elements), random.permutation(facets))
+
+
+def without_unused_points(points, elements):
+    """The mesh of these elements with all of its boundary."""
+    used = sorted({v for element in elements for v in element})
+    number = {v: i for i, v in enumerate(used)}
+    elements = [tuple(number[v] for v in element) for element in elements]
+    dim = len(elements[0]) - 1
+    sides = {}
+    for element in elements:
+        for face in itertools.combinations(element, dim):
+            sides.setdefault(tuple(sorted(face)), []).append(face)
+    return Mesh(points[used], elements, [faces[0] for faces in sides.values() if len(faces) == 1])
+
+
+def as_ball(points, radii):
+    """A cube [-n, n]^dim brought to a ball: what is k from the centre, by the largest coordinate, to radii[k]."""
+    most, length = np.abs(points).max(axis=1), np.linalg.norm(points, axis=1)
+    scale = np.interp(most, range(len(radii)), radii) / np.where(length > 0, length, 1)
+    return points * scale[:, None]
+
+
+def ball_in_shell(dim, n, gap, layers=2):
+    """A ball of radius 1 and a shell around it, with an empty gap between them; facets by bodies: 1 and 2."""
+    whole = lattice(dim, 2 * (n + 1 + layers))
+    points = whole.points - (n + 1 + layers)
+    layer = [np.abs(points[list(e)].mean(axis=0)).max() for e in whole.elements]
+    kept = [e for e, at in zip(whole.elements, layer) if not n < at < n + 1]
+    radii = [k / n for k in range(n + 1)] + [1 + gap + 0.25 * k for k in range(layers + 1)]
+    mesh = without_unused_points(as_ball(points, radii), kept)
+    mesh.facet_references = [1 if np.linalg.norm(mesh.points[f[0]]) < 1 + gap / 2 else 2 for f in mesh.facets]
+    return mesh
+
+
+def block_beside_ball(dim, n, share, size=0.1):
+    """A ball of radius 1, and a small block before the middle of one of its facets: as far from it as this share of
+    what the sphere bows there. Facets by bodies: 1 and 2."""
+    ball = lattice(dim, 2 * n)
+    points = as_ball(ball.points - n, [k / n for k in range(n + 1)])
+    facet = max(ball.facets, key=lambda f: np.dot(points[list(f)].mean(axis=0), np.arange(dim, 0, -1)))
+    middle = points[list(facet)].mean(axis=0)
+    sides = points[list(facet[1:])] - points[facet[0]]
+    normal = np.linalg.svd(sides)[2][-1]
+    normal *= np.sign(normal @ middle)
+    away = np.zeros(dim)
+    away[0] = 1
+    mirror = away - normal
+    block = lattice(dim, 1)
+    at = (block.points - np.array([0] + [0.5] * (dim - 1))) * size
+    elements = block.elements
+    if np.linalg.norm(mirror) > 1e-12:  # turned by a mirror: the blocks' elements are turned back
+        at -= 2 * np.outer(at @ mirror, mirror) / (mirror @ mirror)
+        elements = [(e[1], e[0], *e[2:]) for e in elements]
+    at += middle + share * (1 - normal @ middle) * normal
+    number = len(points)
+    mesh = Mesh(np.concatenate([points, at]), ball.elements + [tuple(v + number for v in e) for e in elements],
+                ball.facets + [tuple(v + number for v in f) for f in block.facets])
+    mesh.facet_references = [1] * len(ball.facets) + [2] * len(block.facets)
+    return mesh

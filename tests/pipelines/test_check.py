@@ -14,7 +14,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from made_meshes import Mesh, elevated, lattice, permuted
+from made_meshes import Mesh, elevated, joined, lattice, moved, permuted, with_boundary
 from program import CAMBER, Folder
 
 import gmf  # of the oracle
@@ -244,6 +244,105 @@ class Check(unittest.TestCase):
                 self.assertEqual((found["undecided"], found["cut_short"]), (0, 0))
                 self.assertIn("mend the straight mesh" if verdict == "crossing" else "touch: contact",
                               self.check(both, code=code).stdout)
+
+    def overlapping_bodies(self, dim):
+        """Pairs of bodies that overlap although no walls cross, with a name."""
+        body, inner = lattice(dim, 3), lattice(dim, 2)
+        yield "half inside, sides in common planes", joined(body, moved(body, [1.53] + [0] * (dim - 1)))
+        yield "inside", joined(body, moved(inner, [1.13] * dim, 0.2))
+        yield "inside, with a common side", joined(body, moved(inner, [0] + [1.13] * (dim - 1), 0.2))
+        yield "twice", joined(lattice(dim, 1), lattice(dim, 1))  # inner vertices at one place are fatal
+
+    def separate_bodies(self, dim):
+        body = lattice(dim, 3)
+        centre = [e for e in body.elements if (abs(body.points[list(e)] - 1.5) < 1).all()]
+        hollow = with_boundary(Mesh(body.points, [e for e in body.elements if e not in centre], []))
+        yield "apart", joined(body, moved(body, [3.5, 0.31, 0.17][:dim]))
+        yield "in a cavity, with a gap", joined(hollow, moved(lattice(dim, 2), [1.2] * dim, 0.3))
+        yield "with matching sides", joined(body, moved(body, [3] + [0] * (dim - 1)))
+        yield "with sides that do not match", joined(body, moved(body, [3, 0.31, 0.17][:dim]))
+        filling = lattice(dim, 2)
+        filling.points = 1 + (filling.points / 2) ** 1.3  # no node of it at a node of the other body
+        yield "filling a cavity", joined(hollow, filling)
+
+    def variants(self, mesh, may_be_bare, may_be_bent):
+        """The mesh as it is, in another order, without facets, of degree 2, and of degree 2 and bent."""
+        yield "straight", mesh
+        yield "permuted", permuted(mesh, self.random)[0]
+        yield "degree 2", elevated(mesh)
+        if may_be_bare:
+            bare = copy.copy(mesh)
+            bare.facets = bare.facet_references = []
+            yield "without facets", bare
+        if may_be_bent:
+            bent = elevated(mesh)
+            bent.points = bent.points + 0.1 * np.sin(bent.points[:, ::-1])
+            yield "bent", bent
+
+    def test_elements_that_overlap(self):
+        for dim in (2, 3):
+            for name, mesh in self.overlapping_bodies(dim):
+                # Bent sides that do not match cross; vertices on sides that are not listed are fatal.
+                for variant, each in self.variants(mesh, name == "inside", name in ("inside", "twice")):
+                    with self.subTest(name, dim=dim, variant=variant):
+                        self.check_overlap(each, is_bent=variant == "bent")
+
+    def check_overlap(self, mesh, is_bent):
+        found = self.report(mesh, code=1)
+        self.assertTrue(found["soundness"]["sound"])
+        self.assertFalse(found["all_good"])
+        self.assertEqual(found["crossings"]["crossing"], 0)
+        overlaps = found["overlaps"]
+        self.assertTrue(overlaps["looked_at"])
+        self.assertEqual(overlaps["undecided"], 0)
+        self.assertGreater(overlaps["overlapping"], 0)
+        self.assertGreater(len(overlaps["found"]), 0)
+        for pair in overlaps["found"]:
+            first, second = pair["elements"]
+            self.assertLess(first, second)
+            self.assertEqual(pair["references"], [mesh.element_references[e - 1] for e in (first, second)])
+            for element in (first, second):
+                corners = mesh.points[list(mesh.elements[element - 1][:mesh.dim + 1])]
+                weights = np.linalg.solve((corners[1:] - corners[0]).T, np.array(pair["point"]) - corners[0])
+                self.assertGreater(min(1 - weights.sum(), weights.min()), -0.2 if is_bent else -1e-9)
+        first = overlaps["found"][0]["elements"]
+        kind = "triangles" if mesh.dim == 2 else "tetrahedra"
+        self.assertTrue(found["answer"].startswith(f"NO: elements overlap: {kind} {first[0]} and {first[1]} overlap at ("))
+        self.assertIn("! overlaps", self.check(mesh, code=1).stdout)
+
+    def test_bodies_that_touch_or_lie_in_cavities_do_not_overlap(self):
+        for dim in (2, 3):
+            for name, mesh in self.separate_bodies(dim):
+                is_apart = name in ("apart", "in a cavity, with a gap")
+                for variant, each in self.variants(mesh, is_apart, is_apart or name == "with matching sides"):
+                    with self.subTest(name, dim=dim, variant=variant):
+                        overlaps = self.report(each, code=0)["overlaps"]
+                        self.assertEqual((overlaps["looked_at"], overlaps["undecided"], overlaps["overlapping"]),
+                                         (True, 0, 0))
+                        self.assertEqual(overlaps["found"], [])
+
+    def test_overlaps_are_found_in_meshes_that_runs_repair(self):
+        """Facets that are missing are added, and elements that are numbered the wrong way round turned, first."""
+        mesh = joined(lattice(3, 3), moved(lattice(3, 2), [1.13] * 3, 0.2))
+        mesh.facets, mesh.facet_references = mesh.facets[:-5], mesh.facet_references[:-5]
+        mesh.elements[7] = mesh.elements[7][1::-1] + mesh.elements[7][2:]
+        found = self.report(mesh, code=1)
+        self.assertGreater(found["soundness"]["missing_facets"], 0)
+        self.assertEqual(found["soundness"]["reversed_elements"], 1)
+        self.assertEqual(found["overlaps"]["overlapping"], 1)
+
+    def test_runs_on_elements_that_overlap_miss_something(self):
+        for dim in (2, 3):
+            for mesh, code in ((joined(lattice(dim, 3), moved(lattice(dim, 2), [1.13] * dim, 0.2)), 1),
+                               (joined(lattice(dim, 3), moved(lattice(dim, 2), [4] + [0] * (dim - 1), 0.2)), 0)):
+                name = self.write(mesh)
+                for verb in (("curve",), ("remesh", "--metric", "0.7")):
+                    done = self.folder.camber(verb[0], name, "-o", "out.mesh", "--report", "r.json", *verb[1:])
+                    self.assertEqual(done.returncode, code, done.stderr)
+                    report = json.loads((self.folder.path / "r.json").read_text())
+                    self.assertEqual("overlaps" in report, code == 1)
+                    self.assertEqual("elements overlap in 1 place, one at (" in done.stderr, code == 1)
+                    self.assertEqual(self.folder.camber("check", "out.mesh").returncode, code)
 
     def test_every_verdict_and_witness_is_the_oracle_s(self):
         for dim, n, amplitude in ((2, 4, 0.4), (3, 2, 0.35)):

@@ -6,6 +6,7 @@ import json
 import sys
 import unittest
 
+from made_meshes import elevated, lattice
 from program import CONFIGS, Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
@@ -65,6 +66,59 @@ class CurvedInput(unittest.TestCase):
         # The field goes along with the boundary, and not with nodes in the volume.
         self.curve("first.meshb")
         self.assertEqual((self.folder.path / "out.meshb").read_bytes(), (self.folder.path / "first.meshb").read_bytes())
+
+
+class BentLayers(unittest.TestCase):
+    """Thin quadratic layers that bend so much that some of their elements are inverted when straight: valid by their
+    nodes alone. No objective and no repair makes them invalid."""
+
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def bent(self):
+        mesh = elevated(lattice(2, 3))
+        angle, radius = 0.6 * (mesh.points[:, 0] + mesh.points[:, 1] / 2), 1 + 0.02 * mesh.points[:, 1]
+        mesh.points = np.stack([radius * np.sin(angle), radius * np.cos(angle)], 1)
+        (self.folder.path / "bent.mesh").write_text(mesh.text())
+        return mesh
+
+    def validity(self, *arguments, codes=(0,)):
+        done = self.folder.camber(*arguments, "--set", "output/report=r.json", "--set", "threads=1")
+        self.assertIn(done.returncode, codes, done.stdout + done.stderr)
+        return report_of(self.folder.path / "r.json")["validity"]
+
+    def expect_valid(self, objective, repair="extension", **config):
+        stages = [{"curve": {"objective": objective}}, "validate", {"relax": {"repair": repair}}, "commit"]
+        whole = {"input": {"mesh": "bent.mesh"}, "stages": stages, "output": {"mesh": "out.mesh"}, **config}
+        (self.folder.path / "c.json").write_text(json.dumps(whole))
+        with self.subTest(objective=objective, repair=repair):
+            validity = self.validity("run", "c.json")
+            self.assertEqual((validity["invalid"], validity["undecided"]), (0, 0))
+            self.assertGreater(validity["straight_inverted"], 0)
+
+    def test_curve_keeps_them_valid(self):
+        self.bent()
+        for objective in ("accuracy", "length", "shape"):
+            self.expect_valid(objective)
+        for repair in ("cavity", "edge", "segment", "relax"):
+            self.expect_valid("shape", repair)
+        self.expect_valid("solution", solution={"expression": "tanh((x-0.5)/0.01)"})
+
+    def test_repair_spoils_none(self):
+        spoilt = self.bent()
+        vertices = 16  # the mid nodes follow
+        spoilt.points[vertices:] += np.random.default_rng(1).uniform(-0.01, 0.01, spoilt.points[vertices:].shape)
+        (self.folder.path / "bent.mesh").write_text(spoilt.text())
+        (self.folder.path / "c.json").write_text(json.dumps(
+            {"input": {"mesh": "bent.mesh"}, "stages": ["validate"], "output": {"mesh": "out.mesh"}}))
+        before = self.validity("run", "c.json", codes=(0, 1))
+        self.assertGreater(before["invalid"], 0)
+        for repair in ("extension", "cavity", "edge", "segment", "relax"):
+            with self.subTest(repair=repair):
+                after = self.validity("repair", "bent.mesh", "-o", "out.mesh", "--set", f"stages/relax/repair={repair}",
+                                      codes=(0, 1))
+                self.assertLessEqual(after["invalid"] + after["undecided"], before["invalid"] + before["undecided"])
 
 
 if __name__ == "__main__":

@@ -96,14 +96,14 @@ class Geometry(unittest.TestCase):
                  for i in range(3)]
         self.assertGreater(np.max(moved), 1e-3)  # the others slide
 
-    def refused(self, surfaces, *figures):
-        """By `run` and by `curve`: exit code 2, one line with the place and the figures, and no file more."""
+    def refused(self, code, surfaces, *figures):
+        """By `run` and by `curve`: the exit code, one line with the place and the figures, and no file more."""
         geometry = {"analytic": surfaces}
         files = self.folder.files()
         for arguments in (("run", "run.json", "--set", f"geometry={json.dumps(geometry)}"),
                           ("curve", "plain.meshb", "-o", "curved.meshb", "--geometry", json.dumps(geometry))):
             done = self.folder.camber(*arguments)
-            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertEqual(done.returncode, code, done.stderr)
             self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
             for part in ("/geometry/analytic", *figures):
                 self.assertIn(part, done.stderr)
@@ -115,19 +115,19 @@ class Geometry(unittest.TestCase):
                     "--set", "output/report=")
         points = gmf.read(self.folder.path / "plain.meshb").points
         on_sphere = {n for n, p in enumerate(points, 1) if abs(np.linalg.norm(p) - 5) < 1e-9}
-        for what, surfaces, figures in (
-                ("too small", [sphere(4)], ("analytic/0: vertex ", "is 1 away from the sphere of reference 1")),
-                ("the second too large", [sphere(5), sphere(2, [INNER])],
+        for what, code, surfaces, figures in (
+                ("too small", 3, [sphere(4)], ("analytic/0: vertex ", "is 1 away from the sphere of reference 1")),
+                ("the second too large", 3, [sphere(5), sphere(2, [INNER])],
                  ("analytic/1: vertex ", "is 1 away from the sphere of reference 2")),
-                ("no such reference", [sphere(5), sphere(5, [7])], ("analytic/1: ", "has reference 7", "it has 1, 2")),
-                ("two for one", [sphere(5), sphere(1, [INNER, OUTER])],
+                ("no such reference", 2, [sphere(5), sphere(5, [7])], ("analytic/1: ", "has reference 7", "it has 1, 2")),
+                ("two for one", 2, [sphere(5), sphere(1, [INNER, OUTER])],
                  ("analytic/1: reference 1 is given to two surfaces",)),
-                ("too large", [sphere(1e300)], ("reference 1", "the radius of its sphere, 1e+300", "at most 1e8")),
-                ("beside", [sphere(5, centre=[40, 0, 0])], ("vertex ", "away from the sphere of reference 1")),
-                ("a plane", [{"references": [OUTER], "plane": {"point": [5, 0, 0], "normal": [1, 0, 0]}}],
+                ("too large", 2, [sphere(1e300)], ("reference 1", "the radius of its sphere, 1e+300", "at most 1e8")),
+                ("beside", 3, [sphere(5, centre=[40, 0, 0])], ("vertex ", "away from the sphere of reference 1")),
+                ("a plane", 3, [{"references": [OUTER], "plane": {"point": [5, 0, 0], "normal": [1, 0, 0]}}],
                  ("vertex ", "away from the plane of reference 1"))):
             with self.subTest(what):
-                self.refused(surfaces, *figures)
+                self.refused(code, surfaces, *figures)
         # The farthest vertex, by the file's numbers.
         said = self.folder.camber("run", "run.json", "--set",
                                   f"geometry={json.dumps({'analytic': [sphere(5, centre=[40, 0, 0])]})}").stderr

@@ -285,6 +285,94 @@ class Remesh(unittest.TestCase):
         self.assertLess(radius - np.linalg.norm(middles, axis=1).min(), 2.5 * 0.002)
         self.assertGreater(len(middles), len(sphere))
 
+    def shell(self, dim, degree):
+        """in.mesh: a shell between spheres (2D: circles) of radii 1 and 5 (2), its mid nodes on the chords."""
+        shape, outer = {2: ("annulus", 2), 3: ("shell", 5)}[dim]
+        sets = ["--set", "outer_radius=2"] if dim == 2 else []
+        self.camber("generate", shape, *sets, "-o", "straight.mesh")
+        self.camber("convert", "straight.mesh", *(["--elevate"] if degree == 2 else []), "-o", "in.mesh")
+        of_reference = {}
+        rows, references = cells(self.read("straight.mesh"), dim - 1)
+        points = self.read("straight.mesh").points
+        for row, reference in zip(rows, references):
+            of_reference[reference] = 1 if np.linalg.norm(points[row[0]]) < 1.5 else outer
+        geometry = json.dumps({"analytic": [{"references": [r], "sphere": {"radius": radius}}
+                                            for r, radius in sorted(of_reference.items())]})
+        return geometry, of_reference
+
+    def off_spheres(self, name, dim, of_reference):
+        """The largest distance of vertices of the boundary, and of its mid nodes, from their spheres."""
+        mesh = self.read(name)
+        rows, references = cells(mesh, dim - 1)
+        off = [[abs(np.linalg.norm(mesh.points[v]) - of_reference[r]) for v in row] for row, r in zip(rows, references)]
+        return max(max(o[:dim]) for o in off), max([max(o[dim:]) for o in off if len(o) > dim], default=0)
+
+    def test_a_geometry_error_is_met_as_measured_both_ways(self):
+        for dim, degree, errors in ((2, 1, (0.02, 0.001)), (2, 2, (0.001, 1e-5)), (3, 1, (0.05,)), (3, 2, (0.02,))):
+            geometry, of_reference = self.shell(dim, degree)
+            for error in errors:
+                done = self.camber("remesh", "in.mesh", "--metric", "1", "--geometry-error", str(error), "--geometry",
+                                   geometry, "-o", "out.mesh", "--report", "r.json")
+                told = report_of(self.folder.path / "r.json")["boundary"]
+                reached = told["geometry_error"]
+                self.assertEqual((reached["required"], reached["far_facets"]), (error, 0))
+                self.assertLessEqual(reached["reached"], error)
+                self.assertRegex(done.stdout, "geometry error +.* reached, .* required")
+                measured = json.loads(self.camber("geometry", "out.mesh", "--geometry", geometry, "--json").stdout)
+                largest = max(measured["distances"][way]["largest"] for way in ("to_geometry", "to_boundary"))
+                self.assertAlmostEqual(largest, reached["reached"], delta=1e-6 * error)
+                vertices, nodes = self.off_spheres("out.mesh", dim, of_reference)
+                self.assertLess(max(vertices, nodes), 1e-9)
+                self.assertEqual(told["vertex_deviation"]["off"], 0)
+                self.assertAlmostEqual(told["vertex_deviation"]["largest"], vertices, delta=1e-12)
+
+    def test_a_geometry_error_by_the_surrogate(self):
+        self.shell(3, 1)
+        self.camber("remesh", "in.mesh", "--metric", "1", "--geometry-error", "0.05", "-o", "out.mesh", "--report",
+                    "r.json")
+        reached = report_of(self.folder.path / "r.json")["boundary"]["geometry_error"]
+        self.assertLessEqual(reached["reached"], 0.05)
+        self.assertGreater(reached["reached"], 0.005)
+
+    def test_a_geometry_error_that_is_not_met_is_told_with_its_place(self):
+        """Required edges of the boundary are not split."""
+        for degree in (1, 2):
+            geometry, _ = self.shell(2, degree)
+            text = (self.folder.path / "in.mesh").read_text()
+            count = len(cells(self.read("in.mesh"), 1)[0])
+            required = "RequiredEdges\n%d\n%s\n" % (count, "\n".join(str(e + 1) for e in range(count)))
+            (self.folder.path / "in.mesh").write_text(text.replace("\nEnd", "\n" + required + "End"))
+            done = self.camber("remesh", "in.mesh", "--metric", "1", "--geometry-error", "1e-4", "--geometry", geometry,
+                               "-o", "out.mesh", "--report", "r.json", code=1)
+            told = report_of(self.folder.path / "r.json")["boundary"]["geometry_error"]
+            self.assertGreater(told["reached"], 1e-3)
+            self.assertGreater(told["far_facets"], 5)
+            self.assertRegex(done.stderr, r"the boundary is .* from its geometry, and 0.0001 is required: \d+ facets are "
+                                          r"farther, the farthest is facet %d at \(" % told["facet"])
+            mesh = self.read()
+            row = cells(mesh, 1)[0][told["facet"] - 1]
+            ends = mesh.points[list(row[:2])]
+            self.assertLess(np.linalg.norm(ends.mean(axis=0) - told["at"]), np.linalg.norm(ends[1] - ends[0]))
+
+    def test_mid_nodes_on_chords_are_put_onto_the_geometry(self):
+        for dim in (2, 3):
+            geometry, of_reference = self.shell(dim, 2)
+            self.assertGreater(self.off_spheres("in.mesh", dim, of_reference)[1], 1e-3)
+            for rounds in (0, 2):
+                done = self.camber("remesh", "in.mesh", "--geometry", geometry, "--rounds", str(rounds), "-o",
+                                   "out.mesh", "--report", "r.json")
+                self.assertRegex(done.stderr, "mid nodes of the boundary were off the geometry, by up to .* put onto it")
+                vertices, nodes = self.off_spheres("out.mesh", dim, of_reference)
+                self.assertLess(max(vertices, nodes), 1e-9)
+                told = report_of(self.folder.path / "r.json")["boundary"]["node_deviation"]
+                self.assertEqual(told["off"], 0)
+                self.assertAlmostEqual(told["largest"], nodes, delta=1e-12)
+            # Nodes that are there already stay.
+            before = self.read().points
+            done = self.camber("remesh", "out.mesh", "--geometry", geometry, "--rounds", "0", "-o", "again.mesh")
+            self.assertNotIn("put onto it", done.stderr)
+            self.assertEqual(sorted(map(tuple, before)), sorted(map(tuple, self.read("again.mesh").points)))
+
     def test_what_there_is_no_room_for_is_refused(self):
         """Before any pass, with the numbers, and by `--dry-run` in the same words."""
         for dim in (2, 3):

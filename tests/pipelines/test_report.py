@@ -13,12 +13,13 @@ from program import CAMBER, CONFIGS, ROOT, Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
 from bad_meshes import block, centre_out
-from made_meshes import Mesh, lattice, scattered_square
+from made_meshes import Mesh, block_beside_ball, joined, lattice, moved, scattered_square
 from sample_meshes import ascii_file, cube, elevate, solution_file
 import numpy as np
 
 sys.path.insert(0, str(ROOT / "tests" / "cad"))
-import plate  # noqa: E402
+import capsule  # noqa: E402
+import plate
 
 CAD_MODEL = ROOT / "tests" / "cad" / "shell.brep"
 PAGE = ROOT / "docs" / "report.md"
@@ -88,6 +89,8 @@ class Report(unittest.TestCase):
         yield self.config("annulus-2d", "stages/curve/boundary_nodes=length",
                           'geometry={"analytic": [{"references": [1], "sphere": {"radius": 3}}]}')
         yield self.config("annulus-2d", 'stages=["remesh"]', 'metric={"constant": {"sizes": [0.5]}}')
+        yield self.config("annulus-2d", 'stages=["remesh"]', 'metric={"constant": {"sizes": [0.5]}}',
+                          'metric_operations=[{"intersect": {"geometry": {"chord_error": 0.01}}}]')
         self.run_camber("generate", "shell", "-o", "ball.mesh", "--set", "outer_radius=2", "--set", "inner_size=0.7", "--set", "outer_size=1.2")
         self.run_camber("curve", "ball.mesh", "-o", "round.mesh")
         for before, after in (("round.mesh", "once.mesh"), ("once.mesh", "twice.mesh")):
@@ -116,6 +119,21 @@ class Report(unittest.TestCase):
             self.run_camber("curve", "plate.mesh", "-o", "out.meshb", "--report", "r.json", "--geometry",
                             json.dumps({"cad": cad}), "--set", "output/distances=both")
             yield report_of(self.folder.path / "r.json")
+            (self.folder.path / "capsule.mesh").write_text(capsule.across_circle())
+            self.run_camber("curve", "capsule.mesh", "-o", "out.meshb", "--report", "r.json", "--cad", CAD_MODEL.parent / "capsule.brep")
+            yield report_of(self.folder.path / "r.json")
+            points, tetrahedra, triangles = plate.plate()  # a vertex of the ridge x = y = -1 goes along the side x = -1
+            points = [(-1, -0.9, z) if (x, y) == (-1, -1) and 0 < z < 0.5 else (x, y, z) for x, y, z in points]
+            (self.folder.path / "ridge.mesh").write_text(plate.text(points, tetrahedra, triangles))
+            self.run_camber("curve", "ridge.mesh", "-o", "out.meshb", "--report", "r.json", "--cad", CAD_MODEL.parent / "plate.brep",
+                            codes=(0, 1))
+            yield report_of(self.folder.path / "r.json")
+        for name, mesh in (("overlapping.mesh", joined(lattice(3, 3), moved(lattice(3, 2), [1.13] * 3, 0.2))),
+                           ("close.mesh", block_beside_ball(3, 2, 0.3, 0.1)),
+                           ("crossing.mesh", block_beside_ball(3, 2, -0.5, 0.2))):
+            self.write(name, mesh.text().encode())
+            self.run_camber("curve", name, "-o", "out.meshb", "--report", "r.json", codes=(1,))
+            yield report_of(self.folder.path / "r.json")
         broken = elevate(block())
         centre_out(broken)
         self.write("broken.mesh", ascii_file(broken))
@@ -139,6 +157,8 @@ class Report(unittest.TestCase):
                                          one.elements + [tuple(v + n for v in e) for e in one.elements],
                                          one.facets + [tuple(v + n for v in f) for f in one.facets]).text().encode())
         yield json.loads(self.run_camber("check", "crossing.mesh", "--json", codes=(1,)).stdout)
+        self.write("overlapping.mesh", joined(lattice(3, 3), moved(lattice(3, 2), [1.13] * 3, 0.2)).text().encode())
+        yield json.loads(self.run_camber("check", "overlapping.mesh", "--json", codes=(1,)).stdout)
         yield json.loads(self.run_camber("check", "curved.mesh", "--json", "--field", "exp(x)").stdout)
         n = len(straight.points)
         self.write("sizes.sol", f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{n}\n1 1\n{'0.5 ' * n}\nEnd\n".encode())

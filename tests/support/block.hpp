@@ -32,6 +32,18 @@ struct Block {
 /// Radii from 1 to 2 of the shares 0 to 1 of cells, thinner layers inside.
 inline double mildly_thinner(double s) { return 1 + 0.3 * s + 0.7 * s * s; }
 
+/// Edges of the boundary are of kind `surface`.
+template <int D>
+Column<EdgeKind> boundary_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
+    Buffer<EdgeKind> kinds(edges.size(), EdgeKind::volume);
+    for (const ElementFace& face : boundary_faces<D>(must(neighbours(mesh, must(balls(mesh, alone)), alone)))) {
+        const auto v = face_of(mesh, face);
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j < i; ++j) kinds[find_edge(edges, v[i], v[j]).index()] = EdgeKind::surface;
+    }
+    return kinds;
+}
+
 /// Cells in latitude and longitude, and along the radius; the metric is the mesh's own.
 template <int D>
 Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
@@ -49,7 +61,6 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
     };
     auto linear = lattice_mesh(options);
     const auto around = must(balls(linear, alone));
-    const auto boundary = boundary_faces<D>(must(neighbours(linear, around, alone)));
     Block<D> block;
     block.back = must(
         make_back_mesh(linear, around, Column<LogMetric<D>>(must(natural_log_metrics(linear, around, alone))), alone));
@@ -57,13 +68,7 @@ Block<D> shell_block(const std::array<int, D>& cells, std::uint64_t seed,
     const auto& edges = block.mesh.edges;
     block.shells = must(shells(edges, alone));
 
-    Buffer<EdgeKind> kinds(edges.size(), EdgeKind::volume);
-    for (const ElementFace& face : boundary) {
-        const auto local = face_opposite<D>(static_cast<int>(face.opposite));
-        const auto& v = block.mesh.linear.elements.vertices[face.element];
-        for (int i = 0; i < D; ++i)
-            for (int j = 0; j < i; ++j) kinds[find_edge(edges, v[local[i]], v[local[j]]).index()] = EdgeKind::surface;
-    }
+    Column<EdgeKind> kinds = boundary_kinds(block.mesh.linear, edges);
     Buffer<LagrangeNode<D>> nodes(edges.size());
     for (std::size_t e = 0; e < edges.size(); ++e) {
         const auto [a, b] = edges.vertices[e];

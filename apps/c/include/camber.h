@@ -25,7 +25,7 @@ typedef struct camber_result camber_result; /* free with camber_free_result */
 
 typedef enum camber_status {
     CAMBER_OK = 0,
-    CAMBER_NOT_CERTIFIED = 1, /* done, but elements remain that are not certified valid: there is a result */
+    CAMBER_NOT_CERTIFIED = 1, /* there is a result, but not the requested one: see "misses" of its report */
     CAMBER_USAGE = 2,         /* arguments that make no sense */
     CAMBER_INPUT = 3,         /* a mesh, a field or a file that is wrong, or that cannot be written */
     CAMBER_INTERNAL = 4,      /* not enough memory, or a bug */

@@ -239,6 +239,7 @@ class BlocksRun {
         auto curved = curve_blocks<D>(*opened.rows, goal, options_, *host_.ranks, steps_.around());
         if (!curved) return fail(curved.error());
         auto report = report_of(*curved);
+        if (opened.order) number_as_given(report, opened.order->renumbering.vertices);
         if (!pipeline_.output.mesh.empty()) {
             auto done =
                 written_.add(pipeline_.output.mesh,
@@ -265,9 +266,18 @@ class BlocksRun {
         report.before = curved.before;
         report.after = curved.after;
         report.repair = curved.repair;
+        report.walls = run::walls_report(curved.walls);
+        run::add(report, curved.deviation, options_.tolerance);
         report.bound = options_.curving.repair.min_scaled_jacobian;
         report.is_asked = options_.curving.repair.min_scaled_jacobian.is_asked;
         return report;
+    }
+
+    /// Gives the places of deviations the numbers that the input has for its vertices.
+    static void number_as_given(run::ByBlocksReport& report, const Permutation<VertexId>& order) {
+        for (auto* const deviation : {&report.nodes, &report.boundary_vertices})
+            for (std::size_t& v : deviation->vertices)
+                if (v != 0) v = order.before[VertexId(v - 1)].index() + 1;
     }
 
     /// What it cost each rank.
@@ -384,8 +394,7 @@ int finish_by_blocks(const config::Pipeline& pipeline, Host host) {
     const int said =
         end_with(run::table(*report) + "\n" + wrote_rows({pipeline.output.mesh, pipeline.output.report}), written);
     if (report->holds_what_was_asked()) return said;
-    tell(std::to_string(report->after.not_positive) + " elements are not certified valid, " +
-         std::to_string(report->after.invalid + report->after.undecided) + " below the bound");
+    for (const std::string& miss : run::misses(*report)) tell(miss);
     return said != 0 ? said : 1;
 }
 

@@ -102,12 +102,21 @@ Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline)
 }
 
 Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline) {
-    const auto& [geometry, cad, unit, seconds, memory] = arguments;
+    const auto& [geometry, cad, unit, vertices, seconds, memory, tolerance] = arguments;
+    if (tolerance) pipeline.geometry_tolerance.nodes = *tolerance;
     if (unit && !cad)
         return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {},
                     "give --cad too");
+    if (vertices && !cad)
+        return fail(ErrorKind::usage, "moves vertices onto a CAD model, and there is none", "--cad-vertices", {},
+                    "give --cad too");
     config::Cad model;
-    if (cad) model = {.file = {*cad}, .unit = unit.value_or(config::Cad{}.unit), .seconds = seconds, .memory = memory};
+    if (cad)
+        model = {.file = {*cad},
+                 .unit = unit.value_or(config::Cad{}.unit),
+                 .vertices = vertices.value_or(config::Cad{}.vertices),
+                 .seconds = seconds,
+                 .memory = memory};
     if (cad) pipeline.geometry = model;
     if (!geometry) return Done{};
     auto read = config::read_geometry(*geometry, "--geometry");

@@ -78,13 +78,15 @@ class Cycles {
         for (const run::CycleRow& row : folders_.rows()) say(run::cycles_line(row, pipeline_.adapt));
         int code = 0;
         for (int cycle = static_cast<int>(folders_.rows().size()); cycle <= pipeline_.adapt.cycles; ++cycle) {
-            const auto holds = make(cycle);
-            if (!holds) return report_error(told(holds.error(), cycle));
-            if (*holds || cycle == 0)
+            auto made = make(cycle);
+            if (!made) return report_error(told(made.error(), cycle));
+            const bool is_valid = made->is_valid;
+            if (is_valid || cycle == 0) misses_ = std::move(made->misses);
+            if (is_valid || cycle == 0)
                 if (auto done = deliver(); !done) return report_error(told(done.error(), cycle + 1));
             say(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
             if (auto said = out_.finish(); !said) return report_error(said.error());
-            if (!*holds) {
+            if (!is_valid) {
                 tell(fmt::format("the mesh of cycle {} has elements that are not certified valid: {}", cycle,
                                  cycle == 0
                                      ? "mend it first (camber repair)"
@@ -94,6 +96,10 @@ class Cycles {
             }
             reason_ = run::reason_to_end(folders_.rows(), pipeline_.adapt);
             if (!reason_.empty()) break;
+        }
+        if (code == 0 && !misses_.empty()) {
+            for (const std::string& miss : misses_) tell(miss);
+            code = 1;
         }
         say("\n" + (reason_.empty() ? std::string() : "  " + reason_ + "\n") + what_was_written());
         const auto said = out_.finish();
@@ -105,8 +111,14 @@ class Cycles {
         if (voice() == Voice::usual) out_.print(text);
     }
 
-    /// A whole cycle. Whether its mesh holds what was asked.
-    Outcome<bool> make(int cycle) {
+    /// Result of a cycle: whether all elements are valid, without which no other cycle follows, and what else its mesh
+    /// misses.
+    struct CycleResult {
+        bool is_valid = true;
+        std::vector<std::string> misses;
+    };
+
+    Outcome<CycleResult> make(int cycle) {
         const auto folder = folders_.part_of_cycle(cycle);
         if (!folder) return fail(folder.error());
         const auto into = run::files_of_cycle(pipeline_, *folder);
@@ -115,12 +127,13 @@ class Cycles {
         run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
         for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
         solved_.reset();
-        if (!pipeline_.adapt.solve.empty() && made->report.holds_what_was_asked())
+        const bool is_valid = made->report.has_valid_elements();
+        if (!pipeline_.adapt.solve.empty() && is_valid)
             if (auto done = solve(cycle, into, row); !done) return fail(done.error());
         if (auto known = compare(made->mesh, row); !known) return fail(known.error());
         if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)
             return fail(added.error());
-        return made->report.holds_what_was_asked();
+        return CycleResult{is_valid, run::misses(made->report)};
     }
 
     Outcome<run::Run> mesh_of(int cycle, const run::CycleFiles& into) {
@@ -253,9 +266,10 @@ class Cycles {
     const CyclesChoice& choice_;
     CycleFolders folders_;
     StandardOutput out_;
-    std::optional<Solved> solved_;  ///< of the last cycle
-    std::set<std::string> told_;    ///< notices
-    std::string reason_;            ///< why they ended early
+    std::optional<Solved> solved_;     ///< of the last cycle
+    std::set<std::string> told_;       ///< notices
+    std::vector<std::string> misses_;  ///< of the mesh that was delivered last
+    std::string reason_;               ///< why they ended early
 };
 
 Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesChoice& choice) {

@@ -50,13 +50,15 @@ DecodedMesh with_place_of(AnyMesh made, const DecodedMesh& input) {
 MadeInMemory made_of(run::Run run, const DecodedMesh& input) {
     std::vector<std::string> notices = run.report.notices;
     const bool holds = run.report.holds_what_was_asked();
+    const bool is_valid = run.report.has_valid_elements();
     std::string report = run::to_json(run.report);
     return {with_place_of(std::move(run.mesh), input),
             std::move(report),
             std::move(run.metric),
             std::move(run.solution),
             std::move(notices),
-            holds};
+            holds,
+            is_valid};
 }
 
 Outcome<MadeInMemory> run_in_memory(config::Pipeline pipeline, Host host) {

@@ -22,7 +22,8 @@ struct MadeInMemory {
     std::optional<Solution> metric = {};         ///< at the vertices, where a stage made one
     std::vector<run::NamedField> solution = {};  ///< the input's fields on this mesh
     std::vector<std::string> notices = {};       ///< worth knowing, and no error
-    bool holds_what_was_asked = true;            ///< false: elements remain that are not certified valid
+    bool holds_what_was_asked = true;            ///< false: the report lists what it misses
+    bool has_valid_elements = true;              ///< false: elements remain that are not certified valid
 };
 
 /// A config's stages, once; a mesh that begins with curves has no need of `elevate`. Its outputs that are files are

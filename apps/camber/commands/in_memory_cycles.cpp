@@ -35,7 +35,7 @@ class CyclesInMemory {
     Outcome<AdaptedInMemory> run() {
         for (int cycle = 0; cycle <= pipeline_.adapt.cycles; ++cycle) {
             if (auto done = make(cycle); !done) return fail(done.error());
-            if (!last_->holds_what_was_asked) {
+            if (!last_->has_valid_elements) {
                 reason_ = fmt::format("the mesh of cycle {} has elements that are not certified valid", cycle);
                 break;
             }
@@ -57,7 +57,7 @@ class CyclesInMemory {
         run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
         for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
         MadeInMemory now = made_of(std::move(*made), input_);
-        if (solver_ && now.holds_what_was_asked) {
+        if (solver_ && now.has_valid_elements) {
             auto solved = solver_(now.mesh, now.solution, cycle);
             if (!solved) return fail(solved.error());
             now.solution = std::move(*solved);

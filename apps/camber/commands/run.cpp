@@ -26,16 +26,6 @@ namespace camber::app {
 
 namespace {
 
-/// "3, 17, 18 and 240 more".
-std::string listed(const std::vector<std::size_t>& elements) {
-    constexpr std::size_t shown = 10;
-    std::string text;
-    for (std::size_t i = 0; i < std::min(shown, elements.size()); ++i)
-        text += (i > 0 ? ", " : "") + std::to_string(elements[i]);
-    if (elements.size() > shown) text += fmt::format(" and {} more", elements.size() - shown);
-    return text;
-}
-
 std::string text_of(const run::Run& run, const config::Output& output, bool histogram) {
     std::string text = run::table(run.report);
     if (histogram)
@@ -46,46 +36,10 @@ std::string text_of(const run::Run& run, const config::Output& output, bool hist
     return text + wrote_rows({output.mesh, output.vtu, metric, solution, output.report, output.plots, output.page});
 }
 
-/// What would make the elements valid that repair left; empty where nothing is known of it.
-std::string what_would_help(const run::Report& r) {
-    if (!r.kept_boundary || r.remaining.empty()) return {};
-    std::vector<std::string> ways;
-    if (const auto& tolerance = r.kept_boundary->would_do)
-        ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: every element is valid then)", *tolerance));
-    if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
-        ways.emplace_back("--cad MODEL, or --geometry, on which the boundary's nodes may slide");
-    return fmt::format("{}", fmt::join(ways, ", or "));
-}
-
-/// "camber: 3 elements are not certified valid …": what the run misses, and the exit code 1.
-int report_misses(const run::Report& r) {
-    const std::size_t straight = r.validity->straight_inverted;
-    const std::size_t below = r.validity->is_asked ? r.elements_below_bound.size() : 0;
-    std::string line = fmt::format("{} elements are not certified valid",
-                                   r.invalid_elements.size() + r.undecided_elements.size() + below);
-    if (below > 0) line += fmt::format(" above {:g}", r.validity->bound);
-    if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
-    if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
-    if (below > 0) line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
-    if (const std::string help = what_would_help(r); !help.empty()) line += "; what would help: " + help;
-    if (straight > 0 && !r.remesh)  // what passes leave inverted when straight is no fault
-        line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
-    tell(line);
+/// Prints why the result is not the requested one; returns the exit code 1.
+int report_misses(const run::Report& report) {
+    for (const std::string& miss : run::misses(report)) tell(miss);
     return 1;
-}
-
-/// What is below a bound that nobody asked for; empty when nothing is.
-std::string note_of_wish(const run::Report& r) {
-    if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
-    const char* raise = "";
-    if (r.kept_boundary)
-        raise = "; --boundary-tolerance or --cad gives it room to raise them";
-    else if (r.curve)
-        raise = "; --objective shape, or smaller elements there, raises them";
-    return fmt::format(
-        "{} elements are valid, but below the recommended scaled Jacobian {:g}: {} (no failure: "
-        "--min-scaled-jacobian {:g} would make it one{})",
-        r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
 }
 
 int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
@@ -94,7 +48,7 @@ int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
     const auto run = execute(pipeline, written, {}, std::move(host));
     if (!run) return report_error(run.error());
     for (const std::string& notice : run->report.notices) tell_note(notice);
-    if (const std::string note = note_of_wish(run->report); !note.empty()) tell_note(note);
+    if (const std::string note = run::recommended_bound_note(run->report); !note.empty()) tell_note(note);
     const int said = end_with(text_of(*run, pipeline.output, histogram), written);
     const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
     return said != 0 ? said : held;

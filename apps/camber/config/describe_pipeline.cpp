@@ -68,6 +68,16 @@ const Description<Features>& Described<Features>::get() {
     return description;
 }
 
+const Description<BoundaryTolerance>& Described<BoundaryTolerance>::get() {
+    static const Description<BoundaryTolerance> description{
+        "geometry_tolerance",
+        "Largest distances from the geometry at which nodes and vertices of the boundary count as being on it. A run "
+        "whose result exceeds them ends with exit code 1.",
+        listed<BoundaryTolerance>(),
+        {}};
+    return description;
+}
+
 const Description<Output>& Described<Output>::get() {
     static const Description<Output> description{
         "output", "Files to write, relative to the working directory.",

@@ -8,6 +8,7 @@ export namespace camber::config {
 /// A file that a config names.
 struct FilePath {
     std::string path;
+    bool is_of_cycle = false;  ///< true if an earlier cycle of the same run wrote the file
     friend bool operator==(const FilePath&, const FilePath&) = default;
 };
 

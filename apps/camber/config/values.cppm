@@ -334,6 +334,7 @@ struct Pipeline {
     std::vector<MetricOperation> metric_operations;
     Geometry geometry;
     Features features;
+    BoundaryTolerance geometry_tolerance = {};
     std::vector<Stage> stages{Elevate{}, Curve{}, Validate{}, Relax{}, Commit{}};
     Adaptation adapt = {};
     int threads = 0;
@@ -352,6 +353,9 @@ struct Pipeline {
                 .count(0, 1000),
             option("geometry", &S::geometry, "the shape that boundary nodes are put onto"),
             option("features", &S::features, "ridges of the boundary"),
+            option("geometry_tolerance", &S::geometry_tolerance,
+                   "how far nodes and vertices of the boundary may be from the geometry in the end: beyond it the exit "
+                   "code is 1"),
             option("stages", &S::stages, "what is done, in this order").count(0, 1000),
             option("adapt", &S::adapt, "cycles of them, and the solver that is asked in between"),
             option("threads", &S::threads, "threads to use; 0: all that the machine has").at_least(0).at_most(4096),

@@ -117,6 +117,8 @@ Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline) 
         std::holds_alternative<config::Relax>(stages[3]) && std::holds_alternative<config::Commit>(stages[4]);
     if (!is_curving) return not_by_blocks("stages other than elevate, curve, validate, relax, commit", "/stages");
     if (auto known = check_metrics(pipeline); !known) return fail(known.error());
+    if (const auto* cad = std::get_if<config::Cad>(&pipeline.geometry); cad && cad->vertices != CadVertices::keep)
+        return not_by_blocks("moving vertices onto the CAD model", "/geometry/cad/vertices");
     if (!pipeline.solution.file.empty() || !pipeline.solution.expression.empty())
         return not_by_blocks("fields that go along", "/solution");
     const auto& curve = std::get<config::Curve>(stages[1]);
@@ -124,6 +126,7 @@ Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline) 
     if (curve.blocks > 0) options.blocks.elements = static_cast<std::size_t>(curve.blocks);
     options.curving.curve = static_cast<const ProposeOptions&>(curve);
     options.curving.repair = std::get<config::Relax>(stages[3]);
+    options.tolerance = pipeline.geometry_tolerance;
     if (!options.curving.repair.min_scaled_jacobian.is_asked)
         options.curving.repair.min_scaled_jacobian = std::get<config::Validate>(stages[2]).min_scaled_jacobian;
     return options;
@@ -135,7 +138,9 @@ BlocksGoal<D> goal_by_blocks(const config::Pipeline& pipeline, const GeometrySou
     BlocksGoal<D> goal;
     goal.boundary = [&](const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                         const Execution& e) -> Outcome<Boundary<D>> {
-        auto made = boundary_by_config(pipeline, geometry, mesh, edges, e);
+        const auto source = in_unit_of_mesh(pipeline.geometry, geometry, mesh, without_progress(e));
+        if (!source) return fail(source.error());
+        auto made = boundary_by_config(pipeline, *source, mesh, edges, e);
         if (!made) return fail(made.error());
         if (made->report.off_surfaces && made->report.off_surfaces->vertices > 0)
             notices.push_back(std::to_string(made->report.off_surfaces->vertices) +

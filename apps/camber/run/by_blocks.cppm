@@ -8,6 +8,7 @@ import camber.core;
 import camber.config;
 import camber.distributed;
 import camber.recipes;
+import camber.surface;
 import :geometry_source;
 import :report;
 import :stages;
@@ -41,6 +42,8 @@ struct ByBlocksReport {
     std::size_t extension_iterations = 0;
     BlocksValidation before, after;
     RepairStatistics repair;
+    WallsReport walls;
+    DeviationReport nodes, boundary_vertices;  ///< of the boundary, from its geometry
     double bound = 0;
     bool is_asked = false;
     std::vector<std::size_t> peak_bytes;    ///< of each rank
@@ -49,10 +52,19 @@ struct ByBlocksReport {
     std::size_t rounds = 0;                 ///< exchanges
     std::vector<StageTime> times;
 
-    [[nodiscard]] bool holds_what_was_asked() const {
+    [[nodiscard]] bool has_valid_elements() const {
         return after.not_positive == 0 && (!is_asked || after.all_valid());
     }
+    [[nodiscard]] bool holds_what_was_asked() const {
+        return has_valid_elements() && walls.crossing == 0 && nodes.off == 0 && boundary_vertices.off == 0;
+    }
 };
+/// As `misses` of a Report.
+[[nodiscard]] std::vector<std::string> misses(const ByBlocksReport& report);
+template <int D>
+[[nodiscard]] WallsReport walls_report(const WallsOfBlocks<D>& walls);
+template <int D>
+void add(ByBlocksReport& report, const DeviationOfBlocks<D>& deviation, const BoundaryTolerance& tolerance);
 /// Lines for a terminal; the object of the report.
 [[nodiscard]] std::string table(const ByBlocksReport& report);
 [[nodiscard]] std::string to_json(const ByBlocksReport& report);

@@ -9,8 +9,12 @@ module;
 #include <nlohmann/json.hpp>
 module camber.run;
 import camber.core;
+import camber.crossing;
 import camber.distributed;
+import camber.surface;
 import :by_blocks;
+import :measures;
+import :parts;
 import :report;
 import :rows;
 
@@ -32,6 +36,30 @@ nlohmann::ordered_json verdicts(const BlocksValidation& v) {
 
 }  // namespace
 
+template <int D>
+WallsReport walls_report(const WallsOfBlocks<D>& walls) {
+    const auto& found = walls.crossings.found;
+    const auto pair = std::ranges::find(found, Crossing::crossing, &FacetCrossing::verdict);
+    WallsReport report =
+        walls_report<D>(walls.crossings, [&](FacetId f) { return walls.first_crossing[f == pair->first ? 0 : 1]; });
+    report.crossing_before = walls.crossing_before;
+    if (walls.moved.nodes > 0) report.relaxed = relaxed_walls_report(walls.moved);
+    return report;
+}
+template WallsReport walls_report<2>(const WallsOfBlocks<2>&);
+template WallsReport walls_report<3>(const WallsOfBlocks<3>&);
+
+template <int D>
+void add(ByBlocksReport& report, const DeviationOfBlocks<D>& deviation, const BoundaryTolerance& tolerance) {
+    const auto& [nodes, vertices] = deviation.found;
+    report.nodes =
+        deviation_report(nodes, tolerance.nodes, {deviation.edge[0] + 1, deviation.edge[1] + 1}, deviation.node);
+    report.boundary_vertices =
+        deviation_report(vertices, tolerance.vertices, {deviation.vertex + 1, 0}, deviation.point);
+}
+template void add<2>(ByBlocksReport&, const DeviationOfBlocks<2>&, const BoundaryTolerance&);
+template void add<3>(ByBlocksReport&, const DeviationOfBlocks<3>&, const BoundaryTolerance&);
+
 std::string table(const ByBlocksReport& r) {
     const std::size_t in_all = r.before.invalid + r.before.undecided;
     std::string text = table_row("dimension, degree", fmt::format("{}, 2", r.dimension)) +
@@ -46,6 +74,9 @@ std::string table(const ByBlocksReport& r) {
     if (in_all > 0)
         text += table_row("repaired elements", r.repair.corrected_elements) +
                 table_row("elements not valid now", r.after.invalid + r.after.undecided);
+    text += deviation_row("nodes off the geometry", r.nodes);
+    text += deviation_row("vertices off the geometry", r.boundary_vertices);
+    text += walls_rows(r.walls);
     text += table_row("smallest scaled Jacobian", fmt::format("{:.4g}", r.after.smallest));
     for (const StageTime& step : r.times) text += table_row(step.stage, fmt::format("{:.2f} s", step.seconds));
     text += table_row("peak memory of a rank", fmt::format("{} MB", grouped(most(r.peak_bytes) / 1000000)));
@@ -60,6 +91,9 @@ std::string to_json(const ByBlocksReport& r) {
     nlohmann::ordered_json times = nlohmann::ordered_json::array();
     for (const StageTime& step : r.times)
         times.push_back({{"stage", step.stage}, {"seconds", step.seconds}, {"peak_bytes", step.peak_bytes}});
+    auto boundary = nlohmann::ordered_json::parse(walls_json(r.walls));
+    boundary["node_deviation"] = nlohmann::ordered_json::parse(deviation_json(r.nodes));
+    boundary["vertex_deviation"] = nlohmann::ordered_json::parse(deviation_json(r.boundary_vertices));
     const nlohmann::ordered_json j{{"format", report_format},
                                    {"mesh",
                                     {{"dimension", r.dimension},
@@ -73,6 +107,7 @@ std::string to_json(const ByBlocksReport& r) {
                                     {{"volume_edges", r.volume_edges},
                                      {"curved_edges", r.curved_edges},
                                      {"extension_iterations", r.extension_iterations}}},
+                                   {"boundary", std::move(boundary)},
                                    {"bound", r.bound},
                                    {"before_repair", verdicts(r.before)},
                                    {"validity", verdicts(r.after)},
@@ -82,6 +117,7 @@ std::string to_json(const ByBlocksReport& r) {
                                      {"peak_bytes", r.peak_bytes},
                                      {"processor_seconds", r.processor_seconds},
                                      {"sent_bytes", r.sent_bytes}}},
+                                   {"misses", misses(r)},
                                    {"stages", std::move(times)}};
     return j.dump(2) + "\n";
 }

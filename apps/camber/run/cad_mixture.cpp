@@ -5,6 +5,7 @@ module;
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.run;
 import camber.core;
@@ -105,6 +106,19 @@ bool lies_on_model(const config::Cad& cad, Reference reference) {
 }
 
 template <int D>
+Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, GeometrySource source,
+                                        const LinearMesh<D>& mesh, const Execution& execution) {
+    const auto* const cad = std::get_if<config::Cad>(&geometry);
+    if (!cad || !source.cad || cad->unit != CadUnit::automatic) return source;
+    const auto shares = shares_of(*cad, mesh);
+    if (!shares) return source;  // make_cad_mixture has the error
+    auto model = in_unit_of(mesh, *source.cad, shares->elsewhere(), execution);
+    if (!model) return fail(model.error());
+    source.cad = std::move(*model);
+    return source;
+}
+
+template <int D>
 Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadModel& model, const LinearMesh<D>& mesh,
                                           const EdgeSet<D>& edges, const MakesSurrogate<D>& surrogate,
                                           const Execution& execution) {
@@ -113,7 +127,7 @@ Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadMo
     const auto shares = shares_of(config, mesh);
     if (!shares) return fail(shares.error());
     const auto elsewhere = shares->elsewhere();
-    auto made = make_cad_geometry(model, mesh, edges, elsewhere, execution);
+    auto made = make_cad_geometry(config, model, mesh, edges, elsewhere, execution);
     if (!made) return made;
     if (!shares->on_analytic.empty()) made->off_surfaces = off_surfaces<D>(mesh, *analytic);
     const Geometry<D> surfaces(std::move(*analytic));
@@ -126,6 +140,7 @@ Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadMo
         made->geometry = MixedGeometry<D>{shares->on_model, made->geometry, std::move(*rest)};
     }
     made->geometry = with_analytic(made->geometry);
+    made->cad->is_unit_found = config.unit == CadUnit::automatic && !model.is_in_file_unit();
     made->cad->analytic_facets = facets_of(mesh, shares->on_analytic);
     made->cad->surrogate_facets = facets_of(mesh, shares->on_rest);
     return made;
@@ -134,30 +149,27 @@ Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadMo
 template <int D>
 Outcome<MovedVertices<D>> moved_vertices(const config::Cad& config, const CadModel& model, const LinearMesh<D>& mesh,
                                          const EdgeSet<D>& edges, const Execution& execution) {
-    if constexpr (D == 2) {
-        return fail(ErrorKind::usage, "vertices are moved onto a CAD model in space", "/geometry/cad/vertices", {},
-                    "keep them");
-    } else {
-        auto analytic = make_analytic<3>(config.analytic, "/geometry/cad/analytic", mesh, without_progress(execution));
-        if (!analytic) return fail(analytic.error());
-        const auto shares = shares_of(config, mesh);
-        if (!shares) return fail(shares.error());
-        auto association = associate(mesh, edges, model, shares->elsewhere(), part_of(execution, 0, 0.6));
-        if (!association) return fail(association.error());
-        Geometry<3> geometry(CadGeometry{model, *association, mesh});
-        if (!shares->on_analytic.empty())
-            geometry = MixedGeometry<3>{shares->on_analytic, std::move(*analytic), std::move(geometry)};
-        auto moved = vertices_onto(model, *association, mesh, geometry, part_of(execution, 0.6, 1));
-        if (!moved) return fail(moved.error());
-        return MovedVertices<3>{std::move(moved->points), {moved->moved, moved->held, moved->largest}};
-    }
+    auto analytic = make_analytic<D>(config.analytic, "/geometry/cad/analytic", mesh, without_progress(execution));
+    if (!analytic) return fail(analytic.error());
+    const auto shares = shares_of(config, mesh);
+    if (!shares) return fail(shares.error());
+    auto association = associate(mesh, edges, model, shares->elsewhere(), part_of(execution, 0, 0.6));
+    if (!association) return fail(association.error());
+    Geometry<D> geometry(CadGeometry<D>{model, *association, mesh});
+    if (!shares->on_analytic.empty())
+        geometry = MixedGeometry<D>{shares->on_analytic, std::move(*analytic), std::move(geometry)};
+    auto moved = vertices_onto(model, *association, mesh, geometry, part_of(execution, 0.6, 1));
+    if (!moved) return fail(moved.error());
+    return MovedVertices<D>{std::move(moved->points), {moved->moved, moved->held, moved->largest}};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<MovedVertices<D>> moved_vertices<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,  \
-                                                         const EdgeSet<D>&, const Execution&);                       \
-    template Outcome<MadeGeometry<D>> make_cad_mixture<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&, \
-                                                          const EdgeSet<D>&, const MakesSurrogate<D>&,               \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<GeometrySource> in_unit_of_mesh<D>(const config::Geometry&, GeometrySource, const LinearMesh<D>&, \
+                                                        const Execution&);                                             \
+    template Outcome<MovedVertices<D>> moved_vertices<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,    \
+                                                         const EdgeSet<D>&, const Execution&);                         \
+    template Outcome<MadeGeometry<D>> make_cad_mixture<D>(const config::Cad&, const CadModel&, const LinearMesh<D>&,   \
+                                                          const EdgeSet<D>&, const MakesSurrogate<D>&,                 \
                                                           const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -115,10 +115,12 @@ class Checker {
         soundness_ = std::move(made->soundness);
         validation_ = std::move(made->validation);
         mesh_ = std::move(made->mesh);
-        if (made->walls)
+        if (made->walls) {
             report_.crossings = crossings_report(linear_, *made->walls, numbers_);
-        else
+            report_.overlaps = overlaps_report(linear_, made->walls->overlaps, numbers_);
+        } else {
             report_.crossings.looked_at = false;
+        }
         tell_of_soundness();
         tell_of_validity();
         return Done{};

@@ -131,12 +131,28 @@ struct CrossingsReport {
     std::vector<CrossingReport> found = {};  ///< by rising facets
 };
 
+/// Two elements that overlap.
+struct OverlapReport {
+    std::array<std::size_t, 2> elements{};  ///< from 1, as in the file, the lower one first
+    std::array<std::uint64_t, 2> tags{};    ///< the file's own numbers, where those are others; 0: none
+    std::array<Reference, 2> references{};
+    std::vector<double> point;  ///< a point of both, to rounding (model units)
+};
+
+/// Elements that overlap.
+struct OverlapsReport {
+    bool looked_at = false;  ///< false: the mesh has no elements, fatal defects, or elements that it lists twice
+    std::size_t walls = 0, overlapping = 0, undecided = 0;  ///< see `Overlaps`
+    std::vector<OverlapReport> found = {};                  ///< by rising elements
+};
+
 struct CheckReport {
     MeshReport mesh;
     std::vector<ReferenceCount> elements_by_reference, facets_by_reference, feature_edges_by_reference;
     SoundnessReport soundness;
     ValidityReport validity;
     CrossingsReport crossings;
+    OverlapsReport overlaps;
     /// Elements, from 1; all of them.
     std::vector<std::size_t> invalid_elements, undecided_elements, straight_inverted_elements, wall_elements;
     std::vector<ElementReport> worst;   ///< the worst first
@@ -150,7 +166,8 @@ struct CheckReport {
     std::vector<std::string> notices;
 
     [[nodiscard]] bool all_good() const {
-        return soundness.sound && validity.invalid == 0 && validity.undecided == 0 && crossings.crossing == 0;
+        return soundness.sound && validity.invalid == 0 && validity.undecided == 0 && crossings.crossing == 0 &&
+               overlaps.overlapping == 0;
     }
 };
 

@@ -10,6 +10,8 @@ module;
 module camber.run;
 import camber.core;
 import :check;
+import :check_parts;
+import :file_numbers;
 import :report;
 import :rows;
 
@@ -49,10 +51,18 @@ std::vector<std::string> faults(const CheckReport& report) {
         all.push_back(fmt::format("{} pairs of {} of the boundary pass through each other",
                                   grouped(report.crossings.crossing),
                                   report.mesh.dimension == 2 ? "edges" : "triangles"));
+    if (report.overlaps.overlapping > 0)
+        all.push_back("elements overlap: " + overlap_text(report.overlaps.found.front(), report.mesh));
     return all;
 }
 
 }  // namespace
+
+std::string overlap_text(const OverlapReport& overlap, const MeshReport& mesh) {
+    const std::string_view elements = mesh.dimension == 2 ? "triangles" : "tetrahedra";
+    return fmt::format("{} {} and {} overlap at ({:.6g})", elements, called(overlap.elements[0], overlap.tags[0]),
+                       called(overlap.elements[1], overlap.tags[1]), fmt::join(overlap.point, ", "));
+}
 
 std::string check_answer(const CheckReport& report) {
     const std::vector<std::string> bad = faults(report);

@@ -1,6 +1,7 @@
 module;
 #include <array>
 #include <cstddef>
+#include <utility>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -43,7 +44,7 @@ bool cross_straight(const QuadraticMesh<D>& mesh, const FacetCrossing& found) {
 template <int D>
 CrossingsReport crossings_report(const LinearMesh<D>& given, const CheckedWalls<D>& walls, const FileNumbers& numbers) {
     const bool listed = given.facets.size() > 0 || given.elements.size() == 0;
-    const auto& [mesh, found] = walls;
+    const auto& [mesh, found, overlaps] = walls;
     CrossingsReport report{.facets = mesh.linear.facets.size(),
                            .pairs = found.pairs,
                            .crossing = found.crossing,
@@ -60,8 +61,28 @@ CrossingsReport crossings_report(const LinearMesh<D>& given, const CheckedWalls<
     return report;
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template CrossingsReport crossings_report<D>(const LinearMesh<D>&, const CheckedWalls<D>&, const FileNumbers&);
+template <int D>
+OverlapsReport overlaps_report(const LinearMesh<D>& given, const Overlaps<D>& overlaps, const FileNumbers& numbers) {
+    OverlapsReport report{.looked_at = overlaps.looked_at,
+                          .walls = overlaps.walls,
+                          .overlapping = overlaps.overlapping,
+                          .undecided = overlaps.undecided};
+    report.found.reserve(overlaps.found.size());
+    for (const ElementOverlap<D>& overlap : overlaps.found) {
+        OverlapReport pair{.point = {overlap.point.c.begin(), overlap.point.c.end()}};
+        for (const auto& [i, element] : {std::pair(0, overlap.first), std::pair(1, overlap.second)}) {
+            pair.elements[i] = element.index() + 1;
+            pair.tags[i] = numbers.tag(D, pair.elements[i]);
+            pair.references[i] = given.elements.references[element];
+        }
+        report.found.push_back(std::move(pair));
+    }
+    return report;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template CrossingsReport crossings_report<D>(const LinearMesh<D>&, const CheckedWalls<D>&, const FileNumbers&); \
+    template OverlapsReport overlaps_report<D>(const LinearMesh<D>&, const Overlaps<D>&, const FileNumbers&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

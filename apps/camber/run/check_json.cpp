@@ -66,6 +66,22 @@ Json json(const CrossingsReport& c) {
     return j;
 }
 
+Json json(const OverlapsReport& o) {
+    Json j{{"looked_at", o.looked_at},
+           {"walls", o.walls},
+           {"overlapping", o.overlapping},
+           {"undecided", o.undecided},
+           {"found", Json::array()}};
+    for (const OverlapReport& pair : o.found) {
+        Json found{{"elements", pair.elements}};
+        if (pair.tags[0] != 0) found["tags"] = pair.tags;
+        found["references"] = pair.references;
+        found["point"] = pair.point;
+        j["found"].push_back(std::move(found));
+    }
+    return j;
+}
+
 Json json(const ElementReport& e, int degree, const Groups& groups, int dimension) {
     Json j{{"element", e.number}};
     if (e.tag != 0) j["tag"] = e.tag;
@@ -141,6 +157,7 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     }
     j["soundness"] = json(report.soundness);
     j["crossings"] = json(report.crossings);
+    j["overlaps"] = json(report.overlaps);
     if (report.unit_mesh) j["unit_mesh"] = Json::parse(unit_mesh_json(*report.unit_mesh));
     if (report.curved_unit_mesh) j["curved_unit_mesh"] = Json::parse(curved_unit_mesh_json(*report.curved_unit_mesh));
     if (!report.fields.empty()) {

@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 module camber.run:check_parts;
@@ -26,6 +27,14 @@ namespace camber::run {
 template <int D>
 [[nodiscard]] CrossingsReport crossings_report(const LinearMesh<D>& given, const CheckedWalls<D>& walls,
                                                const FileNumbers& numbers);
+
+/// Elements that overlap, as the file numbers them.
+template <int D>
+[[nodiscard]] OverlapsReport overlaps_report(const LinearMesh<D>& given, const Overlaps<D>& overlaps,
+                                             const FileNumbers& numbers);
+
+/// "triangles 3 and 14 overlap at (0.25, 0.5)".
+[[nodiscard]] std::string overlap_text(const OverlapReport& overlap, const MeshReport& mesh);
 
 /// A mesh and what is known of its elements.
 template <int D>

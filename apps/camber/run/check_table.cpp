@@ -178,6 +178,25 @@ std::string crossing_rows(const CheckReport& report, std::size_t most) {
     return text;
 }
 
+/// As many pairs of elements that overlap as there are lines for crossings.
+std::string overlap_rows(const CheckReport& report, std::size_t most) {
+    const OverlapsReport& o = report.overlaps;
+    if (!o.looked_at) return {};
+    const std::string open = o.undecided > 0 ? fmt::format("{} of {} parts of the boundary undecided",
+                                                           grouped(o.undecided), grouped(o.walls))
+                                             : std::string();
+    if (o.overlapping == 0)
+        return open.empty() ? fmt::format("    {:<14}good: no two elements overlap\n", "overlaps")
+                            : fmt::format("  - {:<14}{}\n", "overlaps", open);
+    std::string text = fmt::format("  ! {:<14}{} pairs of elements overlap{}{}\n", "overlaps", grouped(o.found.size()),
+                                   open.empty() ? "" : "; ", open);
+    for (std::size_t i = 0; i < std::min(most, o.found.size()); ++i)
+        text += fmt::format("{:18}{}{}\n", "", overlap_text(o.found[i], report.mesh),
+                            i == 0 ? ": cut one body out of the other, or remove a copy" : "");
+    if (o.found.size() > most) text += fmt::format("{:18}and {} more (--json)\n", "", grouped(o.found.size() - most));
+    return text;
+}
+
 std::string list_numbers(const std::vector<double>& values, std::string_view format) {
     std::string text;
     for (const double x : values) text += (text.empty() ? "" : ", ") + fmt::format(fmt::runtime(format), x);
@@ -252,7 +271,7 @@ std::string metric_rows(const UnitMeshReport& r) {
 
 std::string check_table(const CheckReport& report) {
     return mesh_rows(report) + validity_rows(report) + soundness_rows(report.soundness) +
-           crossing_rows(report, crossings_shown) + worst_rows(report) +
+           crossing_rows(report, crossings_shown) + overlap_rows(report, crossings_shown) + worst_rows(report) +
            (report.unit_mesh ? metric_rows(*report.unit_mesh) : std::string()) +
            (report.curved_unit_mesh ? curved_unit_mesh_rows(*report.curved_unit_mesh) : std::string()) +
            field_rows(report);

@@ -139,6 +139,8 @@ config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, con
             if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source)) next.metric_mesh = file->path;
         next.input = {config::FilePath{before.mesh}, pipeline.input.flat};
         if (std::holds_alternative<config::Surrogate>(pipeline.geometry)) next.geometry = config::FilePath{first.mesh};
+        // The mesh is that of a cycle before, which was made for this geometry.
+        if (auto* const of_mesh = std::get_if<config::FilePath>(&next.geometry)) of_mesh->is_of_cycle = true;
         std::erase_if(next.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
     }
     if (asks_a_solver(pipeline)) {

@@ -44,12 +44,6 @@ template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
 
-/// The points of a geometry: of a CAD model its own, enough for a boundary of so many facets; of all else what stands
-/// over the mesh. Errors: of samples_over.
-template <int D>
-[[nodiscard]] Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, const Features<D>& features,
-                                                              const Geometry<D>& geometry, const Execution& execution);
-
 /// One object.
 [[nodiscard]] std::string distances_json(const DistancesReport& report);
 /// Two lines, the worst entity named; and one for each of the worst entities.

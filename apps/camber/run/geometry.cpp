@@ -148,7 +148,8 @@ Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSur
     const std::span<const AnalyticGeometry<D>> all(entries);
     if (const auto fits = check_fit(mesh, joined(all), execution); !fits) {
         Error error = fits.error();
-        if (error.kind == ErrorKind::usage) error.where = path_of(unfit_entry(mesh, all, error, execution));
+        if (error.kind == ErrorKind::usage || error.kind == ErrorKind::input)
+            error.where = path_of(unfit_entry(mesh, all, error, execution));
         return fail(std::move(error));
     }
     return joined(all);
@@ -183,9 +184,10 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
         if (mixture) mixture->curved_patches = patches;
         return mixture;
     }
-    if (std::holds_alternative<config::FilePath>(geometry)) {
+    if (const auto* file = std::get_if<config::FilePath>(&geometry)) {
         if (!source.mesh) return fail(ErrorKind::internal, "the geometry's mesh was not read");
-        return geometry_of_mesh<D>(*source.mesh, features_by, mesh, execution).map(made);
+        const auto misfits = file->is_of_cycle ? MisfitPolicy::accepted : MisfitPolicy::refused;
+        return geometry_of_mesh<D>(*source.mesh, features_by, mesh, misfits, execution).map(made);
     }
     if (const auto* analytic = std::get_if<config::Analytic>(&geometry)) {
         auto surfaces = make_analytic<D>(analytic->surfaces, "/geometry/analytic", mesh, without_progress(execution));

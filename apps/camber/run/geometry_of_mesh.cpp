@@ -64,8 +64,31 @@ Outcome<Done> check_references(const Surrogate<D>& surrogate, const LinearMesh<D
     return Done{};
 }
 
+/// True if a point lies between a straight facet of the geometry's mesh and the surface over it, as vertices do that
+/// went only a part of their way to the surface.
 template <int D>
-Outcome<Done> check_fit(const Geometry<D>& geometry, const LinearMesh<D>& mesh, const Execution& execution) {
+bool is_below_surface(const Surrogate<D>& surrogate, const SurfacePoint<D>& foot, const Vec<D>& point) {
+    constexpr double slack = 1.1;  // the facet is not straight below the foot
+    if (!foot.facet.valid() || !foot.parameters) return false;
+    Barycentric<D - 1> xi{};
+    xi[0] = 1;
+    for (int i = 1; i < D; ++i) {
+        xi[i] = foot.parameters->u[i - 1];
+        xi[0] -= xi[i];
+    }
+    Vec<D> on_facet{};
+    for (int i = 0; i < D; ++i) {
+        Barycentric<D - 1> corner{};
+        corner[i] = 1;
+        on_facet += xi[i] * point_at(surrogate.facets[foot.facet], corner);
+    }
+    const Vec<D> down = on_facet - foot.point, off = point - foot.point;
+    return dot(off, down) >= 0 && norm(off) <= slack * norm(down);
+}
+
+template <int D>
+Outcome<Done> check_fit(const Geometry<D>& geometry, const Surrogate<D>& surrogate, const LinearMesh<D>& mesh,
+                        const Execution& execution) {
     const auto accumulate = [&](BoundaryFit& fit, std::size_t f) {
         const auto site = facet_site(mesh, FacetId(f));
         const double most = fit_tolerance * distance(site.corners[0], site.corners[1]);
@@ -73,7 +96,7 @@ Outcome<Done> check_fit(const Geometry<D>& geometry, const LinearMesh<D>& mesh, 
         for (std::size_t i = 0; i < D; ++i) {
             const auto foot =
                 geometry->project({.facet = {}, .reference = site.reference, .entity = {}}, site.corners[i]);
-            if (foot.distance > most)
+            if (foot.distance > most && !is_below_surface(surrogate, foot, site.corners[i]))
                 worst = worse(worst, {foot.distance, most, mesh.facets.vertices[FacetId(f)][i], site.reference});
         }
         fit.add(worst);
@@ -98,7 +121,7 @@ Outcome<Done> check_fit(const Geometry<D>& geometry, const LinearMesh<D>& mesh, 
 
 template <int D>
 Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
-                                      const LinearMesh<D>& mesh, const Execution& execution) {
+                                      const LinearMesh<D>& mesh, MisfitPolicy misfits, const Execution& execution) {
     return std::visit(
         [&]<class Mesh>(const Mesh& of) -> Outcome<Geometry<D>> {
             if constexpr (Mesh::dimension != D) {
@@ -109,8 +132,10 @@ Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions
                 auto surrogate = boundary_of<D>(of, features_by, part_of(execution, 0, 0.8));
                 if (!surrogate) return fail(surrogate.error());
                 if (auto known = check_references(*surrogate, mesh); !known) return fail(known.error());
-                Geometry<D> geometry(PrescribedSurrogate<D>{std::move(*surrogate)});
-                if (auto fits = check_fit(geometry, mesh, part_of(execution, 0.8, 1)); !fits) return fail(fits.error());
+                Geometry<D> geometry(PrescribedSurrogate<D>{*surrogate});
+                if (misfits == MisfitPolicy::accepted) return geometry;
+                auto fits = check_fit(geometry, *surrogate, mesh, part_of(execution, 0.8, 1));
+                if (!fits) return fail(fits.error());
                 return geometry;
             }
         },
@@ -119,7 +144,7 @@ Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, \
-                                                      const Execution&);
+                                                      MisfitPolicy, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -23,9 +23,11 @@ import camber.cad;
 import camber.config;
 import camber.io;
 import camber.soundness;
+import camber.recipes;
 import camber.surface;
 import :check_parts;
 import :file_numbers;
+import :geometry_source;
 import :distances_report;
 import :inspect;
 import :report;
@@ -160,23 +162,28 @@ class Inspector {
     }
 
     Outcome<Done> make(const Execution& execution) {
-        auto made = make_geometry(compared_.geometry, compared_.source, mesh_.linear, mesh_.edges, features_,
+        auto source = in_unit_of_mesh(compared_.geometry, compared_.source, mesh_.linear, without_progress(execution));
+        if (!source) return fail(source.error());
+        source_ = std::move(*source);
+        auto made = make_geometry(compared_.geometry, source_, mesh_.linear, mesh_.edges, features_,
                                   {.ridge_angle_degrees = options_.ridge_angle}, {}, part_of(execution, 0, 0.8));
         if (!made) return fail(made.error());
         geometry_.emplace(std::move(made->geometry));
         report_.cad = made->cad;
+        if (made->misfit)
+            report_.notices.push_back("the mesh does not belong to the CAD model: " + describe(*made->misfit));
         if (compared_.surface == InspectedSurface::lattice) {
             auto shown = surface_mesh(mesh_, features_, *geometry_, without_progress(execution));
             if (!shown) return fail(shown.error());
             surface_ = std::move(*shown);
         }
-        return compared_.source.cad ? look_at_cad(part_of(execution, 0.8, 1)) : Done{};
+        return source_.cad ? look_at_cad(part_of(execution, 0.8, 1)) : Done{};
     }
 
     /// Which faces (in 2D edges) of the model patches are on, and facets that another one fits nearly as well.
     Outcome<Done> look_at_cad(const Execution& execution) {
         constexpr std::string_view entity = D == 2 ? "edge" : "face", facet = D == 2 ? "edge" : "triangle";
-        const CadModel& model = *compared_.source.cad;
+        const CadModel& model = *source_.cad;
         const std::vector<std::size_t> all = candidates<D>(model);
         const auto& cad = std::get<config::Cad>(compared_.geometry);
         const auto is_on_model = [&](std::size_t f) { return lies_on_model(cad, mesh_.linear.facets.references[f]); };
@@ -200,7 +207,7 @@ class Inspector {
             const auto place = std::lower_bound(faces.begin(), faces.end(), face);
             if (place == faces.end() || *place != face) faces.insert(place, face);
             constexpr double nearly = 2;
-            if ((*fits)[f].second > nearly * (*fits)[f].misfit) continue;
+            if ((*fits)[f].other > nearly * (*fits)[f].misfit) continue;
             if (doubtful.count++ >= options_.worst) continue;
             const std::array facets{FacetId(f)};
             Vec<D> middle;
@@ -208,7 +215,7 @@ class Inspector {
             PlaceReport told{at(mesh_.linear.facets.vertices[f], middle / D, facets), (*fits)[f].misfit, {}};
             told.text =
                 fmt::format("{} {}: on {} {}, which misses it by {:.4g}, the next by {:.4g}", facet,
-                            fmt::join(told.at.vertices, "-"), entity, face, (*fits)[f].misfit, (*fits)[f].second);
+                            fmt::join(told.at.vertices, "-"), entity, face, (*fits)[f].misfit, (*fits)[f].other);
             doubtful.worst.push_back(std::move(told));
         }
         report_.suspicious.push_back(std::move(doubtful));
@@ -253,6 +260,7 @@ class Inspector {
     QuadraticMesh<D> mesh_;
     FileNumbers numbers_;
     const ComparedGeometry& compared_;
+    GeometrySource source_;  ///< in the unit of the mesh
     InspectOptions options_;
     const Around& around_;
     Features<D> features_;

@@ -1,4 +1,6 @@
 module;
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -6,7 +8,9 @@ module;
 module camber.run:measures;
 import camber.config;
 import camber.core;
+import camber.crossing;
 import camber.curving;
+import camber.surface;
 import camber.validity;
 import :histogram;
 import :report;
@@ -41,5 +45,32 @@ template <int D>
 [[nodiscard]] Outcome<std::vector<Histogram>> run_histograms(const Quadratic<D>& end,
                                                              const std::optional<EdgeLengths>& lengths,
                                                              const History<D>& history, const Execution& execution);
+
+/// Reports the deviation of entities of one kind from the geometry. `vertices`: the worst of them as a vertex or the
+/// ends of an edge, from 1; 0: none. `at`: its position.
+template <class Id, int D>
+[[nodiscard]] DeviationReport deviation_report(const OffGeometry<Id>& of, double tolerance,
+                                               const std::array<std::size_t, 2>& vertices, const Vec<D>& at) {
+    DeviationReport report{
+        .measured = of.measured, .off = of.off, .largest = of.largest, .share = of.share, .tolerance = tolerance};
+    if (!of.worst.valid()) return report;
+    report.vertices = vertices;
+    report.at.assign(at.c.begin(), at.c.end());
+    return report;
+}
+
+/// Reports pairs of facets; `box_of(facet)` locates the first one that crosses.
+template <int D, class BoxOf>
+[[nodiscard]] WallsReport walls_report(const Crossings& found, const BoxOf& box_of) {
+    WallsReport report{.crossing = found.crossing, .touching = found.touching, .undecided = found.undecided};
+    const auto first = std::ranges::find(found.found, Crossing::crossing, &FacetCrossing::verdict);
+    if (first == found.found.end()) return report;
+    report.first = first->first.index() + 1;
+    report.other = first->second.index() + 1;
+    const Box<D> a = box_of(first->first), b = box_of(first->second);
+    for (int c = 0; c < D; ++c)
+        report.first_at.push_back((std::max(a.low[c], b.low[c]) + std::min(a.high[c], b.high[c])) / 2);
+    return report;
+}
 
 }  // namespace camber::run

@@ -132,6 +132,10 @@ void renumber_report(Report& report, const Permutation<ElementId>& order, const 
         r.at = given_number(r.at, vertices);
     }
     std::ranges::stable_sort(report.remaining, {}, &RemainingReport::element);
+    if (!report.boundary) return;
+    for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
+        if (*deviation)
+            for (std::size_t& v : (*deviation)->vertices) v = given_number(v, vertices);
 }
 
 }  // namespace

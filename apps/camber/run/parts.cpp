@@ -97,6 +97,8 @@ void add(Report& report, const Notices& notices) {
     report.notices.insert(report.notices.end(), notices.begin(), notices.end());
 }
 
+void add(Report& report, const OverlappingReport& part) { report.overlaps = part; }
+
 void add(Report& report, const MetricReport& part) { report.metric = part; }
 void add(Report& report, const BoundaryNodesReport& part) { report.boundary->nodes = part; }
 void add(Report& report, const CurveReport& part) { report.curve = part; }
@@ -156,18 +158,6 @@ void add(Report& report, const FinishedReport& part) {
     report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }
 
-namespace {
-
-std::string crossing_notice(const WallsReport& walls, int dimension) {
-    const std::string facets = dimension == 2 ? "edges" : "triangles";
-    std::string what = std::to_string(walls.crossing) + " pairs of boundary " + facets + " pass through each other";
-    if (walls.undecided > 0) what += ", " + std::to_string(walls.undecided) + " touch or nearly do";
-    return what + " (the first: " + std::to_string(walls.first) + " and " + std::to_string(walls.other) +
-           "): smaller facets bow less";
-}
-
-}  // namespace
-
 void add(Report& report, const MeasuresReport& part) {
     if (report.curve) {
         report.curve->after = part.edges;
@@ -176,13 +166,18 @@ void add(Report& report, const MeasuresReport& part) {
     if (report.boundary) {
         report.boundary->straight_distance = part.straight_distance;
         report.boundary->curved_distance = part.curved_distance;
-        if (report.boundary->cad) report.boundary->cad->largest_node_distance = part.node_distance;
+        report.boundary->node_deviation = part.node_deviation;
+        report.boundary->vertex_deviation = part.vertex_deviation;
         report.boundary->walls = part.walls;
         report.boundary->distances = part.distances;
+        report.boundary->geometry_error = part.geometry_error;
+        if (auto& cad = report.boundary->cad) {
+            cad->largest_node_distance =
+                part.node_deviation ? std::optional(part.node_deviation->largest) : std::nullopt;
+            if (part.is_remeshed && part.vertex_deviation)
+                cad->largest_vertex_distance = part.vertex_deviation->largest;
+        }
     }
-    // What only touches, as the sides of a slit do, is in the report alone.
-    if (part.walls && part.walls->crossing > 0)
-        report.notices.push_back(crossing_notice(*part.walls, report.mesh.dimension));
     report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }
 

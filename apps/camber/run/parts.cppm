@@ -32,6 +32,12 @@ struct BeforeReport {
 /// What a repair came to; `given_up`: elements on which the work was spent in vain.
 [[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t given_up, RepairMethod method);
 
+/// Reports nodes that were moved back because walls crossed.
+template <int D>
+[[nodiscard]] RelaxedWallsReport relaxed_walls_report(const MovedBack<D>& moved) {
+    return {moved.nodes, moved.largest, {moved.largest_at.c.begin(), moved.largest_at.c.end()}};
+}
+
 /// Of a correction.
 struct CorrectionReport {
     RelaxReport relax;
@@ -73,12 +79,15 @@ struct MeasuresReport {
         edges_in_straight_field;  ///< the same in the straight field, where the back mesh is curved
     std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
     std::optional<WallsReport> walls = {};
-    std::optional<double> node_distance = {};  ///< see CadReport
+    std::optional<DeviationReport> node_deviation = {}, vertex_deviation = {};
     std::optional<DistancesReport> distances = {};
+    std::optional<GeometryErrorReport> geometry_error = {};
+    bool is_remeshed = false;  ///< what the report has of the boundary's vertices is of the mesh before
     std::vector<Histogram> histograms;
 };
 
 void add(Report& report, const Notices& notices);
+void add(Report& report, const OverlappingReport& part);
 void add(Report& report, const MetricReport& part);
 void add(Report& report, const BoundaryReport& part);
 void add(Report& report, const BoundaryNodesReport& part);

@@ -121,12 +121,26 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
     return apply(run, stage);
 }
 
+/// The geometry's source with its CAD model in the unit of the mesh, where that is to be found.
+template <int D>
+Outcome<GeometrySource> source_in_unit(const GivenMesh<D>& mesh, const config::Geometry& geometry,
+                                       GeometrySource source, const Around& around) {
+    const auto* const cad = std::get_if<config::Cad>(&geometry);
+    if (!cad || cad->unit != CadUnit::automatic) return source;
+    const auto* const quadratic = std::get_if<QuadraticMesh<D>>(&mesh);
+    const LinearMesh<D>& linear = quadratic ? quadratic->linear : std::get<LinearMesh<D>>(mesh);
+    return run_step(around, "unit",
+                    [&](const Execution& e) { return in_unit_of_mesh(geometry, std::move(source), linear, e); });
+}
+
 /// A run of a mesh that was prepared.
 template <int D>
 Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const config::Pipeline& pipeline,
                         const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory,
                         const Around& around) {
-    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, solution, std::move(geometry), std::move(memory),
+    auto source = source_in_unit(inputs.mesh, pipeline.geometry, std::move(geometry), around);
+    if (!source) return fail(source.error());
+    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, solution, std::move(*source), std::move(memory),
                   around, inputs.ranks, inputs.end);
     run.report(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
@@ -384,8 +398,8 @@ bool keeps_elements(const config::Pipeline& pipeline) {
 
 namespace {
 
-/// Reasons with their vertices, and elements, as the file calls them.
-void name_remaining(Report& report, const FileNumbers& numbers) {
+/// Gives remaining elements and deviations the numbers that the file has for their elements and vertices.
+void name_places(Report& report, const FileNumbers& numbers) {
     const int dimension = report.mesh.is_surface_alone() ? 2 : report.mesh.dimension;
     for (RemainingReport& r : report.remaining) {
         const RemainingElement left{{}, r.reason, VertexId(r.at > 0 ? r.at - 1 : 0), r.is_given_up};
@@ -393,6 +407,11 @@ void name_remaining(Report& report, const FileNumbers& numbers) {
         r.reason = r.at > 0 ? sentence_of(left, fmt::format("{}", numbers(r.at - 1))) : sentence_of(nowhere, {});
         r.tag = numbers.tag(dimension, r.element);
     }
+    if (!report.boundary) return;
+    for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
+        if (*deviation)
+            for (std::size_t& v : (*deviation)->vertices)
+                if (v != 0) v = numbers(v - 1);
 }
 
 }  // namespace
@@ -422,7 +441,7 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
         if (auto done = carry(*run, *given, std::move(inputs.fields), pipeline, around); !done)
             return fail(done.error());
     for (Notice& notice : inputs.mesh.notices) run->report.notices.push_back(std::move(notice.what));
-    name_remaining(run->report, keeps_elements(pipeline) ? numbers : FileNumbers{});
+    name_places(run->report, keeps_elements(pipeline) ? numbers : FileNumbers{});
     return run;
 }
 

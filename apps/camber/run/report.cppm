@@ -1,4 +1,5 @@
 module;
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -65,10 +66,29 @@ struct MetricReport {
     std::size_t floored = 0;                  ///< tensors of the file that rounding had made indefinite
 };
 
+/// A position on the boundary; an invalid one has no coordinates.
+using ReportedPlace = std::vector<double>;
+
+/// Number of boundary nodes that `curve` moved back towards their chords until no walls crossed (repair:uncross).
+struct RelaxedWallsReport {
+    std::size_t nodes = 0;
+    double largest = 0;             ///< distance of a node from its target (model units)
+    ReportedPlace largest_at = {};  ///< position of that node
+};
+
 /// Pairs of facets that cross, curved as they are in the end (crossing:crossings).
 struct WallsReport {
     std::size_t crossing = 0, touching = 0, undecided = 0;
-    std::size_t first = 0, other = 0;  ///< the first pair that is not disjoint, from 1; 0: none
+    std::size_t first = 0, other = 0;                ///< the first pair that crosses, from 1; 0: none
+    ReportedPlace first_at = {};                     ///< centre of the overlap of their boxes
+    std::size_t crossing_before = 0;                 ///< pairs that crossed in the input already
+    std::optional<RelaxedWallsReport> relaxed = {};  ///< where nodes were moved back
+};
+
+/// Elements that overlap in the end (crossing:overlaps).
+struct OverlappingReport {
+    std::size_t overlapping = 0;  ///< places where they do; 0: none
+    std::vector<double> point;    ///< one of them (model units)
 };
 
 /// Vertices that were brought onto a CAD model before all else.
@@ -77,9 +97,25 @@ struct CadMovesReport {
     double largest = 0;               ///< of the moves (model units)
 };
 
+/// Faces of a CAD model (in 2D edges) that meet smoothly and that a mesh treats as one, by their numbers from 1.
+struct JoinedFacesReport {
+    bool are_edges = false;
+    std::vector<std::vector<std::size_t>> lists = {};
+};
+
+/// Facets of a mesh that span ridges of a CAD model.
+struct AcrossRidgesReport {
+    std::size_t count = 0;
+    std::size_t first = 0;           ///< from 1; 0: none
+    std::vector<double> place = {};  ///< of the ridge that this one spans
+};
+
 /// What a mesh's boundary met of a CAD model.
 struct CadReport {
-    std::size_t faces = 0, edges = 0, vertices = 0;                     ///< of the model
+    std::string unit, file_unit;  ///< of the mesh's coordinates; as the file calls its own, empty: it says none
+    bool is_in_file_unit = true;
+    bool is_unit_found = false;                      ///< by the mesh's boundary, another one than the file's
+    std::size_t faces = 0, edges = 0, vertices = 0;  ///< of the model
     std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;         ///< those with something of the mesh on them
     std::size_t facets = 0, analytic_facets = 0, surrogate_facets = 0;  ///< of the mesh, by what they lie on
     std::size_t coincident_facets = 0;                                  ///< another face is at the same place
@@ -88,12 +124,25 @@ struct CadReport {
     std::optional<double> largest_node_distance;  ///< of boundary edges, in the end (model units)
     std::optional<CadMovesReport> moves = {};
     std::size_t lost_faces = 0, failed_entities = 0, open_shells = 0;  ///< of the file, and not in the model
+    JoinedFacesReport joined = {};
+    AcrossRidgesReport across = {};
 };
 
 /// Vertices that are not on the analytic surface of their facets' reference, and stay where they are.
 struct OffSurfacesReport {
     std::size_t vertices = 0;
     double largest = 0;  ///< distance (model units)
+};
+
+/// Deviation of the boundary's nodes, or of its vertices, from the geometry (surface:boundary_deviation).
+struct DeviationReport {
+    std::size_t measured = 0, off = 0;  ///< off: farther than the tolerance
+    double largest = 0;                 ///< largest distance (model units)
+    double share = 0;                   ///< largest distance as a share of the local edge length
+    double tolerance = 0;               ///< limit of that share
+    /// Place of the largest share: the vertex or the ends of the edge, from 1 (0: none), and its coordinates.
+    std::array<std::size_t, 2> vertices{};
+    ReportedPlace at = {};
 };
 
 /// What became of nodes of boundary edges that were to go elsewhere than to the projected middle.
@@ -110,6 +159,17 @@ struct CurvedPatchesReport {
            largest_angle = 0;  ///< between pieces of the smooth ones: root mean square, largest (degrees)
 };
 
+/// Largest distance between the boundary in the end and its geometry, by the bound that the run requires
+/// (recipes:geometry_error).
+struct GeometryErrorReport {
+    double required = 0, reached = 0;  ///< of the facet that is farthest by its bound (model units)
+    std::size_t far_facets = 0;        ///< number of facets that exceed their bounds
+    std::size_t facet = 0;             ///< that facet, from 1; 0: no facet has a bound
+    std::vector<double> at;            ///< where it is
+
+    [[nodiscard]] bool is_met() const { return !(reached > required); }
+};
+
 struct BoundaryReport {
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
     std::optional<double> straight_distance, curved_distance;  ///< largest, to the geometry (model units)
@@ -118,7 +178,9 @@ struct BoundaryReport {
     std::optional<DistancesReport> distances = {};  ///< both ways, by entity, where that is asked for
     std::optional<BoundaryNodesReport> nodes = {};
     std::optional<CurvedPatchesReport> curved_patches = {};
-    std::optional<OffSurfacesReport> off_surfaces = {};  ///< where analytic surfaces are given
+    std::optional<OffSurfacesReport> off_surfaces = {};      ///< where analytic surfaces are given
+    std::optional<GeometryErrorReport> geometry_error = {};  ///< where the run has a bound
+    std::optional<DeviationReport> node_deviation = {}, vertex_deviation = {};
 };
 
 /// What inner nodes for accuracy go by.
@@ -236,6 +298,7 @@ struct Report {
     std::vector<RemainingReport> remaining;
     std::optional<ReinsertReport> reinsert;
     std::optional<TransferReport> transfer;
+    OverlappingReport overlaps;
     bool committed = false;
     /// Elements, from 1, that are not certified valid in the end (all of them).
     std::vector<std::size_t> invalid_elements, undecided_elements, elements_below_bound;
@@ -244,11 +307,39 @@ struct Report {
     std::vector<StageTime> times;
     int threads = 0;  ///< that were really used
 
-    [[nodiscard]] bool holds_what_was_asked() const {
+    /// True if every element is certified valid, above the bound where one is requested.
+    [[nodiscard]] bool has_valid_elements() const {
         return !validity || (validity->invalid == 0 && validity->undecided == 0 &&
                              (validity->below_bound == 0 || !validity->is_asked));
     }
+    /// True if no boundary node or vertex is off its geometry by more than the tolerance.
+    [[nodiscard]] bool boundary_holds() const {
+        const auto holds = [](const std::optional<DeviationReport>& d) { return !d || d->off == 0; };
+        return !boundary || (holds(boundary->node_deviation) && holds(boundary->vertex_deviation));
+    }
+    /// True if no walls pass through each other.
+    [[nodiscard]] bool walls_hold() const { return !boundary || !boundary->walls || boundary->walls->crossing == 0; }
+    /// True if the boundary is as near to its geometry as `--geometry-error` requires.
+    [[nodiscard]] bool keeps_geometry_error() const {
+        return !boundary || !boundary->geometry_error || boundary->geometry_error->is_met();
+    }
+    /// True if the result is the requested one: the exit code is 0.
+    [[nodiscard]] bool holds_what_was_asked() const {
+        return has_valid_elements() && boundary_holds() && keeps_geometry_error() && walls_hold() &&
+               overlaps.overlapping == 0;
+    }
 };
+
+/// One sentence for each cause for which a result is not the requested one, with its place; empty if it is.
+[[nodiscard]] std::vector<std::string> misses(const Report& report);
+/// Elements that are valid, but below the recommended bound; empty if there are none or the bound is requested.
+[[nodiscard]] std::string recommended_bound_note(const Report& report);
+/// "16 pairs of boundary triangles pass through each other …"; empty where no walls cross.
+[[nodiscard]] std::string crossing_message(const WallsReport& walls, int dimension);
+/// "elements overlap in 3 places …"; empty where none do.
+[[nodiscard]] std::string overlap_message(const Report& report);
+/// The distance that is required and not reached, and where.
+[[nodiscard]] std::string sentence_of(const GeometryErrorReport& missed);
 
 /// Lines for a terminal, without colours.
 [[nodiscard]] std::string table(const Report& report);
@@ -259,6 +350,15 @@ struct Report {
 }  // namespace camber::run
 
 namespace camber::run {
+
+/// Rows of both tables about walls that cross.
+[[nodiscard]] std::string walls_rows(const WallsReport& walls);
+/// Keys of both objects about them.
+[[nodiscard]] std::string walls_json(const WallsReport& walls);
+
+/// Row of both tables about nodes or vertices off the geometry; empty where none are.
+[[nodiscard]] std::string deviation_row(const char* name, const DeviationReport& deviation);
+[[nodiscard]] std::string deviation_json(const DeviationReport& deviation);
 
 /// What both tables and both objects say of a CAD model.
 [[nodiscard]] std::string cad_rows(const CadReport& cad);

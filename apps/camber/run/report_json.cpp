@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -86,7 +87,10 @@ Json json(const RemeshReport& r) {
     return j;
 }
 Json json(const CadReport& c) {
-    Json j{{"faces", c.faces},
+    Json j{{"unit", c.unit},
+           {"file_unit", c.file_unit},
+           {"unit_found", c.is_unit_found},
+           {"faces", c.faces},
            {"edges", c.edges},
            {"vertices", c.vertices},
            {"lost_faces", c.lost_faces},
@@ -105,6 +109,12 @@ Json json(const CadReport& c) {
            {"doubtful_vertices", c.doubtful_vertices},
            {"largest_vertex_distance", c.largest_vertex_distance}};
     if (c.largest_node_distance) j["largest_node_distance"] = *c.largest_node_distance;
+    if (!c.joined.lists.empty()) j["joined"] = c.joined.lists;
+    if (c.across.count > 0) {
+        j["facets_across_ridges"] = c.across.count;
+        j["first_facet_across_ridges"] = c.across.first;
+        j["place_of_first_ridge"] = c.across.place;
+    }
     if (c.moves) {
         j["moved_vertices"] = c.moves->moved;
         j["held_vertices"] = c.moves->held;
@@ -125,6 +135,13 @@ Json json(const BoundaryNodesReport& n) {
             {"mean_reduction", n.mean_reduction},
             {"largest_reduction", n.largest_reduction}};
 }
+Json json(const GeometryErrorReport& g) {
+    return {{"required", g.required},
+            {"reached", g.reached},
+            {"far_facets", g.far_facets},
+            {"facet", g.facet},
+            {"at", g.at}};
+}
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},
            {"ridge_edges", b.ridge_edges},
@@ -137,6 +154,9 @@ Json json(const BoundaryReport& b) {
         j["vertices_off_surfaces"] = b.off_surfaces->vertices;
         j["largest_vertex_distance"] = b.off_surfaces->largest;
     }
+    if (b.node_deviation) j["node_deviation"] = Json::parse(deviation_json(*b.node_deviation));
+    if (b.vertex_deviation) j["vertex_deviation"] = Json::parse(deviation_json(*b.vertex_deviation));
+    if (b.geometry_error) j["geometry_error"] = json(*b.geometry_error);
     if (b.distances) j["distances"] = Json::parse(distances_json(*b.distances));
     if (b.nodes) j["nodes"] = json(*b.nodes);
     if (b.curved_patches)
@@ -144,11 +164,7 @@ Json json(const BoundaryReport& b) {
                                {"as_read", b.curved_patches->as_read},
                                {"mean_angle", b.curved_patches->mean_angle},
                                {"largest_angle", b.curved_patches->largest_angle}};
-    if (b.walls) {
-        j["crossing_pairs"] = b.walls->crossing;
-        j["touching_pairs"] = b.walls->touching;
-        j["undecided_pairs"] = b.walls->undecided;
-    }
+    if (b.walls) j.update(Json::parse(walls_json(*b.walls)));
     return j;
 }
 Json json(const EdgeReport& e) {
@@ -241,6 +257,32 @@ Json json(const ReinsertReport& r) {
 
 }  // namespace
 
+std::string deviation_json(const DeviationReport& d) {
+    Json j{{"measured", d.measured},
+           {"off", d.off},
+           {"largest", d.largest},
+           {"largest_share", d.share},
+           {"tolerance", d.tolerance}};
+    if (d.vertices[0] != 0) {
+        j["vertices"] = Json::array();
+        for (const std::size_t v : d.vertices)
+            if (v != 0) j["vertices"].push_back(v);
+        j["at"] = d.at;
+    }
+    return j.dump();
+}
+
+std::string walls_json(const WallsReport& walls) {
+    Json j{
+        {"crossing_pairs", walls.crossing}, {"touching_pairs", walls.touching}, {"undecided_pairs", walls.undecided}};
+    if (walls.crossing > 0) j["first_crossing"] = {{"facets", {walls.first, walls.other}}, {"near", walls.first_at}};
+    if (walls.crossing_before > 0) j["crossing_pairs_of_input"] = walls.crossing_before;
+    if (walls.relaxed)
+        j["relaxed_for_crossing"] = {{"nodes", walls.relaxed->nodes},
+                                     {"largest_distance", walls.relaxed->largest},
+                                     {"near", walls.relaxed->largest_at}};
+    return j.dump();
+}
 std::string cad_json(const CadReport& cad) { return json(cad).dump(); }
 
 std::string to_json(const Report& report) {
@@ -259,6 +301,8 @@ std::string to_json(const Report& report) {
     if (report.kept_boundary || !report.remaining.empty()) j["remaining_elements"] = json(report.remaining);
     if (report.reinsert) j["reinsert"] = json(*report.reinsert);
     if (report.validity) j["validity"] = json(*report.validity);
+    if (report.overlaps.overlapping > 0)
+        j["overlaps"] = {{"overlapping", report.overlaps.overlapping}, {"point", report.overlaps.point}};
     if (report.transfer) j["transfer"] = Json::parse(transfer_json(*report.transfer));
     if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));
     j["invalid_elements"] = report.invalid_elements;
@@ -266,6 +310,7 @@ std::string to_json(const Report& report) {
     j["elements_below_bound"] = report.elements_below_bound;
     j["committed"] = report.committed;
     j["notices"] = report.notices;
+    j["misses"] = misses(report);
     j["threads"] = report.threads;
     Json stages = Json::array();
     for (const StageTime& t : report.times)

@@ -1,9 +1,12 @@
 module;
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 module camber.run;
 import camber.core;
 import camber.metric;
@@ -26,8 +29,32 @@ std::string table_row(std::string_view name, const std::string& value) {
 }
 std::string table_row(std::string_view name, std::size_t n) { return table_row(name, grouped(n)); }
 
+namespace {
+
+std::string text_of_unit(const CadReport& c) {
+    if (c.is_in_file_unit) return c.unit + ", as the CAD file";
+    return fmt::format("{}{}; the CAD file is in {}", c.unit, c.is_unit_found ? ", found by the boundary" : "",
+                       c.file_unit.empty() ? "mm" : c.file_unit);
+}
+
+/// "3 + 4 + 5, 8 + 9", the first few of each.
+std::string joined_text(const std::vector<std::vector<std::size_t>>& lists) {
+    constexpr std::size_t most_lists = 6, most_faces = 8;
+    std::string text;
+    for (std::size_t i = 0; i < lists.size() && i < most_lists; ++i) {
+        const std::size_t shown = lists[i].size() < most_faces ? lists[i].size() : most_faces;
+        text += (i > 0 ? ", " : "") + fmt::format("{}", fmt::join(std::span(lists[i]).first(shown), " + "));
+        if (shown < lists[i].size()) text += fmt::format(" + {} more", lists[i].size() - shown);
+    }
+    if (lists.size() > most_lists) text += fmt::format(" and {} more groups", lists.size() - most_lists);
+    return text;
+}
+
+}  // namespace
+
 std::string cad_rows(const CadReport& c) {
     std::string text =
+        table_row("unit of the mesh", text_of_unit(c)) +
         table_row("CAD faces, edges, vertices met",
                   fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
                               grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
@@ -43,6 +70,13 @@ std::string cad_rows(const CadReport& c) {
     text += table_row("doubtful facets, edges, vertices",
                       fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),
                                   grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
+    if (!c.joined.lists.empty())
+        text += table_row(c.joined.are_edges ? "CAD edges joined smoothly" : "CAD faces joined smoothly",
+                          joined_text(c.joined.lists));
+    if (c.across.count > 0)
+        text += table_row("facets across CAD ridges",
+                          fmt::format("{}, the first is facet {} at ({:.4g})", grouped(c.across.count), c.across.first,
+                                      fmt::join(c.across.place, ", ")));
     if (c.moves)
         text += table_row("vertices moved onto the CAD model",
                           fmt::format("{} (held back {}), by up to {:.4g}", grouped(c.moves->moved),
@@ -243,6 +277,13 @@ std::string_view name_distance(const Report& report) {
     return "largest distance to geometry";
 }
 
+/// "(0.5, 0.25, 1)".
+std::string place_text(const ReportedPlace& place) {
+    std::string text;
+    for (const double x : place) text += (text.empty() ? "" : ", ") + fmt::format("{:.4g}", x);
+    return "(" + text + ")";
+}
+
 std::string boundary_rows(const Report& report) {
     const BoundaryReport& b = *report.boundary;
     std::string text =
@@ -265,11 +306,13 @@ std::string boundary_rows(const Report& report) {
     if (b.straight_distance && b.curved_distance)
         text +=
             table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
+    if (b.geometry_error)
+        text += table_row("geometry error", fmt::format("{:.4g} reached, {:.4g} required", b.geometry_error->reached,
+                                                        b.geometry_error->required));
     if (b.distances) text += table_row("geometry, both ways", b.distances->geometry) + distance_rows(*b.distances);
-    if (b.walls && b.walls->first > 0)
-        text += table_row("pairs of facets that cross",
-                          fmt::format("{}, touching {}, undecided {}", grouped(b.walls->crossing),
-                                      grouped(b.walls->touching), grouped(b.walls->undecided)));
+    if (b.node_deviation) text += deviation_row("nodes off the geometry", *b.node_deviation);
+    if (b.vertex_deviation) text += deviation_row("vertices off the geometry", *b.vertex_deviation);
+    if (b.walls) text += walls_rows(*b.walls);
     return text;
 }
 
@@ -287,6 +330,55 @@ std::string time_rows(const Report& report) {
 }
 
 }  // namespace
+
+std::string crossing_message(const WallsReport& walls, int dimension) {
+    if (walls.crossing == 0) return {};
+    const bool is_one = walls.crossing == 1;
+    std::string text = fmt::format("{} {} of boundary {} {} through each other (the first: {} and {}, near {})",
+                                   walls.crossing, is_one ? "pair" : "pairs", dimension == 2 ? "edges" : "triangles",
+                                   is_one ? "passes" : "pass", walls.first, walls.other, place_text(walls.first_at));
+    if (walls.crossing_before > 0)
+        text += fmt::format("; {} crossed in the input already: correct the input there", walls.crossing_before);
+    return text;
+}
+
+std::string deviation_row(const char* name, const DeviationReport& d) {
+    if (d.off == 0) return {};
+    return table_row(name, fmt::format("{} of {}, by up to {:.4g} ({:.2g} of the edge)", grouped(d.off),
+                                       grouped(d.measured), d.largest, d.share));
+}
+
+std::string walls_rows(const WallsReport& walls) {
+    std::string text;
+    if (walls.crossing + walls.touching + walls.undecided > 0)
+        text += table_row("pairs of facets that cross",
+                          fmt::format("{}, touching {}, undecided {}", grouped(walls.crossing), grouped(walls.touching),
+                                      grouped(walls.undecided)));
+    if (walls.relaxed)
+        text += table_row(
+            "boundary nodes moved back",
+            fmt::format("{}, by up to {:.4g} near {}: boundary facets would cross", grouped(walls.relaxed->nodes),
+                        walls.relaxed->largest, place_text(walls.relaxed->largest_at)));
+    return text;
+}
+
+std::string overlap_message(const Report& report) {
+    const OverlappingReport& o = report.overlaps;
+    if (o.overlapping == 0) return {};
+    std::string at;
+    for (const double x : o.point) at += (at.empty() ? "" : ", ") + fmt::format("{:.6g}", x);
+    return fmt::format(
+        "elements overlap in {} {}, one at ({}): cut one body out of the other, or remove a copy "
+        "(camber check lists them)",
+        grouped(o.overlapping), o.overlapping == 1 ? "place" : "places", at);
+}
+
+std::string sentence_of(const GeometryErrorReport& g) {
+    return fmt::format(
+        "the boundary is {:.4g} from its geometry, and {:.4g} is required: {} facets are farther, the "
+        "farthest is facet {} at ({:.6g}); a smaller size there (--metric, --size) may reach it",
+        g.reached, g.required, grouped(g.far_facets), g.facet, fmt::join(g.at, ", "));
+}
 
 std::string table(const Report& report) {
     std::string text = mesh_rows(report);

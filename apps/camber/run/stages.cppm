@@ -14,6 +14,7 @@ import camber.curving;
 import camber.distributed;
 import camber.io;
 import camber.metric;
+import camber.operation;
 import camber.ordering;
 import camber.optimisation;
 import camber.recipes;
@@ -121,6 +122,7 @@ struct MadeGeometry {
     std::vector<VertexId> corners = {};
     std::optional<CurvedPatchesReport> curved_patches = {};
     std::optional<OffSurfacesReport> off_surfaces = {};  ///< of analytic surfaces
+    std::optional<Error> misfit = {};                    ///< the mesh does not belong to the CAD model
 };
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
@@ -128,12 +130,17 @@ template <int D>
                                                      const Features<D>& features, const FeatureOptions<D>& features_by,
                                                      std::span<const LagrangeNode<D>> curves,
                                                      const Execution& execution);
+/// Policy for vertices that are far from the boundary of the geometry's mesh. Passes leave vertices off it where
+/// elements would become invalid or walls would cross, so a mesh that an earlier cycle made is not refused.
+enum class MisfitPolicy : std::uint8_t { refused, accepted };
+
 /// The boundary of another mesh. Errors (usage): it is of another dimension, or lacks a reference of this one's
 /// boundary; (input): more than few vertices of the boundary are farther from it than a tenth of their
-/// edges.
+/// edges, and not between its straight facets and the surfaces over them.
 template <int D>
 [[nodiscard]] Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
-                                                    const LinearMesh<D>& mesh, const Execution& execution);
+                                                    const LinearMesh<D>& mesh, MisfitPolicy misfits,
+                                                    const Execution& execution);
 /// The analytic surfaces of a config. Errors (usage) with the JSON path, `where` and the item's number.
 template <int D>
 [[nodiscard]] Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSurface>& surfaces,
@@ -143,11 +150,19 @@ template <int D>
 /// edges, since meshes are made on surfaces that are not quite those of the model.
 template <int D>
 [[nodiscard]] OffSurfacesReport off_surfaces(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry);
-/// The CAD model alone, of the facets that are not of the references `elsewhere` (rising). Errors: in 2D (usage).
+/// Makes the CAD model alone, of the facets that are not of the references `elsewhere` (rising). A mesh with too many
+/// vertices off the model has a misfit. Errors: those of `associate`.
 template <int D>
-[[nodiscard]] Outcome<MadeGeometry<D>> make_cad_geometry(const CadModel& model, const LinearMesh<D>& mesh,
-                                                         const EdgeSet<D>& edges, std::span<const Reference> elsewhere,
+[[nodiscard]] Outcome<MadeGeometry<D>> make_cad_geometry(const config::Cad& config, const CadModel& model,
+                                                         const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                         std::span<const Reference> elsewhere,
                                                          const Execution& execution);
+
+/// The source with its CAD model in the unit of the mesh (camber.cad: in_unit_of) where the config has the unit "auto".
+/// Errors: stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, GeometrySource source,
+                                                      const LinearMesh<D>& mesh, const Execution& execution);
 
 /// Whether facets of a reference lie on the model.
 [[nodiscard]] bool lies_on_model(const config::Cad& cad, Reference reference);
@@ -169,10 +184,9 @@ template <int D>
                                                         const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                         const MakesSurrogate<D>& surrogate, const Execution& execution);
 
-/// The largest distance of the nodes of edges on the model from what they lie on.
-template <int D>
-[[nodiscard]] Outcome<double> largest_node_distance(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
-                                                    const config::Cad& cad, const Execution& execution);
+/// The largest distances that a config allows between the boundary and its geometry, by reference: those of chords in
+/// its metric and its operations.
+[[nodiscard]] std::vector<DistanceBound> required_distances(const config::Pipeline& pipeline);
 
 /// Log-metrics at the vertices, and what the report says of where they are from.
 template <int D>

@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -137,8 +138,12 @@ struct State {
     /// Where that is on a curved back mesh: the metric of the straight mesh at its vertices.
     std::optional<Column<LogMetric<D>>> straight_log_metrics;
     std::optional<Inherited<D>> inherited;
-    std::optional<FinishedRows<D>> rows;      ///< what this rank has in the end: the mesh is empty then
-    std::optional<CadMovesReport> cad_moves;  ///< of vertices, before the first stage
+    /// Of the boundary that the stage `remesh` left, against the bounds of the config; empty once a stage changes it.
+    std::optional<ReachedDistance<D>> reached;
+    std::optional<FinishedRows<D>> rows;              ///< what this rank has in the end: the mesh is empty then
+    std::optional<CadMovesReport> cad_moves;          ///< of vertices, before the first stage
+    std::optional<std::size_t> crossings_of_input;    ///< pairs of facets that crossed before passes changed the mesh
+    std::optional<RelaxedWallsReport> relaxed_walls;  ///< boundary nodes that were moved back because walls crossed
     History<D> history;
     JacobianBound bound = {};   ///< what the last stage asked for that did
     CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike

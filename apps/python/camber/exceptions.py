@@ -47,7 +47,7 @@ class InternalError(Error, RuntimeError):
 
 
 class NotCertified(UserWarning):
-    """A mesh that was made has elements that are not certified valid."""
+    """A result is not the requested one: elements are not certified valid, the boundary is off its geometry, walls cross, or elements overlap."""
 
 
 _KINDS = (UsageError, InputError, UnsupportedError, WriteError, Stopped, OutOfMemory, InternalError)  # ErrorKind

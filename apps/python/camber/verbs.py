@@ -29,9 +29,11 @@ def curve(
     complexity: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
-    cad_unit: Literal["file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_vertices: Literal["keep", "move"] | None = None,
     cad_seconds: float | None = None,
     cad_memory: float | None = None,
+    geometry_tolerance: float | None = None,
     objective: Literal["accuracy", "energy", "length", "shape", "solution"] | None = None,
     min_scaled_jacobian: float | None = None,
     solution: str | np.ndarray | Mapping[str, Any] | None = None,
@@ -52,8 +54,8 @@ def curve(
         sizes (v,) or tensors (v, D, D). Default: natural.
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
-    geometry_error: Largest distance of chords from the boundary's own surface; intersected with the metric.
-        Default: any. In (0, inf).
+    geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
+        remesh refines until it is met, or ends with `holds` is False. Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is. In (1, 1000].
     complexity: Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6
         times as many triangles. Default: as the metric is. In (0, inf).
@@ -62,12 +64,16 @@ def curve(
         boundary. Default: surrogate.
     cad: The CAD model that the boundary is put onto (.step, .stp, .iges, .igs or .brep); geometry may have analytic
         surfaces beside it, by reference.
-    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates
-        are as the model's file has them.
+    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: auto, that of the
+        model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
+    cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
+        keep, and too many of them are an error.
     cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
+        is False. Default: 1e-5. In [0, inf).
     objective: What edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy or
         length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the Jacobians of
         elements are made as even as may be; solution: that the run's solution is interpolated well, no metric.
@@ -103,9 +109,11 @@ def remesh(
     complexity: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
-    cad_unit: Literal["file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_vertices: Literal["keep", "move"] | None = None,
     cad_seconds: float | None = None,
     cad_memory: float | None = None,
+    geometry_tolerance: float | None = None,
     rounds: int | None = None,
     blocks: int | None = None,
     objective: Literal["as_curved", "accuracy", "energy", "length"] | None = None,
@@ -136,8 +144,8 @@ def remesh(
         sizes (v,) or tensors (v, D, D). Default: natural.
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
-    geometry_error: Largest distance of chords from the boundary's own surface; intersected with the metric.
-        Default: any. In (0, inf).
+    geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
+        remesh refines until it is met, or ends with `holds` is False. Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is. In (1, 1000].
     complexity: Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6
         times as many triangles. Default: as the metric is. In (0, inf).
@@ -146,12 +154,16 @@ def remesh(
         boundary. Default: surrogate.
     cad: The CAD model that the boundary is put onto (.step, .stp, .iges, .igs or .brep); geometry may have analytic
         surfaces beside it, by reference.
-    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates
-        are as the model's file has them.
+    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: auto, that of the
+        model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
+    cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
+        keep, and too many of them are an error.
     cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
+        is False. Default: 1e-5. In [0, inf).
     rounds: At most so many rounds of collapse, split, swap and smooth; they end where nothing changes much. In [0,
         1000].
     blocks: Of a straight mesh: elements in a block, each of which is brought to the metric by itself while what it
@@ -183,9 +195,11 @@ def repair(
     boundary_tolerance: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
-    cad_unit: Literal["file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_vertices: Literal["keep", "move"] | None = None,
     cad_seconds: float | None = None,
     cad_memory: float | None = None,
+    geometry_tolerance: float | None = None,
     min_scaled_jacobian: float | None = None,
     solution: str | np.ndarray | Mapping[str, Any] | None = None,
     fields: Sequence[str] | None = None,
@@ -214,12 +228,16 @@ def repair(
         boundary. Default: surrogate.
     cad: The CAD model that the boundary is put onto (.step, .stp, .iges, .igs or .brep); geometry may have analytic
         surfaces beside it, by reference.
-    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates
-        are as the model's file has them.
+    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: auto, that of the
+        model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
+    cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
+        keep, and too many of them are an error.
     cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
+        is False. Default: 1e-5. In [0, inf).
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
         `holds` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
     solution: Fields on the input that go along: rows at its vertices or nodes, a file of the same mesh with fields,
@@ -263,9 +281,11 @@ def adapt(
     settled: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
-    cad_unit: Literal["file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_vertices: Literal["keep", "move"] | None = None,
     cad_seconds: float | None = None,
     cad_memory: float | None = None,
+    geometry_tolerance: float | None = None,
     transfer: Literal["interpolate", "conserve"] | None = None,
     min_scaled_jacobian: float | None = None,
     set: Mapping[str, Any] | None = None,
@@ -299,7 +319,8 @@ def adapt(
         one raises that. In [0, inf). Default: 0.
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
-    geometry_error: Largest distance of chords from the boundary's own surface. Default: any. In (0, inf).
+    geometry_error: Largest distance of the boundary from its geometry, both ways; what the last mesh misses is
+        `holds` is False. Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: not limited. In (1, 1000].
     cycles: So many cycles at most; they end where the mesh has settled. Default: 8, of a solution's file 1. In [1,
         1000].
@@ -312,12 +333,16 @@ def adapt(
         boundary. Default: surrogate.
     cad: The CAD model that the boundary is put onto (.step, .stp, .iges, .igs or .brep); geometry may have analytic
         surfaces beside it, by reference.
-    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates
-        are as the model's file has them.
+    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: auto, that of the
+        model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
+    cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
+        keep, and too many of them are an error.
     cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
+        is False. Default: 1e-5. In [0, inf).
     transfer: Interpolate: the old field at the new nodes; conserve: where elements changed the nearest field in L2
         that keeps the integrals by material.
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
@@ -375,7 +400,8 @@ def geometry(
     *,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
-    cad_unit: Literal["file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
+    cad_vertices: Literal["keep", "move"] | None = None,
     cad_seconds: float | None = None,
     cad_memory: float | None = None,
     ridge_angle: float | None = None,
@@ -403,8 +429,10 @@ def geometry(
         boundary. Default: surrogate.
     cad: The CAD model that the boundary is put onto (.step, .stp, .iges, .igs or .brep); geometry may have analytic
         surfaces beside it, by reference.
-    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: file, coordinates
-        are as the model's file has them.
+    cad_unit: The unit of the mesh's coordinates, to which the CAD model is converted. Default: auto, that of the
+        model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
+    cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
+        keep, and too many of them are an error.
     cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,

@@ -2,21 +2,24 @@ module;
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <utility>
 #include <variant>
+#include <vector>
 module camber.run;
 import camber.core;
 import camber.bezier;
-import camber.cad;
 import camber.config;
 import camber.crossing;
 import camber.curving;
 import camber.metric;
+import camber.recipes;
 import camber.surface;
 import camber.validity;
 import :distances_report;
 import :measures;
 import :parts;
+import :report;
 import :runner;
 import :stages;
 import :state;
@@ -55,11 +58,11 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& st
                                 MeasuresReport& report, const Execution& execution) {
     const auto given = as_given(seen, state, without_progress(execution));
     if (!given) return fail(given.error());
-    const auto before = boundary_distance(*given, given->mid_nodes.view(), boundary.features, boundary.geometry,
-                                          part_of(execution, 0.05, 0.5));
+    const auto before = largest_boundary_distance(*given, given->mid_nodes.view(), boundary.features, boundary.geometry,
+                                                  part_of(execution, 0.05, 0.5));
     if (!before) return fail(before.error());
-    const auto after = boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry,
-                                         part_of(execution, 0.5, 1));
+    const auto after = largest_boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry,
+                                                 part_of(execution, 0.5, 1));
     if (!after) return fail(after.error());
     report.straight_distance = before->largest;
     report.curved_distance = after->largest;
@@ -83,16 +86,43 @@ Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, M
     return Done{};
 }
 
-/// Whether walls pass through each other, as they are in the end.
+/// Number of pairs that cross in the input; passes have counted them before they changed it.
 template <int D>
-Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& seen, const Execution& execution) {
-    const auto found = find_crossings(seen, execution);
-    if (!found) return fail(found.error());
-    WallsReport report{.crossing = found->crossing, .touching = found->touching, .undecided = found->undecided};
-    if (!found->all_disjoint()) {
-        report.first = found->found.front().first.index() + 1;
-        report.other = found->found.front().second.index() + 1;
-    }
+Outcome<std::size_t> crossings_of_input(const QuadraticMesh<D>& seen, const State<D>& state,
+                                        const Execution& execution) {
+    if (state.crossings_of_input) return *state.crossings_of_input;
+    const auto given = as_given(seen, state, execution);
+    if (!given) return fail(given.error());
+    return find_crossings(*given, execution).map([](const Crossings& found) { return found.crossing; });
+}
+
+/// Walls that pass through each other in the end.
+template <int D>
+Outcome<WallsReport> measure_walls(const QuadraticMesh<D>& seen, const Crossings& found, const State<D>& state,
+                                   const Execution& execution) {
+    WallsReport report = walls_report<D>(found, [&](FacetId f) {
+        Box<D> box;
+        for (const Vec<D>& node : nodal_facet(seen, f).nodes) box.include(node);
+        return box;
+    });
+    report.relaxed = state.relaxed_walls;
+    if (report.crossing == 0) return report;
+    const auto before = crossings_of_input(seen, state, execution);
+    if (!before) return fail(before.error());
+    report.crossing_before = *before;
+    return report;
+}
+
+/// The same of a straight mesh that passes have made; none of another.
+template <int D>
+std::optional<WallsReport> measure_walls(const LinearMesh<D>& mesh, const Crossings& found, const State<D>& state) {
+    if (!state.crossings_of_input || state.rows) return std::nullopt;
+    WallsReport report = walls_report<D>(found, [&](FacetId f) {
+        Box<D> box;
+        for (const VertexId v : mesh.facets.vertices[f]) box.include(mesh.points[v]);
+        return box;
+    });
+    report.crossing_before = *state.crossings_of_input;
     return report;
 }
 
@@ -115,23 +145,11 @@ template <int D>
 struct Measured {
     std::optional<EdgeLengths> lengths;
     MeasuresReport report;
+    std::optional<Crossings> crossings = {};  ///< where they were searched for
 };
 /// The metric of the straight mesh, where the field is another.
 template <int D>
 using StraightMetric = std::optional<Column<LogMetric<D>>>;
-
-/// How far nodes of the boundary are from the CAD model that they were put onto.
-template <int D>
-Outcome<Done> measure_nodes(const Quadratic<D>& end, const config::Geometry& geometry, MeasuresReport& report,
-                            const Execution& execution) {
-    const Plan<D>* const plan = end.planned();
-    if (!plan || !plan->boundary()) return Done{};
-    const auto farthest = largest_node_distance(apply_proposal(end.mesh, plan->proposal()), *plan->boundary(),
-                                                std::get<config::Cad>(geometry), execution);
-    if (!farthest) return fail(farthest.error());
-    report.node_distance = *farthest;
-    return Done{};
-}
 
 template <int D>
 Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const State<D>& state,
@@ -140,17 +158,24 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
     const Shares of = which == MeasuredEdges::all ? Shares{0.05, 0.09, 0.87} : Shares{0.39, 0.44, 0.73};
     Measured<D> measured;
     const Plan<D>* const plan = end.planned();
-    if (const Boundary<D>* boundary = plan ? plan->boundary() : nullptr)
-        if (auto done = measure_distances(apply_proposal(end.mesh, plan->proposal()), state, *boundary, measured.report,
-                                          part_of(execution, 0, of.distances));
+    if (const Boundary<D>* boundary = plan ? plan->boundary() : nullptr) {
+        const auto seen = apply_proposal(end.mesh, plan->proposal());
+        if (auto done = measure_distances(seen, state, *boundary, measured.report, part_of(execution, 0, of.distances));
             !done)
             return fail(done.error());
+    }
+    if (plan || state.crossings_of_input) {
+        const auto seen = plan ? apply_proposal(end.mesh, plan->proposal()) : end.mesh;
+        auto found = find_crossings(seen, without_progress(execution));
+        if (!found) return fail(found.error());
+        auto walls = measure_walls(seen, *found, state, without_progress(execution));
+        if (!walls) return fail(walls.error());
+        measured.crossings = std::move(*found);
+        measured.report.walls = std::move(*walls);
+    }
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
         const auto seen = apply_proposal(end.mesh, proposal);
-        auto walls = measure_walls(seen, without_progress(execution));
-        if (!walls) return fail(walls.error());
-        measured.report.walls = *walls;
         if (field && is_surface_alone(end.mesh.linear)) {
             auto lengths = surface_lengths(end.mesh, proposal, *wanted, *field, which,
                                            part_of(execution, of.distances, of.lengths));
@@ -179,25 +204,142 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
     return measured;
 }
 
+/// Elements that overlap in the end. `crossings`: those of the mesh; those of a quadratic one are found where they are
+/// not given.
+template <int D>
+Outcome<OverlappingReport> measure_overlaps(const State<D>& state, const std::optional<Crossings>& crossings,
+                                            const Execution& execution) {
+    const auto find = [&]() -> Outcome<Overlaps<D>> {
+        const auto* const linear = std::get_if<LinearMesh<D>>(&state.mesh);
+        if (linear && crossings) return find_overlaps(*linear, *crossings, execution);
+        const auto* const quadratic = std::get_if<Quadratic<D>>(&state.mesh);
+        if (!quadratic) return Overlaps<D>{};
+        const Plan<D>* const plan = quadratic->planned();
+        const auto seen = plan ? apply_proposal(quadratic->mesh, plan->proposal()) : quadratic->mesh;
+        return crossings ? find_overlaps(seen, *crossings, execution) : find_overlaps(seen, execution);
+    };
+    const auto found = find();
+    if (!found) return fail(found.error());
+    OverlappingReport report;
+    report.overlapping = found->overlapping;
+    if (!found->found.empty()) {
+        const auto& point = found->found.front().point.c;
+        report.point.assign(point.begin(), point.end());
+    }
+    return report;
+}
+
+/// The boundary of the result.
+template <int D>
+struct EndBoundary {
+    QuadraticMesh<D> mesh;
+    Column<EdgeKind> kinds;  ///< those of the plan, by which required nodes are fixed
+    Features<D> features;
+    Geometry<D> geometry;
+    bool is_planned = false;                 ///< by a stage after the passes, or without any
+    Column<LagrangeNode<D>> own_nodes = {};  ///< those of a curved input
+};
+template <int D>
+Outcome<std::optional<EndBoundary<D>>> end_boundary(const State<D>& state, const Execution& execution) {
+    const auto* const curved = std::get_if<Quadratic<D>>(&state.mesh);
+    if (curved && curved->planned()) {
+        const Plan<D>& plan = *curved->planned();
+        if (!plan.boundary()) return std::nullopt;
+        EndBoundary<D> end{apply_proposal(curved->mesh, plan.proposal()), plan.proposal().kinds,
+                           plan.boundary()->features, plan.boundary()->geometry, true};
+        if (curved->nodes == NodesOf::input && state.given_nodes.size() == end.mesh.mid_nodes.size())
+            end.own_nodes = state.given_nodes;
+        return std::optional(std::move(end));
+    }
+    if (!state.inherited || state.rows) return std::nullopt;
+    auto mesh = curved ? Outcome<QuadraticMesh<D>>(curved->mesh)
+                       : elevate(std::get<LinearMesh<D>>(state.mesh), part_of(execution, 0, 0.6));
+    if (!mesh) return fail(mesh.error());
+    auto features = find_features(mesh->linear, mesh->edges, listed_breaks<D>, part_of(execution, 0.6, 1));
+    if (!features) return fail(features.error());
+    // Nodes of a straight mesh are no part of the result.
+    Column<EdgeKind> kinds = curved ? held_kinds(*mesh, features->edge_kinds, RequiredBoundary::keep)
+                                    : Column<EdgeKind>(Buffer<EdgeKind>(mesh->edges.size(), EdgeKind::fixed));
+    return std::optional(
+        EndBoundary<D>{std::move(*mesh), std::move(kinds), std::move(*features), state.inherited->geometry});
+}
+
+/// Measures the deviation of the boundary's nodes and vertices from the geometry.
+template <int D>
+Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryTolerance& tolerance, MeasuresReport& report,
+                                const Execution& execution) {
+    const QuadraticMesh<D>& mesh = end.mesh;
+    const auto found =
+        boundary_deviation<D>(mesh, end.kinds.view(), end.geometry, end.own_nodes.view(), tolerance, execution);
+    if (!found) return fail(found.error());
+    const auto& [nodes, vertices] = *found;
+    if (nodes.measured > 0) {
+        const auto [low, high] = nodes.worst.valid() ? mesh.edges.vertices[nodes.worst] : std::array<VertexId, 2>{};
+        const Vec<D> at = nodes.worst.valid() ? mesh.mid_nodes[nodes.worst].point : Vec<D>{};
+        report.node_deviation = deviation_report(nodes, tolerance.nodes, {low.index() + 1, high.index() + 1}, at);
+    }
+    const Vec<D> at = vertices.worst.valid() ? mesh.linear.points[vertices.worst] : Vec<D>{};
+    report.vertex_deviation = deviation_report(vertices, tolerance.vertices, {vertices.worst.index() + 1, 0}, at);
+    return Done{};
+}
+
+/// Measures the boundary against its geometry and against the distances that the run requires.
+template <int D>
+Outcome<Done> measure_boundary(const Runner<D>& run, MeasuresReport& report, const Execution& execution) {
+    const auto bounds = required_distances(run.config);
+    const State<D>& state = run.state;
+    const auto end = end_boundary(state, part_of(execution, 0, 0.2));
+    if (!end) return fail(end.error());
+    if (!*end) return Done{};
+    report.is_remeshed = state.inherited.has_value();
+    if (auto done = measure_deviation(**end, run.config.geometry_tolerance, report, part_of(execution, 0.2, 0.4));
+        !done)
+        return done;
+    if (bounds.empty()) return Done{};
+    const bool is_known = state.reached && !(*end)->is_planned;
+    const auto reached = is_known ? Outcome<ReachedDistance<D>>(*state.reached)
+                                  : reached_distance((*end)->mesh, (*end)->features, (*end)->geometry, bounds,
+                                                     part_of(execution, 0.4, 1));
+    if (!reached) return fail(reached.error());
+    report.geometry_error = GeometryErrorReport{reached->required,
+                                                reached->reached,
+                                                reached->far_facets,
+                                                reached->facet.valid() ? reached->facet.index() + 1 : 0,
+                                                {reached->at.c.begin(), reached->at.c.end()}};
+    return Done{};
+}
+
 }  // namespace
 
 template <int D>
 Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
     const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
     if (end && end->planned()) run.report(PlanReport{.is_mesh = !end->has_uncommitted()});
+    OverlappingReport overlaps;
     auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
-        if (!end) return Measured<D>{};
-        auto measured = measure_end(*end, run.field(), run.state, reported_lengths(run.config.output), e);
-        if (measured && run.config.output.distances == DistanceWays::both)
+        auto measured = end ? measure_end(*end, run.field(), run.state, reported_lengths(run.config.output), e)
+                            : Outcome<Measured<D>>(Measured<D>{});
+        if (!measured) return measured;
+        if (!end) {
+            const auto& mesh = std::get<LinearMesh<D>>(run.state.mesh);
+            auto found = find_crossings(mesh, without_progress(e));
+            if (!found) return fail(found.error());
+            measured->report.walls = measure_walls(mesh, *found, run.state);
+            measured->crossings = std::move(*found);
+        }
+        auto overlapping = measure_overlaps(run.state, measured->crossings, without_progress(e));
+        if (!overlapping) return fail(overlapping.error());
+        overlaps = std::move(*overlapping);
+        if (auto boundary = measure_boundary(run, measured->report, without_progress(e)); !boundary)
+            return fail(boundary.error());
+        if (end && run.config.output.distances == DistanceWays::both)
             if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
                 return fail(both.error());
-        if (!measured || !run.geometry.cad) return measured;
-        if (auto nodes = measure_nodes(*end, run.config.geometry, measured->report, without_progress(e)); !nodes)
-            return fail(nodes.error());
         return measured;
     });
     if (!made) return fail(made.error());
     run.report(made->report);
+    run.report(overlaps);
     return std::move(made->lengths);
 }
 

@@ -80,18 +80,25 @@ template <int D>
 struct Relaxed {
     JudgedProposal<D> judged;
     CorrectionReport report;
+    MovedBack<D> uncrossed = {};  ///< nodes that were moved back because walls crossed
 };
 template <int D>
 Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
                                const config::Relax& options, const Execution& execution) {
-    auto repaired = repair_or_straighten(judged, guide, options, execution);
+    auto repaired = repair_or_straighten(judged, guide, options, part_of(execution, 0, 0.95));
     if (!repaired) return fail(repaired.error());
+    auto uncrossed = uncross_walls(repaired->judged, guide, options, part_of(execution, 0.95, 1));
+    if (!uncrossed) return fail(uncrossed.error());
+    if (uncrossed->moved.nodes > 0) {
+        repaired->judged = std::move(uncrossed->judged);
+        repaired = with_all_changes(judged, std::move(*repaired));
+    }
     CorrectionReport report{relax_report(repaired->statistics, repaired->given_up.size(), options.method),
                             {},
                             remaining_report(remaining_but_for_shape(*repaired), repaired->judged.validation(),
                                              options.min_scaled_jacobian)};
     count_slides(judged, repaired->judged, guide.onto, report.relax);
-    return Relaxed<D>{std::move(repaired->judged), std::move(report)};
+    return Relaxed<D>{std::move(repaired->judged), std::move(report), uncrossed->moved};
 }
 
 /// Whether everything that was asked holds.
@@ -168,6 +175,8 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
         auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));
         if (!made) return fail(made.error());
         run.report(made->report);
+        if (const MovedBack<D>& moved = made->uncrossed; moved.nodes > 0)
+            run.state.relaxed_walls = relaxed_walls_report(moved);
         close(run.state.history);
         run.plan().places = std::move(made->judged);
         report_verdicts(run, *run.plan().validation());

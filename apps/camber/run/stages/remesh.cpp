@@ -5,6 +5,7 @@ module;
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -13,6 +14,7 @@ module;
 module camber.run;
 import camber.core;
 import camber.config;
+import camber.crossing;
 import camber.curving;
 import camber.cavity;
 import camber.metric;
@@ -102,12 +104,14 @@ template <int D>
 struct Begun {
     Remeshing<D> remeshing;
     UnitMesh measured;
+    std::size_t crossing = 0;  ///< pairs of facets
 };
 
-/// The run goes on with a mesh that changes: `begin(by, execution)` → Outcome<Remeshing>, and
+/// The run goes on with `mesh` as one that changes: `begin(by, execution)` → Outcome<Remeshing>, and
 /// `measure(log_metrics, execution)` → Outcome<UnitMesh>.
-template <int D>
-Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, int degree, const auto& begin, const auto& measure) {
+template <int D, class Mesh>
+Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, const auto& begin, const auto& measure) {
+    constexpr int degree = std::is_same_v<Mesh, LinearMesh<D>> ? 1 : 2;
     RemeshingBy<D> by{std::move(field.back), run.state.curving,
                       std::min(max_elements_within(run.memory.bytes, D, degree), max_entities),
                       run.state.inherited ? &run.state.inherited->curves : nullptr};
@@ -119,9 +123,12 @@ Outcome<Done> go_on_with(Runner<D>& run, OwnField<D> field, int degree, const au
         if (!logs) return fail(logs.error());
         auto measured = measure(*logs, part_of(e, 0.6, 1));
         if (!measured) return fail(measured.error());
-        return Begun<D>{std::move(*begun), std::move(*measured)};
+        const auto crossings = find_crossings(mesh, without_progress(e));
+        if (!crossings) return fail(crossings.error());
+        return Begun<D>{std::move(*begun), std::move(*measured), crossings->crossing};
     });
     if (!made) return fail(made.error());
+    if (!run.state.crossings_of_input) run.state.crossings_of_input = made->crossing;
     run.report(BeginsChangingReport{made->measured.report});
     run.state.mesh = Changing<D>{std::move(made->remeshing.mesh), std::move(made->remeshing.goal),
                                  std::move(field.report), histograms_of(made->measured, "given")};
@@ -151,10 +158,37 @@ Outcome<Aims<D>> aims_for(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeS
     auto field = make_own_field(run, mesh, edges, *boundary);
     return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh), 1);
 }
+/// The state's mesh of degree 2 gets its boundary's nodes onto prescribed surfaces, where nothing has placed them yet.
 template <int D>
-Outcome<Aims<D>> aims_for(Runner<D>& run, const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes) {
+Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
+    Quadratic<D>& state = run.quadratic();
+    if (state.planned() || run.state.inherited) return Done{};
+    auto placed = run.step("nodes", [&](const Execution& e) -> Outcome<OntoGeometry<D>> {
+        auto made = put_nodes_onto_geometry(state.mesh, boundary, e);
+        if (!made || made->nodes == 0 || run.state.crossings_of_input) return made;
+        const auto crossings = find_crossings(state.mesh, without_progress(e));
+        if (!crossings) return fail(crossings.error());
+        run.state.crossings_of_input = crossings->crossing;
+        return made;
+    });
+    if (!placed) return fail(placed.error());
+    if (placed->nodes == 0) return Done{};
+    run.report(
+        Notices{fmt::format("{} mid nodes of the boundary were off the geometry, by up to {:.4g}: they were put "
+                            "onto it before the mesh was changed",
+                            placed->nodes, placed->largest)});
+    state.mesh = std::move(placed->mesh);
+    state.plan = Unplanned<D>{};
+    return Done{};
+}
+
+/// `mesh` is replaced by the one whose boundary's nodes are on the geometry.
+template <int D>
+Outcome<Aims<D>> aims_for(Runner<D>& run, QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> nodes) {
     auto boundary = describe_boundary(run, mesh.linear, mesh.edges, nodes);
     if (!boundary) return fail(boundary.error());
+    if (auto placed = put_nodes_onto(run, *boundary); !placed) return fail(placed.error());
+    mesh = run.quadratic().mesh;
     auto field = make_own_field(run, mesh, *boundary);
     return aims(run, std::move(*boundary), std::move(field), remeshed_simplices(mesh.linear), 2);
 }
@@ -177,20 +211,21 @@ Outcome<Done> begin_changing(Runner<D>& run, const LinearMesh<D>& mesh) {
     if (!aim) return fail(aim.error());
     const std::string metric = aim->field.report.source;
     return go_on_with(
-        run, std::move(aim->field), 1,
+        run, mesh, std::move(aim->field),
         [&](RemeshingBy<D> by, const Execution& e) {
             return begin_remeshing(mesh, *edges, aim->boundary, std::move(by), e);
         },
         [&](const auto& logs, const Execution& e) { return measure_unit_mesh(mesh, *edges, logs, metric, e); });
 }
 template <int D>
-Outcome<Done> begin_changing(Runner<D>& run, const QuadraticMesh<D>& mesh) {
-    const auto nodes = own_boundary_nodes(run, mesh);
-    auto aim = aims_for(run, mesh, nodes);
+Outcome<Done> begin_changing(Runner<D>& run, QuadraticMesh<D> mesh) {
+    const QuadraticMesh<D> before = mesh;
+    auto aim = aims_for(run, mesh, own_boundary_nodes(run, before));
     if (!aim) return fail(aim.error());
+    const auto nodes = own_boundary_nodes(run, mesh);
     const std::string metric = aim->field.report.source;
     return go_on_with(
-        run, std::move(aim->field), 2,
+        run, mesh, std::move(aim->field),
         [&](RemeshingBy<D> by, const Execution& e) {
             return begin_remeshing(mesh, nodes, aim->boundary, std::move(by), e);
         },
@@ -239,6 +274,7 @@ Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
         auto made = run.timed([&] { return pass(std::move(changing.mesh), changing.goal, e); });
         if (!made.value) return fail(made.value.error());
         changing.mesh = std::move(made.value->state);
+        run.state.reached.reset();
         constexpr std::string_view name = std::get<StageRow<Options>>(stage_rows).name;
         run.report(pass_report(name, made.value->statistics, made.seconds));
         return Done{};
@@ -256,15 +292,31 @@ Outcome<Done> apply_pass(Runner<D>& run, const Options& options,
     });
 }
 
+/// Adds the bound of one metric, if it has one.
+void add_bound(const config::Metric& metric, std::vector<DistanceBound>& bounds) {
+    const config::GeometryMetric* sizes = std::get_if<config::GeometryMetric>(&metric);
+    if (const auto* solution = std::get_if<config::SolutionMetric>(&metric)) sizes = &solution->geometry;
+    if (sizes != nullptr && sizes->chord_error > 0) bounds.push_back({sizes->chord_error, sizes->references});
+}
+
 }  // namespace
+
+std::vector<DistanceBound> required_distances(const config::Pipeline& pipeline) {
+    std::vector<DistanceBound> bounds;
+    add_bound(pipeline.metric, bounds);
+    for (const config::MetricOperation& operation : pipeline.metric_operations)
+        if (const auto* intersect = std::get_if<config::Intersect>(&operation)) add_bound(intersect->metric, bounds);
+    return bounds;
+}
 
 template <int D>
 Outcome<std::optional<Growth>> asked_growth(Runner<D>& run) {
     const auto growth = [](Aims<D> by) { return by.growth; };
     const auto* const straight = std::get_if<LinearMesh<D>>(&run.state.mesh);
     if (straight == nullptr) {
-        const QuadraticMesh<D>& mesh = run.quadratic().mesh;
-        return aims_for(run, mesh, own_boundary_nodes(run, mesh)).map(growth);
+        QuadraticMesh<D> mesh = run.quadratic().mesh;
+        const QuadraticMesh<D> before = mesh;
+        return aims_for(run, mesh, own_boundary_nodes(run, before)).map(growth);
     }
     const auto edges = edges_of(run, *straight);
     if (!edges) return fail(edges.error());
@@ -349,6 +401,15 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     auto made = elements == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
                               : bring_by_blocks(run, changing, options, elements, around);
     if (!made) return fail(made.error());
+    const auto bounds = required_distances(run.config);
+    if (!bounds.empty() && !changing.shared) {
+        auto within = bring_within(std::move(*made), changing.goal, bounds, options, around);
+        if (!within) return fail(within.error());
+        made = BroughtToMetric<D>{std::move(within->state), within->statistics};
+        run.state.reached = within->reached;
+    } else if (!bounds.empty()) {
+        run.report(Notices{"the boundary's distance from its geometry is not measured: the ranks share the mesh"});
+    }
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;
     for (const auto& [pass, done] :

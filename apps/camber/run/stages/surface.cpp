@@ -73,6 +73,7 @@ Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet
                           : make_geometry(pipeline.geometry, source, mesh, edges, *features, by_angle<D>(options),
                                           curves, part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
+    if (made->misfit) return fail(*made->misfit);
     features = with_those_of_model(std::move(*features), mesh, edges, *made, breaks, without_progress(execution));
     if (!features) return fail(features.error());
     BoundaryReport report{features->surface_edges,

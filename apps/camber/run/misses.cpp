@@ -1,0 +1,153 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+module camber.run;
+import camber.core;
+import :by_blocks;
+import :report;
+
+namespace camber::run {
+
+namespace {
+
+/// "3, 17, 18 and 240 more".
+std::string listed(const std::vector<std::size_t>& elements) {
+    constexpr std::size_t shown = 10;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(shown, elements.size()); ++i)
+        text += (i > 0 ? ", " : "") + std::to_string(elements[i]);
+    if (elements.size() > shown) text += fmt::format(" and {} more", elements.size() - shown);
+    return text;
+}
+
+/// Returns options that make the remaining elements valid, as far as they are known; else nothing.
+std::string remedies_of_elements(const Report& r) {
+    if (!r.kept_boundary || r.remaining.empty()) return {};
+    std::vector<std::string> ways;
+    if (const auto& tolerance = r.kept_boundary->would_do)
+        ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: every element is valid then)", *tolerance));
+    if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
+        ways.emplace_back("--cad MODEL, or --geometry, on which the boundary's nodes may slide");
+    return fmt::format("{}", fmt::join(ways, ", or "));
+}
+
+std::string elements_missed(const Report& r) {
+    const std::size_t straight = r.validity->straight_inverted;
+    const std::size_t below = r.validity->is_asked ? r.elements_below_bound.size() : 0;
+    std::string line = fmt::format("{} elements are not certified valid",
+                                   r.invalid_elements.size() + r.undecided_elements.size() + below);
+    if (below > 0) line += fmt::format(" above {:g}", r.validity->bound);
+    if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
+    if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
+    if (below > 0) line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
+    if (const std::string help = remedies_of_elements(r); !help.empty()) line += "; what would help: " + help;
+    if (straight > 0 && !r.remesh)  // what passes leave inverted when straight is no fault
+        line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
+    return line;
+}
+
+/// "vertex 12 at (1, 0, 0.5)", "edge 12 to 40 near (1, 0, 0.5)".
+std::string place_of(const DeviationReport& d) {
+    const std::string entity = d.vertices[1] == 0 ? fmt::format("vertex {} at", d.vertices[0])
+                                                  : fmt::format("edge {} to {} near", d.vertices[0], d.vertices[1]);
+    return fmt::format("{} ({:.6g})", entity, fmt::join(d.at, ", "));
+}
+
+std::string deviation_missed(const DeviationReport& d, std::string_view entities) {
+    return fmt::format(
+        "{} of {} boundary {} are off the geometry by more than {:g} of the local edge length (largest distance "
+        "{:.4g}; "
+        "worst: {}, by {:.3g} of it)",
+        d.off, d.measured, entities, d.tolerance, d.largest, place_of(d), d.share);
+}
+
+/// Causes for which nodes of the boundary are off.
+struct NodeCauses {
+    std::size_t relaxed = 0;    ///< boundary edges whose nodes repair moved
+    bool is_uncrossed = false;  ///< nodes were moved back until no boundary facets crossed
+    std::size_t given_up = 0;   ///< elements on which the budget of work was spent
+};
+
+std::string nodes_missed(const DeviationReport& d, const NodeCauses& causes) {
+    std::string line = deviation_missed(d, "nodes");
+    if (causes.relaxed > 0) line += "; cause: validity, nodes were relaxed until elements are valid";
+    if (causes.is_uncrossed) line += "; cause: crossing, nodes were moved back until no boundary facets cross";
+    if (causes.given_up > 0)
+        line +=
+            fmt::format("; cause: budget of work, spent on {} elements (the option effort of relax)", causes.given_up);
+    return line +
+           fmt::format("; remedy: smaller elements there, or accept it by --geometry-tolerance {:.2g}", 1.1 * d.share);
+}
+
+NodeCauses causes_of(const Report& r) {
+    NodeCauses causes;
+    if (r.relax) causes.relaxed = r.relax->relaxed_surface_edges, causes.given_up = r.relax->given_up;
+    if (const auto& walls = r.boundary->walls; walls && walls->relaxed) {
+        causes.is_uncrossed = true;
+        causes.relaxed -= std::min(causes.relaxed, walls->relaxed->nodes);  // counted among the relaxed ones too
+    }
+    return causes;
+}
+
+std::string vertices_missed(const DeviationReport& d, const char* remedy) {
+    return deviation_missed(d, "vertices") + "; remedy: " + remedy;
+}
+constexpr const char* other_mesh = "a mesh of this geometry";
+constexpr const char* move_vertices_first = "--cad-vertices move, or a mesh of this geometry";
+
+}  // namespace
+
+std::vector<std::string> misses(const Report& report) {
+    std::vector<std::string> all;
+    if (!report.has_valid_elements()) all.push_back(elements_missed(report));
+    if (std::string overlaps = overlap_message(report); !overlaps.empty()) all.push_back(std::move(overlaps));
+    if (!report.boundary) return all;
+    const BoundaryReport& boundary = *report.boundary;
+    if (!report.keeps_geometry_error()) all.push_back(sentence_of(*boundary.geometry_error));
+    const auto is_off = [](const std::optional<DeviationReport>& d) { return d && d->off > 0; };
+    const int dimension = report.mesh.dimension;
+    if (is_off(boundary.node_deviation)) all.push_back(nodes_missed(*boundary.node_deviation, causes_of(report)));
+    if (is_off(boundary.vertex_deviation))
+        all.push_back(vertices_missed(*boundary.vertex_deviation,
+                                      boundary.cad && !boundary.cad->moves ? move_vertices_first : other_mesh));
+    if (!report.walls_hold()) all.push_back(crossing_message(*boundary.walls, dimension));
+    return all;
+}
+
+std::vector<std::string> misses(const ByBlocksReport& report) {
+    std::vector<std::string> all;
+    if (!report.has_valid_elements()) {
+        all.push_back(fmt::format("{} elements are not certified valid", report.after.not_positive));
+        if (report.is_asked)
+            all.back() += fmt::format("; {} elements, these included, are not certified above {:g}",
+                                      report.after.invalid + report.after.undecided, report.bound);
+    }
+    const NodeCauses causes{report.repair.moved_surface_nodes, report.walls.relaxed.has_value()};
+    const int dimension = static_cast<int>(report.dimension);
+    if (report.nodes.off > 0) all.push_back(nodes_missed(report.nodes, causes));
+    if (report.boundary_vertices.off > 0) all.push_back(vertices_missed(report.boundary_vertices, other_mesh));
+    if (std::string walls = crossing_message(report.walls, dimension); !walls.empty()) all.push_back(std::move(walls));
+    return all;
+}
+
+std::string recommended_bound_note(const Report& r) {
+    if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
+    const char* raise = "";
+    if (r.kept_boundary)
+        raise = "; --boundary-tolerance or --cad gives it room to raise them";
+    else if (r.curve)
+        raise = "; --objective shape, or smaller elements there, raises them";
+    return fmt::format(
+        "{} elements are valid, but below the recommended scaled Jacobian {:g}: {} (no failure: "
+        "--min-scaled-jacobian {:g} would make it one{})",
+        r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
+}
+
+}  // namespace camber::run
