@@ -215,7 +215,7 @@ struct Restoring {
     MovedMesh<D> moved;
     const Incidence<ElementId>& shells;
     const Column<EdgeKind>& kinds;
-    double bound;
+    double bound = 0;
     Incidence<ElementId> balls = {};  ///< made once vertices move
     SparseMap<EdgeId, int> steps = {};
 

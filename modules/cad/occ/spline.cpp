@@ -155,7 +155,7 @@ std::optional<SplineSurface> SplineSurface::of(const Handle(Geom_Surface) & surf
 }
 
 SurfaceJet SplineSurface::evaluate(double u, double v) const {
-    SplineBasis::Values in_u, in_v;
+    SplineBasis::Values in_u{}, in_v{};
     u_.evaluate(u, in_u);
     v_.evaluate(v, in_v);
     const Weighted& origin =
@@ -179,7 +179,7 @@ SurfaceJet SplineSurface::evaluate(double u, double v) const {
     }
     if (!is_rational_)
         return {sum_of(origin, s), point_of(su), point_of(sv), point_of(suu), point_of(suv), point_of(svv)};
-    SurfaceJet jet;
+    SurfaceJet jet{};
     const double w = s[3];
     for (std::size_t k = 0; k < 3; ++k) {
         const double x = s[k] / w;
@@ -212,7 +212,7 @@ std::optional<SplineCurve> SplineCurve::of(const Handle(Geom_Curve) & curve, dou
 }
 
 CurveJet SplineCurve::evaluate(double t) const {
-    SplineBasis::Values at;
+    SplineBasis::Values at{};
     t_.evaluate(t, at);
     const Weighted& origin = poles_[at.first + largest_of(at, t_.degree())];
     Weighted c{}, first{}, second{};
@@ -223,7 +223,7 @@ CurveJet SplineCurve::evaluate(double t) const {
         add(second, at.functions[2][a], pole);
     }
     if (!is_rational_) return {sum_of(origin, c), point_of(first), point_of(second)};
-    CurveJet jet;
+    CurveJet jet{};
     for (std::size_t k = 0; k < 3; ++k) {
         const double x = c[k] / c[3];
         jet.point[k] = origin[k] + x;
