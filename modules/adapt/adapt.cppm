@@ -6,7 +6,6 @@ export import :bent_swaps;
 export import :cone_shapes;
 export import :delaunay;
 export import :passes;
-export import :near_surfaces;
 export import :node_moves;
 export import :reinsert;
 export import :straight_swaps;

@@ -349,4 +349,23 @@ template <int D>
     return bent_shape<D>(tangents, density, squares);
 }
 
+/// Returns the vertex into which v may go (`may_collapse`) with the best worst element, if that is above `least`; else
+/// an invalid id. `around`: the cavity of v.
+template <int D>
+[[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Cavity<D>& around,
+                                      VertexId v, double least) {
+    ConeShapes<D> cones(r, goal);
+    for (const ElementId e : around.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+    VertexId best;
+    double best_shape = least;
+    for (const auto& corner : cones.vertices()) {
+        if (!may_collapse(r.mesh, around, v, corner.vertex)) continue;
+        const double shape = cones.worst_at(cone_point(r, corner.vertex), best_shape, corner.vertex);
+        if (!(shape > best_shape)) continue;
+        best = corner.vertex;
+        best_shape = shape;
+    }
+    return best;
+}
+
 }  // namespace camber

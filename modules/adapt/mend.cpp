@@ -68,7 +68,7 @@ class Removals final : public Pass<D> {
         // planned.
         const double nearly = r.mesh.is_curved() ? 0.7 : 1;
         const double least = is_off_geometry ? 0 : nearly * std::max(limits.min_shape, 0.0);
-        const VertexId into = best_neighbour(r, request.cavity, v, least);
+        const VertexId into = best_neighbour(r, goal_, request.cavity, v, least);
         if (!into.valid()) return {};
         request.join_to(r, into);
         return candidate;
@@ -98,22 +98,6 @@ class Removals final : public Pass<D> {
         if (place != VertexPlace::surface && place != VertexPlace::line) return false;
         const auto foot = foot_of(goal_, r.mesh, around, v, r.vertices.place(v).entity);
         return foot && !is_at_foot(r.mesh, around, r.mesh.points[v], foot->point);
-    }
-    /// Where the worst element is best, and above `least`, see ConeShapes.
-    [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v,
-                                          double least) const {
-        ConeShapes<D> cones(r, goal_);
-        for (const ElementId e : around.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        VertexId best;
-        double best_shape = least;
-        for (const auto& corner : cones.vertices()) {
-            if (!may_collapse(r.mesh, around, v, corner.vertex)) continue;
-            const double shape = cones.worst_at(cone_point(r, corner.vertex), best_shape, corner.vertex);
-            if (!(shape > best_shape)) continue;
-            best = corner.vertex;
-            best_shape = shape;
-        }
-        return best;
     }
 
     const AdaptationGoal<D>& goal_;

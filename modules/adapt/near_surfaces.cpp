@@ -138,7 +138,7 @@ class FarFacets final : public Pass<D> {
                 ask_field(r, goal_, r.vertices.metrics[v].back, request);
                 return candidate;
             }
-            if (const VertexId into = best_neighbour(r, request.cavity, v); into.valid()) {
+            if (const VertexId into = best_neighbour(r, goal_, request.cavity, v, 0); into.valid()) {
                 request.join_to(r, into);
                 return candidate;
             }
@@ -154,7 +154,7 @@ class FarFacets final : public Pass<D> {
                 continue;
             Candidate<D> candidate;
             cavity_of_vertex(r.mesh, v, candidate.request.cavity);
-            const VertexId into = best_neighbour(r, candidate.request.cavity, v);
+            const VertexId into = best_neighbour(r, goal_, candidate.request.cavity, v, 0);
             if (!into.valid()) continue;
             candidate.request.join_to(r, into);
             candidate.limits.min_shape = shape_of_quality(may_.min_quality, D);
@@ -165,20 +165,6 @@ class FarFacets final : public Pass<D> {
             return candidate;
         }
         return {};
-    }
-    [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
-        ConeShapes<D> cones(r, goal_);
-        for (const ElementId e : around.elements) cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
-        VertexId best;
-        double best_shape = 0;
-        for (const auto& corner : cones.vertices()) {
-            if (!may_collapse(r.mesh, around, v, corner.vertex)) continue;
-            const double shape = cones.worst_at(cone_point(r, corner.vertex), best_shape, corner.vertex);
-            if (!(shape > best_shape)) continue;
-            best = corner.vertex;
-            best_shape = shape;
-        }
-        return best;
     }
     /// Requests a split of an edge, whatever its length in the metric. The new edges are not much shorter than its
     /// half.
