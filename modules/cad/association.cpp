@@ -22,6 +22,16 @@ import :virtual_faces;
 
 namespace camber {
 
+std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<const FacetId> facets) {
+    std::vector<std::size_t> faces;
+    faces.reserve(facets.size());
+    for (const FacetId f : facets)
+        if (association.faces[f] != no_face) faces.push_back(association.faces[f]);
+    std::sort(faces.begin(), faces.end());
+    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
+    return faces;
+}
+
 namespace {
 
 /// Two faces fit a facet nearly as well: neither its distance nor its normal says which.
@@ -95,17 +105,6 @@ void list_references(const LinearMesh<D>& mesh, CadAssociation& out) {
         list.erase(std::unique(list.begin(), list.end()), list.end());
         out.of_references.emplace_back(reference, std::move(list));
     }
-}
-
-/// The faces of facets, each once; those elsewhere have none.
-std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<const FacetId> facets) {
-    std::vector<std::size_t> faces;
-    faces.reserve(facets.size());
-    for (const FacetId f : facets)
-        if (association.faces[f] != no_face) faces.push_back(association.faces[f]);
-    std::sort(faces.begin(), faces.end());
-    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-    return faces;
 }
 
 /// What a vertex or an edge of the mesh is on.

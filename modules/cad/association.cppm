@@ -112,3 +112,10 @@ struct CadFit {
                                                         const Vec<3>& p);
 
 }  // namespace camber
+
+namespace camber {
+
+/// Returns the faces (2D: edges) of the model that facets are on, each once, rising. Facets elsewhere have none.
+[[nodiscard]] std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<const FacetId> facets);
+
+}  // namespace camber

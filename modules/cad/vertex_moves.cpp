@@ -26,17 +26,6 @@ namespace {
 /// A vertex of the mesh may move to one of the model from as far as this share of its edges.
 constexpr double vertex_reach = 0.5;
 
-/// The faces (in 2D curves) of facets, each once, rising; those elsewhere have none.
-std::vector<std::size_t> faces_at(const CadAssociation& association, std::span<const FacetId> facets) {
-    std::vector<std::size_t> faces;
-    faces.reserve(facets.size());
-    for (const FacetId f : facets)
-        if (association.faces[f] != no_face) faces.push_back(association.faces[f]);
-    std::sort(faces.begin(), faces.end());
-    faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-    return faces;
-}
-
 /// Target positions of vertices of the boundary.
 class Targets {
   public:
@@ -46,7 +35,7 @@ class Targets {
 
     /// Nothing where it has no facet on the model, or where it is not known what it lies on.
     [[nodiscard]] std::optional<Vec<3>> operator()(std::span<const FacetId> facets, const Vec<3>& p) const {
-        const auto faces = faces_at(association_, facets);
+        const auto faces = faces_of(association_, facets);
         if (faces.empty()) return std::nullopt;
         const auto corners = facet_site(mesh_, facets.front()).corners;
         const double near = near_enough * distance(corners[0], corners[1]);
@@ -113,7 +102,7 @@ class TargetsInPlane {
         : model_(model), association_(association), mesh_(mesh) {}
 
     [[nodiscard]] std::optional<Vec<2>> operator()(std::span<const FacetId> facets, const Vec<2>& p) const {
-        const auto curves = faces_at(association_, facets);
+        const auto curves = faces_of(association_, facets);
         if (curves.empty()) return std::nullopt;
         const auto corners = facet_site(mesh_, facets.front()).corners;
         const double length = distance(corners[0], corners[1]);

@@ -165,27 +165,43 @@ int axis_of_line(const Point<3>& n, const Point<3>& m) {
     return axis_of<3>({n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]});
 }
 
+/// An edge of a triangle in the plane of the axes x and y, from p to q.
+struct EdgeInPlane {
+    Point<3> p, q;
+    bool is_left = false;  ///< the triangle lies on the left of it
+    Sides<3> other;        ///< the vertices of the other triangle, positive on the left
+};
+/// The edges of both triangles.
+std::array<EdgeInPlane, 6> edges_in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
+    std::array<EdgeInPlane, 6> edges;
+    for (int i = 0; i < 6; ++i) {
+        const Simplex<3>&t = i < 3 ? a : b, &other = i < 3 ? b : a;
+        EdgeInPlane& edge = edges[i];
+        edge.p = t[i % 3];
+        edge.q = t[(i + 1) % 3];
+        edge.is_left = area<3>(edge.p, edge.q, t[(i + 2) % 3], x, y) > 0;
+        for (int k = 0; k < 3; ++k) edge.other.heights[k] = area<3>(edge.p, edge.q, other[k], x, y);
+    }
+    return edges;
+}
+
 /// Triangles in the plane of the axes x and y: convex, so that they overlap unless the line of an edge lies between
 /// them; along that line they touch.
 Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int common) {
     bool overlap_everywhere = true;
     Crossing found = Crossing::disjoint;
-    for (const auto& [t, other] : {std::pair(&a, &b), std::pair(&b, &a)})
-        for (int i = 0; i < 3; ++i) {
-            const Point<3>& p = (*t)[i];
-            const Point<3>& q = (*t)[(i + 1) % 3];
-            const bool is_left = area<3>(p, q, (*t)[(i + 2) % 3], x, y) > 0;
-            Sides<3> sides;
-            for (int k = 0; k < 3; ++k) sides.heights[k] = area<3>(p, q, (*other)[k], x, y);
-            if (is_left ? sides.any_above() : sides.any_below()) continue;
-            if (sides.apart()) return Crossing::disjoint;
-            overlap_everywhere = false;
-            const int axis = p[x] != q[x] ? x : y;
-            Stretch edge;
-            edge.include({p[axis]});
-            edge.include({q[axis]});
-            found = contact(overlap(edge, section<3>(*other, sides, axis)), common);
-        }
+    const auto edges = edges_in_plane(a, b, x, y);
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+        const auto& [p, q, is_left, sides] = edges[i];
+        if (is_left ? sides.any_above() : sides.any_below()) continue;
+        if (sides.apart()) return Crossing::disjoint;
+        overlap_everywhere = false;
+        const int axis = p[x] != q[x] ? x : y;
+        Stretch edge;
+        edge.include({p[axis]});
+        edge.include({q[axis]});
+        found = contact(overlap(edge, section<3>(i < 3 ? b : a, sides, axis)), common);
+    }
     return overlap_everywhere ? Crossing::touching : found;
 }
 
@@ -202,16 +218,9 @@ Sides<2> sides_of(const Simplex<2>& t, const Simplex<2>& line) {
 
 /// Triangles in the plane of the axes x and y have an area in common.
 bool share_area(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
-    for (const auto& [t, other] : {std::pair(&a, &b), std::pair(&b, &a)})
-        for (int i = 0; i < 3; ++i) {
-            const Point<3>& p = (*t)[i];
-            const Point<3>& q = (*t)[(i + 1) % 3];
-            const bool is_left = area<3>(p, q, (*t)[(i + 2) % 3], x, y) > 0;
-            Sides<3> sides;
-            for (int k = 0; k < 3; ++k) sides.heights[k] = area<3>(p, q, (*other)[k], x, y);
-            if (is_left ? !sides.any_above() : !sides.any_below()) return false;
-        }
-    return true;
+    return std::ranges::all_of(edges_in_plane(a, b, x, y), [](const EdgeInPlane& edge) {
+        return edge.is_left ? edge.other.any_above() : edge.other.any_below();
+    });
 }
 
 /// The inside of the first stretch meets the second one.
