@@ -97,6 +97,14 @@ class Program(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual((self.path / "again.meshb").read_bytes(), (self.path / "curved.meshb").read_bytes())
 
+    def test_blocks_move_no_vertices_and_measure_the_boundary(self):
+        done, _ = self.curve("--cad", MODEL, "--cad-vertices", "move", "--blocks", "500")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("moving vertices onto the CAD model is not supported when curving by blocks", done.stderr)
+        whole, blocks = (self.curve("--cad", MODEL, *by)[1]["boundary"] for by in ((), ("--blocks", "500")))
+        for key in ("node_deviation", "vertex_deviation"):
+            self.assertEqual((whole[key]["measured"], whole[key]["off"]), (blocks[key]["measured"], blocks[key]["off"]))
+
     def test_remeshing_meets_the_geometry_error_on_a_dome(self):
         """A cylinder with a ball on it: `camber geometry` finds afterwards what the report says; nothing is off."""
         out, report = self.path / "dome.mesh", self.path / "dome.json"

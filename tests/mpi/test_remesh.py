@@ -39,6 +39,16 @@ class Remesh(OnRanks):
         self.assertEqual(self.bytes_of("one.mesh"), self.bytes_of("ranks.mesh"))
         self.assertEqual(self.bytes_of("one.solb"), self.bytes_of("ranks.solb"))
 
+    def test_a_required_distance_from_the_geometry_is_measured(self):
+        self.camber("generate", "annulus", "--elements", 300, "-o", "in.meshb")
+        asked = "remesh", "in.meshb", "--metric", 0.3, "--blocks", 100, "--geometry-error", 0.001
+        self.camber(*asked, "-o", "one.meshb", "--report", "one.json")
+        self.on_ranks(2, *asked, "-o", "ranks.meshb", "--report", "ranks.json")
+        self.assertEqual(self.bytes_of("one.meshb"), self.bytes_of("ranks.meshb"))
+        one, ranks = (json.loads((self.folder / name).read_text())["boundary"] for name in ("one.json", "ranks.json"))
+        self.assertEqual(one["geometry_error"], ranks["geometry_error"])
+        self.assertLessEqual(ranks["geometry_error"]["reached"], 0.001)
+
 
 if __name__ == "__main__":
     main()

@@ -35,8 +35,8 @@ const config::Curve* curve_of(const config::Pipeline& pipeline) {
 }
 
 auto not_by_blocks(const std::string& what, const std::string& where) {
-    return fail(ErrorKind::unsupported, what + " cannot be had by blocks", where, {},
-                "leave it out, or take the mesh as a whole, by one rank and without blocks");
+    return fail(ErrorKind::unsupported, what + " is not supported when curving by blocks", where, {},
+                "leave it out, or curve the mesh as a whole, on one rank and without blocks");
 }
 
 /// Metrics that are known at a vertex by itself.
@@ -62,7 +62,7 @@ Outcome<Done> check_metrics(const config::Pipeline& pipeline) {
         const config::MetricOperation& operation = pipeline.metric_operations[i];
         if (std::holds_alternative<config::Bound>(operation)) continue;
         const auto* const intersect = std::get_if<config::Intersect>(&operation);
-        if (intersect == nullptr) return not_by_blocks("gradation, and a metric of a complexity,", where);
+        if (intersect == nullptr) return not_by_blocks("gradation, or a metric of a given complexity,", where);
         if (auto known = check_metric(intersect->metric, where); !known) return known;
     }
     return Done{};
@@ -115,12 +115,13 @@ Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline) 
         stages.size() == 5 && std::holds_alternative<config::Elevate>(stages[0]) &&
         std::holds_alternative<config::Curve>(stages[1]) && std::holds_alternative<config::Validate>(stages[2]) &&
         std::holds_alternative<config::Relax>(stages[3]) && std::holds_alternative<config::Commit>(stages[4]);
-    if (!is_curving) return not_by_blocks("stages other than elevate, curve, validate, relax, commit", "/stages");
+    if (!is_curving)
+        return not_by_blocks("a list of stages other than elevate, curve, validate, relax, commit", "/stages");
     if (auto known = check_metrics(pipeline); !known) return fail(known.error());
     if (const auto* cad = std::get_if<config::Cad>(&pipeline.geometry); cad && cad->vertices != CadVertices::keep)
         return not_by_blocks("moving vertices onto the CAD model", "/geometry/cad/vertices");
     if (!pipeline.solution.file.empty() || !pipeline.solution.expression.empty())
-        return not_by_blocks("fields that go along", "/solution");
+        return not_by_blocks("transfer of fields", "/solution");
     const auto& curve = std::get<config::Curve>(stages[1]);
     CurveBlocksOptions options;
     if (curve.blocks > 0) options.blocks.elements = static_cast<std::size_t>(curve.blocks);

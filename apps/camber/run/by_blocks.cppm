@@ -13,29 +13,30 @@ import :geometry_source;
 import :report;
 import :stages;
 
-/// What a config says of a mesh that is curved by blocks, and what is told of it.
+/// Options of a pipeline that curves by blocks, and the report of such a run.
 export namespace camber::run {
 
-/// Elements in a block where a run on several ranks does not say.
+/// Default number of elements in a block on several ranks.
 inline constexpr std::size_t elements_of_block = default_block_elements;
 
-/// Whether a pipeline asks for blocks.
+/// Returns whether a pipeline requests blocks.
 [[nodiscard]] bool asks_for_blocks(const config::Pipeline& pipeline);
 
-/// The memory that it is to keep to (bytes); 0: it does not say.
+/// Returns the limit of memory that a pipeline requests (bytes); 0: none.
 [[nodiscard]] double memory_by_blocks(const config::Pipeline& pipeline);
 
-/// The stages of `curve` as options of curve_blocks. Errors: other stages, or what cannot be had by blocks
-/// (unsupported).
+/// Converts the stages of `curve` to options of curve_blocks. Errors: other stages, or options that curving by blocks
+/// does not support (unsupported).
 [[nodiscard]] Outcome<CurveBlocksOptions> options_by_blocks(const config::Pipeline& pipeline);
 
-/// What the blocks are curved by; all must outlive it. `files`: those of metrics, a row a vertex of the whole mesh.
-/// Errors come when it is asked; notices go to `notices`, which are of this rank.
+/// Makes the functions of geometry and metric for the blocks; the arguments must outlive the result. `files`: metric
+/// files with one row per vertex of the whole mesh. The functions return errors when they are called, and add notices
+/// of this rank to `notices`.
 template <int D>
 [[nodiscard]] BlocksGoal<D> goal_by_blocks(const config::Pipeline& pipeline, const GeometrySource& geometry,
                                            std::span<const MetricFile> files, Notices& notices);
 
-/// What is told of such a run.
+/// Report of a run by blocks.
 struct ByBlocksReport {
     std::size_t dimension = 3, ranks = 1, blocks = 0, elements_of_block = 0;
     std::size_t vertices = 0, elements = 0, facets = 0, edges = 0, volume_edges = 0, curved_edges = 0;
@@ -59,13 +60,13 @@ struct ByBlocksReport {
         return has_valid_elements() && walls.crossing == 0 && nodes.off == 0 && boundary_vertices.off == 0;
     }
 };
-/// As `misses` of a Report.
+/// One sentence for each cause for which the result is not the requested one; empty if it is.
 [[nodiscard]] std::vector<std::string> misses(const ByBlocksReport& report);
 template <int D>
 [[nodiscard]] WallsReport walls_report(const WallsOfBlocks<D>& walls);
 template <int D>
 void add(ByBlocksReport& report, const DeviationOfBlocks<D>& deviation, const BoundaryTolerance& tolerance);
-/// Lines for a terminal; the object of the report.
+/// Table for a terminal; JSON object of report.json.
 [[nodiscard]] std::string table(const ByBlocksReport& report);
 [[nodiscard]] std::string to_json(const ByBlocksReport& report);
 

@@ -62,10 +62,9 @@ std::string place_of(const DeviationReport& d) {
 
 std::string deviation_missed(const DeviationReport& d, std::string_view entities) {
     return fmt::format(
-        "{} of {} boundary {} are off the geometry by more than {:g} of the local edge length (largest distance "
-        "{:.4g}; "
+        "{} of {} boundary {} {} off the geometry by more than {:g} of the local edge length (largest distance {:.4g}; "
         "worst: {}, by {:.3g} of it)",
-        d.off, d.measured, entities, d.tolerance, d.largest, place_of(d), d.share);
+        d.off, d.measured, entities, d.off == 1 ? "is" : "are", d.tolerance, d.largest, place_of(d), d.share);
 }
 
 /// Causes for which nodes of the boundary are off.

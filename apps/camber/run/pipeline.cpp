@@ -387,7 +387,7 @@ bool may_end_in_rows(const config::Pipeline& pipeline) {
         output.mesh.ends_with(written_by_rows) && output.format.empty() && !config::is_in_memory(output.mesh);
     const bool is_alone = output.vtu.empty() && output.metric.empty() && output.solution.empty() &&
                           output.plots.empty() && output.page.empty();
-    return is_rows && is_alone && !pipeline.stages.empty() &&
+    return is_rows && is_alone && required_distances(pipeline).empty() && !pipeline.stages.empty() &&
            std::holds_alternative<config::Remesh>(pipeline.stages.back());
 }
 

@@ -402,13 +402,11 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
                               : bring_by_blocks(run, changing, options, elements, around);
     if (!made) return fail(made.error());
     const auto bounds = required_distances(run.config);
-    if (!bounds.empty() && !changing.shared) {
+    if (!bounds.empty()) {
         auto within = bring_within(std::move(*made), changing.goal, bounds, options, around);
         if (!within) return fail(within.error());
         made = BroughtToMetric<D>{std::move(within->state), within->statistics};
         run.state.reached = within->reached;
-    } else if (!bounds.empty()) {
-        run.report(Notices{"the boundary's distance from its geometry is not measured: the ranks share the mesh"});
     }
     changing.mesh = std::move(made->state);
     const ToMetricStatistics& s = made->statistics;
