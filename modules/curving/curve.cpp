@@ -323,6 +323,21 @@ Outcome<EdgeLengths> in_columns(std::size_t edges, const Execution& execution, c
     });
 }
 
+/// The length of the chord of an edge that the straight back mesh has as well, where the field is linear along it;
+/// nothing where it has none.
+template <int D>
+std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal,
+                                              const BackMesh<D>& back, const Quadrature& rule) {
+    const auto [straight, bent] = back->packed();
+    if (!straight || bent) return std::nullopt;
+    const auto& [a, b] = edges.vertices[edge];
+    const BackVertex<D> from = back->vertex(a), to = back->vertex(b);
+    if (from.point != proposal.points[a] || to.point != proposal.points[b]) return std::nullopt;
+    const LogMetric<D> mid{0.5 * (from.log_metric.l + to.log_metric.l)};
+    return riemannian_length(EdgeField<D>{from.log_metric, mid, to.log_metric},
+                             QuadraticEdge<D>{from.point, {midpoint(from.point, to.point)}, to.point}, rule);
+}
+
 /// The edge's in a proposal, by that rule; its chord's only where that is not known.
 template <int D>
 Lengths lengths_of(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal, ElementId holder,
@@ -330,10 +345,12 @@ Lengths lengths_of(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& prop
     const auto& [a, b] = edges.vertices[edge];
     const Vec<D>& p = proposal.points[a];
     const Vec<D>& q = proposal.points[b];
+    const LagrangeNode<D> middle{midpoint(p, q)};
     const auto length = [&](const LagrangeNode<D>& node) {
         return riemannian_length(back, QuadraticEdge<D>{p, node, q}, rule, holder).length;
     };
-    return {chord ? *chord : length({midpoint(p, q)}), length(proposal.mid_nodes[edge])};
+    if (!chord) chord = length(middle);
+    return {*chord, proposal.mid_nodes[edge] == middle ? *chord : length(proposal.mid_nodes[edge])};
 }
 
 }  // namespace
@@ -346,7 +363,8 @@ Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& pr
     return in_columns(edges.size(), execution, [&](std::size_t e) {
         if (proposal.kinds[e] != EdgeKind::volume || shells[e].empty()) return Lengths{};
         if (!is_measured(measured, e, edges.size())) return Lengths{};
-        return lengths_of(edges, EdgeId(e), proposal, shells[e].front(), back, rule, {});
+        return lengths_of(edges, EdgeId(e), proposal, shells[e].front(), back, rule,
+                          chord_in_straight_field(edges, EdgeId(e), proposal, back, rule));
     });
 }
 

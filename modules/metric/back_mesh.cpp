@@ -3,10 +3,12 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 module camber.metric;
+import :location_start;
 import :surface_back;
 import camber.core;
 import camber.box_tree;
@@ -192,8 +194,21 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
 template <int D>
 void StraightBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint,
                                     std::span<FieldSample<D>> out) const {
+    // Most points are in the element of the one before: its frame is made once.
+    std::optional<Frame<D>> frame;
+    ElementId framed;
+    const auto find = [&](const Vec<D>& p) {
+        if (const auto there = at_vertex_of(mesh, hint, p)) return *there;
+        const Barycentrics<D> xi = frame->barycentrics(p);
+        const bool is_inside = *std::min_element(xi.begin(), xi.end()) >= -frame->tolerance();
+        return is_inside ? Location<D>{hint, xi, Placement::inside} : locate(p, hint);
+    };
     for (std::size_t n = 0; n < points.size(); ++n) {
-        out[n].location = locate(points[n], hint);
+        if (n > 0 && framed != hint) {
+            frame.emplace(mesh, hint);
+            framed = hint;
+        }
+        out[n].location = n > 0 ? find(points[n]) : locate(points[n], hint);
         hint = out[n].location.element;
         out[n].log_metric = value_at(out[n].location);
     }

@@ -215,11 +215,13 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
         std::optional<Incidence<ElementId>> holders;
         JudgedProposal<D> now = judged;
         std::vector<EdgeId> edges;
+        std::optional<Crossings> crossings;
         for (int round = 0; round < rounds; ++round) {
             const Proposal<D>& proposal = now.proposal();
-            const auto found = uncrossed_nodes<D>(now.mesh(), proposal.points.view(), proposal.mid_nodes.view(),
-                                                  before.kinds.view(), quiet);
+            auto found = uncrossed_nodes<D>(now.mesh(), proposal.points.view(), proposal.mid_nodes.view(),
+                                            before.kinds.view(), quiet);
             if (!found) return fail(found.error());
+            crossings = std::move(found->crossings);
             if (found->nodes.empty()) break;
             for (const auto& [edge, node] : found->nodes) edges.push_back(edge);
             if (!holders) {
@@ -241,12 +243,13 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
             auto repaired = repair_or_straighten(now.with_kinds(std::move(kinds)), *by, options, quiet);
             if (!repaired) return fail(repaired.error());
             now = repaired->judged.with_kinds(before.kinds);
+            crossings.reset();
         }
         std::ranges::sort(edges);
         edges.erase(std::ranges::unique(edges).begin(), edges.end());
         MovedBack<D> moved;
         for (const EdgeId edge : edges) moved.add(before.mid_nodes[edge], now.proposal().mid_nodes[edge]);
-        return UncrossedWalls<D>{std::move(now), moved};
+        return UncrossedWalls<D>{std::move(now), moved, std::move(crossings)};
     });
 }
 

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -52,6 +53,7 @@ template <int D>
 struct UncrossedWalls {
     JudgedProposal<D> judged;
     MovedBack<D> moved;
+    std::optional<Crossings> crossings = {};  ///< those of the proposal; none where a last repair may have changed them
 };
 
 /// `uncrossed_nodes` of a proposal; elements that become invalid by it are repaired (`repair_or_straighten`) with these

@@ -123,4 +123,19 @@ template <int D>
                                                                  const Geometry<D>& geometry,
                                                                  const Execution& execution);
 
+/// Other nodes of the same mesh, whose largest distance from the geometry is known.
+template <int D>
+struct NearBoundary {
+    const QuadraticMesh<D>& mesh;
+    std::span<const LagrangeNode<D>> mid_nodes;
+    double largest = 0;
+};
+
+/// The same largest distance, by the nodes of a boundary that is near the geometry: a facet whose nodes are not far
+/// from those is left out. Errors: as boundary_nodes.
+template <int D>
+[[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(
+    const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
+    const Geometry<D>& geometry, const NearBoundary<D>& near, const Execution& execution);
+
 }  // namespace camber

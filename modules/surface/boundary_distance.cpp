@@ -221,6 +221,95 @@ Outcome<BoundaryDeviation> boundary_deviation(const QuadraticMesh<D>& mesh, std:
     return BoundaryDeviation{*nodes, *vertices};
 }
 
+namespace {
+
+/// A largest distance, and its facet; invalid where no facet exceeds the distance that the search began with.
+struct FarthestFacet {
+    LargestDistance distance;
+    FacetId facet = {};
+};
+
+/// The facets of a mesh with its nodes, and the geometry that they are measured against.
+template <int D>
+class MeasuredFacets {
+  public:
+    MeasuredFacets(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes,
+                   const Geometry<D>& geometry)
+        : mesh_(mesh), mid_nodes_(mid_nodes), geometry_(geometry) {}
+
+    [[nodiscard]] CurvedFacet<D> facet(std::size_t f) const { return curved_facet<D>(mesh_, mid_nodes_, FacetId(f)); }
+
+    /// Searches all facets for the largest distance beyond `least` by measure(total, f).
+    template <class Measure>
+    [[nodiscard]] Outcome<FarthestFacet> farthest(double least, const Measure& measure,
+                                                  const Execution& execution) const {
+        return reduce_each(
+            execution, mesh_.linear.facets.size(), FarthestFacet{{least, 0}},
+            [&](FarthestFacet& total, std::size_t f) {
+                const double before = total.distance.largest;
+                measure(total.distance, f);
+                if (total.distance.largest > before) total.facet = FacetId(f);
+            },
+            [](const FarthestFacet& a, const FarthestFacet& b) {
+                const FarthestFacet& larger = b.distance.largest > a.distance.largest ? b : a;
+                return FarthestFacet{{larger.distance.largest, a.distance.projected + b.distance.projected},
+                                     larger.facet};
+            },
+            64);
+    }
+
+    void add_to(LargestDistance& total, std::size_t f, std::span<const Barycentric<D - 1>> at) const {
+        add<D>(total, geometry_, facet(f), at);
+    }
+
+    /// The largest distance of all facets. Facets f with !may_exceed(f, largest so far) are left out, and those that a
+    /// coarse lattice shows to be near.
+    template <class MayExceed>
+    [[nodiscard]] Outcome<LargestDistance> largest(const MayExceed& may_exceed, const Execution& execution) const {
+        // The facet with the farthest middle gives a bound that most points of the other facets are within.
+        const auto middles = farthest(
+            0,
+            [&](LargestDistance& total, std::size_t f) {
+                if (may_exceed(f, total.largest)) add_to(total, f, middle<D>);
+            },
+            part_of(execution, 0, 0.2));
+        if (!middles) return fail(middles.error());
+        constexpr double nearly = 0.8;
+        LargestDistance bound = middles->distance;
+        if (middles->facet.valid()) add_to(bound, middles->facet.index(), lattice<D>);
+        const auto measure = [&](LargestDistance& total, std::size_t f) {
+            if (!may_exceed(f, total.largest)) return;
+            LargestDistance coarse{nearly * bound.largest, 0};
+            add_to(coarse, f, coarse_lattice<D>);
+            total.projected += coarse.projected;
+            if (coarse.largest > nearly * bound.largest) add_to(total, f, lattice<D>);
+        };
+        return farthest(bound.largest, measure, part_of(execution, 0.2, 1)).map([&](const FarthestFacet& all) {
+            return LargestDistance{all.distance.largest, all.distance.projected + bound.projected};
+        });
+    }
+
+  private:
+    const QuadraticMesh<D>& mesh_;
+    std::span<const LagrangeNode<D>> mid_nodes_;
+    const Geometry<D>& geometry_;
+};
+
+/// An upper bound on the distance of two facets with the same vertices at the same barycentric coordinates; infinity
+/// where the vertices differ. Σ 2 ξ_i ξ_j is at most (D − 1)/D.
+template <int D>
+double apart(const QuadraticSimplex<D - 1, D>& a, const QuadraticSimplex<D - 1, D>& b) {
+    double largest = 0;
+    for (std::size_t i = 0; i < a.control.size(); ++i) {
+        const double here = distance(a.control[i], b.control[i]);
+        if (i < D && here > 0) return std::numeric_limits<double>::infinity();
+        largest = std::fmax(largest, here);
+    }
+    return largest * (D - 1) / D;
+}
+
+}  // namespace
+
 template <int D>
 Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                    std::span<const LagrangeNode<D>> mid_nodes,
@@ -228,43 +317,25 @@ Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                    const Execution& execution) {
     if (features.patches.size() != mesh.linear.facets.size() || mid_nodes.size() != mesh.edges.size())
         return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
-    struct Largest {
-        LargestDistance distance;
-        FacetId facet = {};
-    };
-    const auto of_all = [&](double bound, const auto& add_facet, const Execution& e) {
-        return reduce_each(
-            e, mesh.linear.facets.size(), Largest{{bound, 0}},
-            [&](Largest& total, std::size_t f) {
-                const double before = total.distance.largest;
-                add_facet(total.distance, curved_facet<D>(mesh, mid_nodes, FacetId(f)));
-                if (total.distance.largest > before) total.facet = FacetId(f);
-            },
-            [](const Largest& a, const Largest& b) {
-                const Largest& larger = b.distance.largest > a.distance.largest ? b : a;
-                return Largest{{larger.distance.largest, a.distance.projected + b.distance.projected}, larger.facet};
-            },
-            64);
-    };
-    // The facet with the farthest middle gives a bound that most points of the other facets are within.
-    const auto middles = of_all(
-        0, [&](LargestDistance& total, const CurvedFacet<D>& facet) { add<D>(total, geometry, facet, middle<D>); },
-        part_of(execution, 0, 0.2));
-    if (!middles) return fail(middles.error());
-    LargestDistance first{middles->distance.largest, middles->distance.projected};
-    if (middles->facet.valid()) add<D>(first, geometry, curved_facet<D>(mesh, mid_nodes, middles->facet), lattice<D>);
-    constexpr double nearly = 0.8;
-    const auto all = of_all(
-        first.largest,
-        [&](LargestDistance& total, const CurvedFacet<D>& facet) {
-            LargestDistance coarse{nearly * first.largest, 0};
-            add<D>(coarse, geometry, facet, coarse_lattice<D>);
-            total.projected += coarse.projected;
-            if (coarse.largest > nearly * first.largest) add<D>(total, geometry, facet, lattice<D>);
-        },
-        part_of(execution, 0.2, 1));
-    if (!all) return fail(all.error());
-    return LargestDistance{all->distance.largest, all->distance.projected + first.projected};
+    return MeasuredFacets<D>(mesh, mid_nodes, geometry).largest([](std::size_t, double) { return true; }, execution);
+}
+
+template <int D>
+Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
+                                                   std::span<const LagrangeNode<D>> mid_nodes,
+                                                   const Features<D>& features, const Geometry<D>& geometry,
+                                                   const NearBoundary<D>& near, const Execution& execution) {
+    if (features.patches.size() != mesh.linear.facets.size() || mid_nodes.size() != mesh.edges.size() ||
+        near.mid_nodes.size() != mesh.edges.size() || near.mesh.linear.facets.size() != mesh.linear.facets.size())
+        return fail(ErrorKind::internal, "the features or the nodes are not of this mesh");
+    const MeasuredFacets<D> facets(mesh, mid_nodes, geometry), others(near.mesh, near.mid_nodes, geometry);
+    constexpr double rounding = 1 + 1e-12;
+    const auto bounds = map_each(part_of(execution, 0, 0.2), mesh.linear.facets.size(), [&](std::size_t f) {
+        return rounding * (near.largest + apart<D>(facets.facet(f).shape, others.facet(f).shape));
+    });
+    if (!bounds) return fail(bounds.error());
+    return facets.largest([&](std::size_t f, double largest) { return !((*bounds)[f] <= largest); },
+                          part_of(execution, 0.2, 1));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
@@ -275,7 +346,10 @@ Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                               const BoundaryTolerance&, const Execution&);            \
     template Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>&,                              \
                                                                 std::span<const LagrangeNode<D>>, const Features<D>&, \
-                                                                const Geometry<D>&, const Execution&);
+                                                                const Geometry<D>&, const Execution&);                \
+    template Outcome<LargestDistance> largest_boundary_distance(                                                      \
+        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&,            \
+        const NearBoundary<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -194,6 +194,13 @@ TEST_CASE("the largest distance from a model needs few projections") {
             projected += largest.projected;
         }
         CHECK(4 * projected <= 9 * mesh.edges.size());
+        const auto curved = value(largest_boundary_distance<3>(mesh, nodes, features, geometry, {}));
+        const auto straight = value(largest_boundary_distance<3>(mesh, mesh.mid_nodes.view(), features, geometry, {}));
+        const NearBoundary<3> near{mesh, nodes, curved.largest};
+        const auto by_curved =
+            value(largest_boundary_distance<3>(mesh, mesh.mid_nodes.view(), features, geometry, near, {}));
+        CHECK(by_curved.largest == doctest::Approx(straight.largest).epsilon(1e-9));
+        CHECK(by_curved.projected <= straight.projected);
     }
 }
 

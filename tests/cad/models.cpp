@@ -15,13 +15,17 @@
 #include <BRepPrimAPI_MakeBox.hxx>
 #include <BRepPrimAPI_MakeCone.hxx>
 #include <BRepPrimAPI_MakeCylinder.hxx>
+#include <BRepPrimAPI_MakeRevol.hxx>
 #include <BRepPrimAPI_MakeSphere.hxx>
 #include <BRepPrimAPI_MakeTorus.hxx>
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
 #include <GeomAPI_Interpolate.hxx>
+#include <GeomConvert.hxx>
 #include <Geom_BSplineCurve.hxx>
+#include <Geom_Circle.hxx>
+#include <Geom_TrimmedCurve.hxx>
 #include <IGESControl_Writer.hxx>
 #include <Interface_Static.hxx>
 #include <Message.hxx>
@@ -39,6 +43,7 @@
 #include <TopoDS_Shape.hxx>
 #include <TopoDS_Vertex.hxx>
 #include <TopoDS_Wire.hxx>
+#include <gp_Ax1.hxx>
 #include <gp_Ax2.hxx>
 #include <gp_Circ.hxx>
 #include <gp_Dir.hxx>
@@ -183,6 +188,15 @@ TopoDS_Shape split_disc(double radius, double sliver) {
     return within(wire.Wire());
 }
 
+/// A rational half circle from pole to pole, turned about z.
+TopoDS_Shape revolved_ball(double radius) {
+    constexpr double quarter = 1.5707963267948966;
+    const gp_Circ circle(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, -1, 0), gp_Dir(1, 0, 0)), radius);
+    const Handle(Geom_TrimmedCurve) half = new Geom_TrimmedCurve(new Geom_Circle(circle), -quarter, quarter);
+    const TopoDS_Edge profile = BRepBuilderAPI_MakeEdge(GeomConvert::CurveToBSplineCurve(half)).Edge();
+    return BRepPrimAPI_MakeRevol(profile, gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1))).Shape();
+}
+
 TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
     constexpr double half = 3.141592653589793;
     switch (kind) {
@@ -197,6 +211,7 @@ TopoDS_Shape shape_of(Kind kind, const std::array<double, 3>& s) {
         case Kind::filleted_box: return rounded(BRepPrimAPI_MakeBox(s[0], s[0], s[0]).Shape(), s[1]);
         case Kind::nurbs_torus: return as_splines(BRepPrimAPI_MakeTorus(s[0], s[1]).Shape());
         case Kind::nurbs_ball: return as_splines(BRepPrimAPI_MakeSphere(s[0]).Shape());
+        case Kind::revolved_ball: return revolved_ball(s[0]);
         case Kind::two_boxes: return two_boxes(s[0], s[1], s[2]);
         case Kind::annulus: return annulus(s);
         case Kind::circles: return circles(s);

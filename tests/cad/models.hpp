@@ -20,13 +20,14 @@ enum class Kind {
     filleted_box,  // edges of a box of size a rounded by b
     nurbs_torus,   // torus, as rational splines
     nurbs_ball,
-    two_boxes,  // of sizes a, b, c side by side along x, each with its own face where they touch
-    annulus,    // a plane face between circles of radii a (inner) and b about the origin, at z = c
-    circles,    // these circles alone
-    ellipse,    // a plane face within half axes a, b
-    spline,     // a plane face within a closed cubic spline around the origin, about radius a
-    half_disc,  // a plane face of radius a where y > 0
-    plate,      // a box from (-1, -1, 0) to (1, 1, 1/2) with a hole of radius 1/2 along z
+    revolved_ball,  // as a rational spline turned about z
+    two_boxes,      // of sizes a, b, c side by side along x, each with its own face where they touch
+    annulus,        // a plane face between circles of radii a (inner) and b about the origin, at z = c
+    circles,        // these circles alone
+    ellipse,        // a plane face within half axes a, b
+    spline,         // a plane face within a closed cubic spline around the origin, about radius a
+    half_disc,      // a plane face of radius a where y > 0
+    plate,          // a box from (-1, -1, 0) to (1, 1, 1/2) with a hole of radius 1/2 along z
     // Cut askew, so that the parameters of a face reach far beyond its edges:
     tilted_hole,  // a unit box with a hole of radius a at an angle b
     cap,          // of a ball of radius a, cut by a plane at an angle b

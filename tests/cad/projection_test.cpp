@@ -70,7 +70,7 @@ void check_law(const CadModel& model, Near&& near, True&& true_foot, double size
 }  // namespace
 
 TEST_CASE("points near a sphere: seam and poles") {
-    for (const Kind kind : {Kind::ball, Kind::nurbs_ball}) {
+    for (const Kind kind : {Kind::ball, Kind::nurbs_ball, Kind::revolved_ball}) {
         const CadModel model = model_of(kind, {1.3, 0, 0});
         CHECK(model.faces() == 1);
         const auto near = [] { return number(1 - off, 1 + off) * 1.3 * direction(); };

@@ -8,6 +8,7 @@ module;
 module camber.run:state;
 import camber.core;
 import camber.bezier;
+import camber.crossing;
 import camber.metric;
 import camber.operation;
 import camber.adapt;
@@ -129,6 +130,18 @@ struct Inherited {
     EmbeddedCurves<D> curves = {};          ///< of the mesh that was remeshed
 };
 
+/// Crossings of a proposal, and its places.
+template <int D>
+struct KnownCrossings {
+    Column<Vec<D>> points;
+    Column<LagrangeNode<D>> mid_nodes;
+    Crossings crossings;
+
+    [[nodiscard]] bool is_of(const QuadraticMesh<D>& mesh) const {
+        return points == mesh.linear.points && mid_nodes == mesh.mid_nodes;
+    }
+};
+
 template <int D>
 struct State {
     std::variant<LinearMesh<D>, Changing<D>, Quadratic<D>> mesh;
@@ -144,6 +157,7 @@ struct State {
     std::optional<CadMovesReport> cad_moves;          ///< of vertices, before the first stage
     std::optional<std::size_t> crossings_of_input;    ///< pairs of facets that crossed before passes changed the mesh
     std::optional<RelaxedWallsReport> relaxed_walls;  ///< boundary nodes that were moved back because walls crossed
+    std::optional<KnownCrossings<D>> crossings;       ///< of the places that the stage `relax` left
     History<D> history;
     JacobianBound bound = {};   ///< what the last stage asked for that did
     CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike

@@ -2,16 +2,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 #include <BRepTools.hxx>
-#include <BRepTopAdaptor_FClass2d.hxx>
 #include <BRep_Tool.hxx>
 #include <ElSLib.hxx>
 #include <Geom2d_Curve.hxx>
@@ -23,7 +20,6 @@
 #include <Geom_RectangularTrimmedSurface.hxx>
 #include <Geom_Surface.hxx>
 #include <Geom_TrimmedCurve.hxx>
-#include <Precision.hxx>
 #include <Standard_Failure.hxx>
 #include <TopExp.hxx>
 #include <TopExp_Explorer.hxx>
@@ -38,6 +34,7 @@
 #include <gp_Pnt2d.hxx>
 #include <gp_Vec.hxx>
 
+#include "domain.hpp"
 #include "read.hpp"
 #include "spline.hpp"
 
@@ -45,128 +42,13 @@ namespace camber::occ {
 
 namespace {
 
-/// A grid over the parameters of a trimmed face. Cells that no edge of the face crosses are inside of it or outside as
-/// a whole, which OpenCASCADE decides once for each group of neighbours; points in other cells are left to it.
-class DomainGrid {
-  public:
-    enum class State : std::uint8_t { unknown, inside, outside };
-
-    DomainGrid(const TopoDS_Face& face, const FaceFacts& facts, BRepTopAdaptor_FClass2d& domain)
-        : low_(facts.low), high_(facts.high), side_(side_for(face)), states_(side_ * side_, State::unknown) {
-        const auto crossed = crossed_by_edges(face);
-        if (crossed.empty()) return;
-        std::vector<bool> is_grouped = crossed;
-        for (std::size_t cell = 0; cell < states_.size(); ++cell)
-            if (!is_grouped[cell]) decide(group_of(cell, is_grouped), domain);
-    }
-
-    [[nodiscard]] State at(double u, double v) const {
-        const std::array<double, 2> uv{u, v};
-        std::array<std::size_t, 2> cell{};
-        for (std::size_t k = 0; k < 2; ++k) {
-            if (!(uv[k] >= low_[k] && uv[k] <= high_[k])) return State::unknown;
-            cell[k] = cell_of(uv[k], k);
-        }
-        return states_[cell[0] * side_ + cell[1]];
-    }
-
-  private:
-    /// Cells each way: more for a face with many edges, which may be holes.
-    static std::size_t side_for(const TopoDS_Face& face) {
-        constexpr double least = 64, most = 256, edges_of_few = 4;
-        std::size_t edges = 0;
-        for (TopExp_Explorer at(face, TopAbs_EDGE); at.More(); at.Next()) ++edges;
-        return static_cast<std::size_t>(
-            std::clamp(least * std::sqrt(static_cast<double>(edges) / edges_of_few), least, most));
-    }
-
-    [[nodiscard]] std::size_t cell_of(double x, std::size_t k) const {
-        const double at = (x - low_[k]) / (high_[k] - low_[k]) * static_cast<double>(side_);
-        return at >= 0 ? std::min(static_cast<std::size_t>(std::min(at, static_cast<double>(side_))), side_ - 1) : 0;
-    }
-    [[nodiscard]] double middle_of(std::size_t cell, std::size_t k) const {
-        return low_[k] + (high_[k] - low_[k]) * (static_cast<double>(cell) + 0.5) / static_cast<double>(side_);
-    }
-
-    /// Cells that meet the box of two neighbouring points of an edge, widened by its size; nothing where an edge has no
-    /// curve in the parameters.
-    [[nodiscard]] std::vector<bool> crossed_by_edges(const TopoDS_Face& face) const {
-        constexpr int pieces = 128;
-        std::vector<bool> crossed(side_ * side_, false);
-        for (TopExp_Explorer at(face, TopAbs_EDGE); at.More(); at.Next()) {
-            double first = 0, last = 0;
-            const auto curve = BRep_Tool::CurveOnSurface(TopoDS::Edge(at.Current()), face, first, last);
-            if (curve.IsNull()) return {};
-            gp_Pnt2d from = curve->Value(first);
-            for (int i = 1; i <= pieces; ++i) {
-                const gp_Pnt2d to = curve->Value(first + (last - first) * i / pieces);
-                mark(from, to, crossed);
-                from = to;
-            }
-        }
-        return crossed;
-    }
-
-    void mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const {
-        constexpr double beside = 1e-6;  // of the face, for edges that run along a border of cells
-        std::array<std::size_t, 2> begin{}, end{};
-        for (std::size_t k = 0; k < 2; ++k) {
-            const auto [a, b] = std::minmax(k == 0 ? from.X() : from.Y(), k == 0 ? to.X() : to.Y());
-            const double more = b - a + beside * (high_[k] - low_[k]);
-            begin[k] = cell_of(a - more, k);
-            end[k] = cell_of(b + more, k);
-        }
-        for (std::size_t i = begin[0]; i <= end[0]; ++i)
-            for (std::size_t j = begin[1]; j <= end[1]; ++j) crossed[i * side_ + j] = true;
-    }
-
-    /// The cells that are connected with one, which are grouped from then on.
-    [[nodiscard]] std::vector<std::size_t> group_of(std::size_t cell, std::vector<bool>& is_grouped) const {
-        std::vector<std::size_t> group{cell};
-        is_grouped[cell] = true;
-        const auto add = [&](std::size_t neighbour) {
-            if (is_grouped[neighbour]) return;
-            is_grouped[neighbour] = true;
-            group.push_back(neighbour);
-        };
-        for (std::size_t next = 0; next < group.size(); ++next) {
-            const std::size_t i = group[next] / side_, j = group[next] % side_;
-            if (i > 0) add(group[next] - side_);
-            if (i + 1 < side_) add(group[next] + side_);
-            if (j > 0) add(group[next] - 1);
-            if (j + 1 < side_) add(group[next] + 1);
-        }
-        return group;
-    }
-
-    /// By some cells of a group; where they disagree, as those of a loop that does not close may, it stays unknown.
-    void decide(const std::vector<std::size_t>& group, BRepTopAdaptor_FClass2d& domain) {
-        constexpr std::size_t tries = 5;
-        State state = State::unknown;
-        for (std::size_t n = 0; n < std::min(tries, group.size()); ++n) {
-            const std::size_t cell = group[n * group.size() / std::min(tries, group.size())];
-            const TopAbs_State found = domain.Perform(gp_Pnt2d(middle_of(cell / side_, 0), middle_of(cell % side_, 1)));
-            if (found != TopAbs_IN && found != TopAbs_OUT) return;
-            const State here = found == TopAbs_IN ? State::inside : State::outside;
-            if (state != State::unknown && state != here) return;
-            state = here;
-        }
-        for (const std::size_t cell : group) states_[cell] = state;
-    }
-
-    std::array<double, 2> low_, high_;
-    std::size_t side_;
-    std::vector<State> states_;
-};
-
 /// A surface with what is asked of it often.
 struct Surface {
     Handle(Geom_Surface) geometry;
     GeomAdaptor_Surface kind;
     std::optional<SplineSurface> spline;
-    std::unique_ptr<BRepTopAdaptor_FClass2d> domain;                     ///< none: the rectangle of the parameters
-    std::optional<DomainGrid> grid;                                      ///< of a domain
-    std::unique_ptr<std::mutex> asked = std::make_unique<std::mutex>();  ///< one thread at a time may ask for it
+    std::optional<RevolvedSpline> revolved;
+    std::unique_ptr<Domain> domain;  ///< none: the rectangle of the parameters
 };
 struct Curve {
     Handle(Geom_Curve) geometry;
@@ -305,6 +187,7 @@ class Shape final : public Kernel {
 
     [[nodiscard]] SurfaceJet on_surface(std::size_t face, double u, double v) const override {
         if (const auto& spline = surfaces_[face].spline) return spline->evaluate(u, v);
+        if (const auto& revolved = surfaces_[face].revolved) return revolved->evaluate(u, v);
         return told_or<SurfaceJet>({nowhere, nowhere, nowhere, nowhere, nowhere, nowhere}, [&]() -> SurfaceJet {
             gp_Pnt p;
             gp_Vec du, dv, duu, dvv, duv;
@@ -339,20 +222,14 @@ class Shape final : public Kernel {
     }
 
     [[nodiscard]] std::optional<bool> has_at_once(std::size_t face, double u, double v) const override {
-        if (!surfaces_[face].domain) return is_within(faces[face], {u, v});
-        const DomainGrid::State state = surfaces_[face].grid->at(u, v);
-        if (state == DomainGrid::State::unknown) return std::nullopt;
-        return state == DomainGrid::State::inside;
+        const auto& domain = surfaces_[face].domain;
+        if (!domain) return is_within(faces[face], {u, v});
+        return told_or(std::optional<bool>(), [&] { return domain->has_at_once(u, v); });
     }
 
     [[nodiscard]] bool has(std::size_t face, double u, double v) const override {
         if (const auto known = has_at_once(face, u, v)) return *known;
-        // Whether it may be asked by several threads at once is not said; a wrong answer was seen with them.
-        const std::lock_guard alone(*surfaces_[face].asked);
-        return told_or(false, [&] {
-            const TopAbs_State found = surfaces_[face].domain->Perform(gp_Pnt2d(u, v));
-            return found == TopAbs_IN || found == TopAbs_ON;
-        });
+        return told_or(false, [&] { return surfaces_[face].domain->has(u, v); });
     }
 
   private:
@@ -401,10 +278,8 @@ class Shape final : public Kernel {
         facts.is_reversed = face.Orientation() == TopAbs_REVERSED;
         BRepTools::UVBounds(face, facts.low[0], facts.high[0], facts.low[1], facts.high[1]);
         surface.spline = SplineSurface::of(surface.geometry, scale_);
-        if (!is_rectangle(face, facts)) {
-            surface.domain = std::make_unique<BRepTopAdaptor_FClass2d>(face, Precision::PConfusion());
-            surface.grid.emplace(face, facts, *surface.domain);
-        }
+        surface.revolved = RevolvedSpline::of(surface.geometry, scale_);
+        if (!is_rectangle(face, facts)) surface.domain = std::make_unique<Domain>(face, facts);
         if (surface.geometry->IsUPeriodic()) facts.period[0] = surface.geometry->UPeriod();
         if (surface.geometry->IsVPeriodic()) facts.period[1] = surface.geometry->VPeriod();
         facts.cells = cells_of(surface.kind);

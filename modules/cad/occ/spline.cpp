@@ -13,7 +13,9 @@
 #include <Geom_BSplineSurface.hxx>
 #include <Geom_BezierCurve.hxx>
 #include <Geom_BezierSurface.hxx>
+#include <Geom_SurfaceOfRevolution.hxx>
 #include <TColStd_Array1OfReal.hxx>
+#include <gp_Dir.hxx>
 #include <gp_Pnt.hxx>
 
 namespace camber::occ {
@@ -230,6 +232,43 @@ CurveJet SplineCurve::evaluate(double t) const {
         const double slope = jet.first[k] = (first[k] - first[3] * x) / c[3];
         jet.second[k] = (second[k] - 2 * first[3] * slope - second[3] * x) / c[3];
     }
+    return jet;
+}
+
+std::optional<RevolvedSpline> RevolvedSpline::of(const Handle(Geom_Surface) & surface, double scale) {
+    const auto revolved = Handle(Geom_SurfaceOfRevolution)::DownCast(surface);
+    if (revolved.IsNull()) return std::nullopt;
+    auto curve = SplineCurve::of(revolved->BasisCurve(), scale);
+    if (!curve) return std::nullopt;
+    RevolvedSpline out(std::move(*curve));
+    const gp_Pnt& origin = revolved->Axis().Location();
+    const gp_Dir& axis = revolved->Axis().Direction();
+    out.origin_ = {scale * origin.X(), scale * origin.Y(), scale * origin.Z()};
+    out.axis_ = {axis.X(), axis.Y(), axis.Z()};
+    return out;
+}
+
+SurfaceJet RevolvedSpline::evaluate(double u, double v) const {
+    const double c = std::cos(u), s = std::sin(u);
+    // A vector turned by the angle, and its two derivatives by it.
+    const auto turned = [&](const Point& x, Point& value, Point& first, Point* second) {
+        const double along = x[0] * axis_[0] + x[1] * axis_[1] + x[2] * axis_[2];
+        for (std::size_t k = 0; k < 3; ++k) {
+            const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+            const double across = x[k] - along * axis_[k], aside = axis_[i] * x[j] - axis_[j] * x[i];
+            value[k] = along * axis_[k] + c * across + s * aside;
+            first[k] = c * aside - s * across;
+            if (second) (*second)[k] = -(c * across + s * aside);
+        }
+    };
+    const CurveJet curve = curve_.evaluate(v);
+    SurfaceJet jet{};
+    Point from_origin{}, unused{};
+    for (std::size_t k = 0; k < 3; ++k) from_origin[k] = curve.point[k] - origin_[k];
+    turned(from_origin, jet.point, jet.u, &jet.uu);
+    for (std::size_t k = 0; k < 3; ++k) jet.point[k] += origin_[k];
+    turned(curve.first, jet.v, jet.uv, nullptr);
+    turned(curve.second, jet.vv, unused, nullptr);
     return jet;
 }
 

@@ -69,4 +69,18 @@ class SplineCurve {
     bool is_rational_ = false;
 };
 
+/// A spline curve turned about an axis: u is the angle, v the curve's parameter.
+class RevolvedSpline {
+  public:
+    /// Nothing where the surface is of another kind, or its curve is no spline.
+    [[nodiscard]] static std::optional<RevolvedSpline> of(const Handle(Geom_Surface) & surface, double scale);
+    [[nodiscard]] SurfaceJet evaluate(double u, double v) const;
+
+  private:
+    explicit RevolvedSpline(SplineCurve curve) : curve_(std::move(curve)) {}
+
+    SplineCurve curve_;
+    Point origin_{}, axis_{};  ///< a point of the axis, and its direction of length 1
+};
+
 }  // namespace camber::occ

@@ -58,12 +58,13 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& st
                                 MeasuresReport& report, const Execution& execution) {
     const auto given = as_given(seen, state, without_progress(execution));
     if (!given) return fail(given.error());
-    const auto before = largest_boundary_distance(*given, given->mid_nodes.view(), boundary.features, boundary.geometry,
-                                                  part_of(execution, 0.05, 0.5));
-    if (!before) return fail(before.error());
     const auto after = largest_boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry,
-                                                 part_of(execution, 0.5, 1));
+                                                 part_of(execution, 0.05, 0.7));
     if (!after) return fail(after.error());
+    const NearBoundary<D> near{seen, seen.mid_nodes.view(), after->largest};
+    const auto before = largest_boundary_distance(*given, given->mid_nodes.view(), boundary.features, boundary.geometry,
+                                                  near, part_of(execution, 0.7, 1));
+    if (!before) return fail(before.error());
     report.straight_distance = before->largest;
     report.curved_distance = after->largest;
     return Done{};
@@ -166,7 +167,9 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
     }
     if (plan || state.crossings_of_input) {
         const auto seen = plan ? apply_proposal(end.mesh, plan->proposal()) : end.mesh;
-        auto found = find_crossings(seen, without_progress(execution));
+        auto found = state.crossings && state.crossings->is_of(seen)
+                         ? Outcome<Crossings>(state.crossings->crossings)
+                         : find_crossings(seen, without_progress(execution));
         if (!found) return fail(found.error());
         auto walls = measure_walls(seen, *found, state, without_progress(execution));
         if (!walls) return fail(walls.error());

@@ -81,6 +81,7 @@ struct Relaxed {
     JudgedProposal<D> judged;
     CorrectionReport report;
     MovedBack<D> uncrossed = {};  ///< nodes that were moved back because walls crossed
+    std::optional<Crossings> crossings = {};
 };
 template <int D>
 Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
@@ -98,7 +99,8 @@ Outcome<Relaxed<D>> relax_plan(const JudgedProposal<D>& judged, const RepairGuid
                             remaining_report(remaining_but_for_shape(*repaired), repaired->judged.validation(),
                                              options.min_scaled_jacobian)};
     count_slides(judged, repaired->judged, guide.onto, report.relax);
-    return Relaxed<D>{std::move(repaired->judged), std::move(report), uncrossed->moved};
+    return Relaxed<D>{std::move(repaired->judged), std::move(report), uncrossed->moved,
+                      std::move(uncrossed->crossings)};
 }
 
 /// Whether everything that was asked holds.
@@ -177,6 +179,9 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
         run.report(made->report);
         if (const MovedBack<D>& moved = made->uncrossed; moved.nodes > 0)
             run.state.relaxed_walls = relaxed_walls_report(moved);
+        if (made->crossings)
+            run.state.crossings = KnownCrossings<D>{made->judged.proposal().points, made->judged.proposal().mid_nodes,
+                                                    std::move(*made->crossings)};
         close(run.state.history);
         run.plan().places = std::move(made->judged);
         report_verdicts(run, *run.plan().validation());
