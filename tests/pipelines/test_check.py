@@ -321,6 +321,23 @@ class Check(unittest.TestCase):
                                          (True, 0, 0))
                         self.assertEqual(overlaps["found"], [])
 
+    def test_elements_that_are_only_numbered_the_wrong_way_round_are_reported_as_such(self):
+        for dim in (2, 3):
+            for name, mesh in (("straight", lattice(dim, 2)), ("quadratic", elevated(lattice(dim, 2)))):
+                for count in (1, len(mesh.elements)):
+                    with self.subTest(name, dim=dim, count=count):
+                        straight = with_boundary(lattice(dim, 2))
+                        for e in range(count):
+                            straight.elements[e] = straight.elements[e][1::-1] + straight.elements[e][2:]
+                        answer = self.report(straight if name == "straight" else elevated(straight), code=1)["answer"]
+                        self.assertIn(f"{count} of {len(mesh.elements)} elements", answer)
+                        self.assertIn("numbered the wrong way round, and valid otherwise", answer)
+                        self.assertNotIn("mend the straight mesh", answer)
+        tangled = with_boundary(lattice(2, 3))
+        tangled.elements[0] = tangled.elements[0][1::-1] + tangled.elements[0][2:]
+        tangled.points[5] = tangled.points[5] + 2.5  # an inner vertex: its elements are inverted, however numbered
+        self.assertNotIn("valid otherwise", self.report(tangled, code=1)["answer"])
+
     def test_overlaps_are_found_in_meshes_that_runs_repair(self):
         """Facets that are missing are added, and elements that are numbered the wrong way round turned, first."""
         mesh = joined(lattice(3, 3), moved(lattice(3, 2), [1.13] * 3, 0.2))

@@ -186,6 +186,14 @@ class Repair(unittest.TestCase):
         self.assertIn("--cad MODEL", done.stderr)
         self.repair("--boundary-tolerance", would_do)
 
+    def test_elements_that_vertices_alone_invert_are_left_to_remesh(self):
+        straight = square(3)
+        straight.points[5] += 5  # an inner vertex, now outside
+        self.write(elevate(straight))
+        done, _ = self.repair("--set", "stages/1/relax/vertices=keep", code=1)
+        self.assertIn("`camber remesh`, which replaces elements that are inverted when straight", done.stderr)
+        self.assertNotIn("--cad", done.stderr)
+
     def test_what_is_below_the_recommended_bound_is_no_failure_and_the_note_says_what_to_do(self):
         mesh = self.kinked()
         node = next(n for n, ends in mid_nodes(mesh).items() if set(ends) == {9, 18})

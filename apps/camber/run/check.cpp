@@ -79,6 +79,7 @@ class Checker {
             if (const auto parsed = ScalarExpression<D>::parsed(field); !parsed) return fail(parsed.error());
         count();
         auto done = judge()
+                        .and_then([&](Done) { return judge_turned(); })
                         .and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); })
                         .and_then([&](Done) { return measure_in_metric(); })
                         .and_then([&](Done) { return interpolate(); });
@@ -124,6 +125,20 @@ class Checker {
         tell_of_soundness();
         tell_of_validity();
         return Done{};
+    }
+
+    /// Judges the mesh with its reversed elements turned, where these are all that is invalid when straight.
+    Outcome<Done> judge_turned() {
+        const std::size_t reversed = soundness_[Defect::reversed_element].count;
+        if (reversed == 0 || reversed != validation_.straight_inverted) return Done{};
+        return step("validate", [&](const Execution& e) -> Outcome<Done> {
+            const auto turned = prepare(*mesh_, part_of(e, 0, 0.5));
+            if (!turned) return Done{};  // a mesh with other defects
+            const auto validation = validate(turned->mesh, options_.min_scaled_jacobian, part_of(e, 0.5, 1));
+            if (!validation) return fail(validation.error());
+            report_.is_only_reversed = validation->invalid + validation->undecided == 0;
+            return Done{};
+        });
     }
 
     void tell_of_soundness() {

@@ -164,6 +164,7 @@ struct CheckReport {
     Groups groups;                                         ///< names of references
     FileNumbers numbers;
     std::vector<std::string> notices;
+    bool is_only_reversed = false;  ///< all invalid elements are valid once they are numbered the other way round
 
     [[nodiscard]] bool all_good() const {
         return soundness.sound && validity.invalid == 0 && validity.undecided == 0 && crossings.crossing == 0 &&

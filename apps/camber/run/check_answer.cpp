@@ -27,8 +27,14 @@ std::string share(const CheckReport& report, std::size_t count, std::string_view
                        count == 1 ? "is" : "are", what);
 }
 
+constexpr std::string_view reversed_elements = "reversed_elements";
+
 std::string invalid_text(const CheckReport& report) {
     const ValidityReport& v = report.validity;
+    if (report.is_only_reversed)
+        return share(report, v.invalid,
+                     "numbered the wrong way round, and valid otherwise: commands that curve or change a mesh turn "
+                     "such elements, and `camber repair` writes the mesh with them turned");
     if (report.mesh.degree == 1) return share(report, v.invalid, "inverted or flat: mend the straight mesh");
     const bool is_below = v.bound > 0;
     std::string text = share(report, v.invalid,
@@ -46,7 +52,8 @@ std::vector<std::string> faults(const CheckReport& report) {
     if (report.validity.undecided > 0)
         all.push_back(share(report, report.validity.undecided, "too near to the bound to be certified"));
     for (const SoundnessReport::Entry& found : report.soundness.findings)
-        if (found.count > 0 && found.harms) all.push_back(found.sentence);
+        if (found.count > 0 && found.harms && !(report.is_only_reversed && found.key == reversed_elements))
+            all.push_back(found.sentence);
     if (report.crossings.crossing > 0)
         all.push_back(fmt::format("{} pairs of {} of the boundary pass through each other",
                                   grouped(report.crossings.crossing),

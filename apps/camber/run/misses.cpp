@@ -33,7 +33,9 @@ std::string remedies_of_elements(const Report& r) {
     std::vector<std::string> ways;
     if (const auto& tolerance = r.kept_boundary->would_do)
         ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: every element is valid then)", *tolerance));
-    if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
+    if (r.validity && r.validity->straight_inverted > 0)
+        ways.emplace_back("`camber remesh`, which replaces elements that are inverted when straight");
+    else if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
         ways.emplace_back("--cad MODEL, or --geometry, on which the boundary's nodes may slide");
     return fmt::format("{}", fmt::join(ways, ", or "));
 }
@@ -101,6 +103,11 @@ std::string vertices_missed(const DeviationReport& d, const char* remedy) {
 constexpr const char* other_mesh = "a mesh of this geometry";
 constexpr const char* move_vertices_first = "--cad-vertices move, or a mesh of this geometry";
 
+/// True if the boundary has a prescribed geometry, on which its nodes may slide.
+bool slides_on_geometry(const Report& r) {
+    return r.origin && (r.origin->geometry == "cad" || r.origin->geometry == "analytic");
+}
+
 }  // namespace
 
 std::vector<std::string> misses(const Report& report) {
@@ -138,9 +145,13 @@ std::vector<std::string> misses(const ByBlocksReport& report) {
 
 std::string recommended_bound_note(const Report& r) {
     if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
-    const char* raise = "";
-    if (r.kept_boundary)
+    std::string_view raise;
+    if (r.kept_boundary && slides_on_geometry(r))
+        raise = "; --boundary-tolerance gives it room to raise them";
+    else if (r.kept_boundary)
         raise = "; --boundary-tolerance or --cad gives it room to raise them";
+    else if (r.curve && r.curve->objective == "shape")
+        raise = "; smaller elements there raise them";
     else if (r.curve)
         raise = "; --objective shape, or smaller elements there, raises them";
     return fmt::format(

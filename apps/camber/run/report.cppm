@@ -201,6 +201,7 @@ struct CurveReport {
     std::optional<EdgeReport> after;
     std::optional<EdgeReport> in_straight_field;  ///< after correction, where the back mesh is curved
     double edges_per_second = 0;
+    std::string objective = {};  ///< word of the configuration
 };
 
 struct ValidityReport {

@@ -70,7 +70,8 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
             {},
             {},
             {},
-            0};
+            0,
+            {}};
 }
 
 template <int D>
@@ -84,6 +85,7 @@ void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeO
                                 s.by_metric, s.held_back};
     }
     part.expected = made.expected;
+    part.objective = word_of(options.objective);
     part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
     run.report(part);
     if (at.nodes != NodesOf::input) return;
