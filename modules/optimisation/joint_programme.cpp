@@ -34,9 +34,12 @@ class Descent {
         scales_.reserve(p.elements.size());
         for (const auto& e : p.elements) scales_.push_back(slack_scale<D>(e.bezier));
         slacks_ = slacks(offsets_);
+        work_ += work_of_all_elements();
     }
 
     [[nodiscard]] const Offsets& offsets() const { return offsets_; }
+    /// Work so far, in the units of element_work.
+    [[nodiscard]] double work() const { return work_; }
     /// How far the lowest coefficient is below its floor.
     [[nodiscard]] double shortfall() const {
         double largest = -1e300;
@@ -78,7 +81,12 @@ class Descent {
     [[nodiscard]] Model model() const;
     void add_element(std::size_t e, Model& model) const;
 
+    [[nodiscard]] double work_of_all_elements() const {
+        return element_work * static_cast<double>(programme_.elements.size());
+    }
+
     const Programme& programme_;
+    double work_ = 0;
     std::vector<double> scales_;
     Offsets offsets_;
     std::vector<Slacks<D>> slacks_;
@@ -144,6 +152,7 @@ typename Descent<D>::Model Descent<D>::model() const {
 template <int D>
 bool Descent<D>::step() {
     Model m = model();
+    work_ += equations_work(offsets_.size()) + work_of_all_elements();
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Lower> factors(m.hessian);
     if (factors.info() != Eigen::Success) return false;
     const Eigen::VectorXd direction = factors.solve(-m.gradient);
@@ -156,6 +165,7 @@ bool Descent<D>::step() {
             for (int i = 0; i < D; ++i)
                 trial[u][i] = offsets_[u][i] + share * direction[static_cast<Eigen::Index>(u) * D + i];
         auto there = slacks(trial);
+        work_ += work_of_all_elements();
         if (!(merit(trial, there) < before + 1e-4 * share * slope)) continue;
         offsets_ = std::move(trial);
         slacks_ = std::move(there);
@@ -172,21 +182,20 @@ JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> s
     double largest = descent.shortfall();
     double before = largest;
     double shortfall = largest;
-    const double of_step = step_work(programme.unknowns.size());
-    double work = 0;
+    const auto is_spent = [&] { return descent.work() >= programme.max_work; };
     for (int update = 0; update < max_updates; ++update) {
-        for (int i = 0; i < max_steps && work + of_step <= programme.max_work; ++i, work += of_step)
+        for (int i = 0; i < max_steps && !is_spent(); ++i)
             if (!descent.step()) break;
         shortfall = descent.shortfall();
         largest = std::max(largest, shortfall);
         descent.update_multipliers();
-        if (shortfall < largest_shortfall || work + of_step > programme.max_work) break;
+        if (shortfall < largest_shortfall || is_spent()) break;
         // Stuck in a fold: neither penalty nor multipliers have moved it.
         if (update >= patience && shortfall > 0.5 * largest) break;
         if (shortfall > 0.3 * before) descent.raise_penalty();
         before = shortfall;
     }
-    return {descent.offsets(), shortfall, work};
+    return {descent.offsets(), shortfall, descent.work()};
 }
 
 #define CAMBER_INSTANTIATE(D) template JointSolution<D> solve<D>(const JointProgramme<D>&, std::vector<Vec<D>>);

@@ -111,11 +111,14 @@ struct Passes {
     }
     /// The same of so many rings of elements around what is left.
     [[nodiscard]] Outcome<Done> by_extension(int rings) {
+        if (state.exhausted()) return Done{};
         const auto home =
             extend_around(state.moved, state.kinds, state.shells, queue, rings, without_progress(execution));
         if (!home) return fail(home.error());
+        state.work_left -= home->work;
+        state.work += home->work;
         return by_homes([&](EdgeId edge) {
-            const LagrangeNode<D>* there = home->find(edge);
+            const LagrangeNode<D>* there = home->nodes.find(edge);
             return there ? std::optional(*there) : std::nullopt;
         });
     }

@@ -101,10 +101,10 @@ Part<D> part_of(const MovedMesh<D>& moved, const std::vector<ElementId>& element
 }  // namespace
 
 template <int D>
-Outcome<SparseMap<EdgeId, LagrangeNode<D>>> extend_around(const MovedMesh<D>& moved, const Column<EdgeKind>& kinds,
-                                                          const Incidence<ElementId>& all_shells,
-                                                          const std::vector<ElementId>& seeds, int rings,
-                                                          const Execution& execution) {
+Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column<EdgeKind>& kinds,
+                                         const Incidence<ElementId>& all_shells, const std::vector<ElementId>& seeds,
+                                         int rings, const Execution& execution) {
+    constexpr double iteration_work = 2e-3;  // of an edge
     std::vector<EdgeId> free = volume_edges(moved.mesh, kinds, seeds);
     std::vector<ElementId> elements = around(all_shells, free);
     for (int ring = 0; ring < rings; ++ring) {
@@ -116,13 +116,14 @@ Outcome<SparseMap<EdgeId, LagrangeNode<D>>> extend_around(const MovedMesh<D>& mo
     if (!part_shells) return fail(part_shells.error());
     const auto extended = extend_boundary(part.mesh, part.kinds, part.mesh.mid_nodes, *part_shells, {}, execution);
     if (!extended) return fail(extended.error());
-    SparseMap<EdgeId, LagrangeNode<D>> nodes;
-    for (std::size_t i = 0; i < free.size(); ++i) nodes.at(free[i]) = extended->nodes[i];
-    return nodes;
+    LocalExtension<D> local;
+    for (std::size_t i = 0; i < free.size(); ++i) local.nodes.at(free[i]) = extended->nodes[i];
+    local.work = iteration_work * static_cast<double>(extended->solved) * extended->iterations;
+    return local;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<SparseMap<EdgeId, LagrangeNode<D>>> extend_around<D>(                                             \
+    template Outcome<LocalExtension<D>> extend_around<D>(                                                              \
         const MovedMesh<D>&, const Column<EdgeKind>&, const Incidence<ElementId>&, const std::vector<ElementId>&, int, \
         const Execution&);
 

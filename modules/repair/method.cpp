@@ -31,6 +31,9 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return Done{};
 }
 
+/// Effort of each repair after the first, as a share.
+constexpr double share_of_retries = 0.25;
+
 /// What is prescribed is left that elements be valid, for no higher bound.
 template <int D>
 bool stays_on_geometry(const RepairGuide<D>& guide, double bound) {
@@ -66,7 +69,11 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
         if (stays_on_geometry(guide, of.min_scaled_jacobian)) by.surface = SurfaceMoves::on_geometry;
         return repair(judged, by, of, execution);
     };
-    auto kept = min_invalid(wanted, to(wanted, options), options, execution, to);
+    const auto again = [&](const JudgedProposal<D>& judged, RepairOptions of) {
+        of.effort *= share_of_retries;
+        return to(judged, of);
+    };
+    auto kept = min_invalid(wanted, to(wanted, options), options, execution, again);
     if (is_surface_alone(wanted.mesh().linear)) return kept;  // chords were tried
     if (!kept || kept->judged.validation().all_valid()) return kept;
     // The surface is not left for a bound that is only recommended.
@@ -115,7 +122,7 @@ Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Inciden
     SparseMap<EdgeId, LagrangeNode<D>> wanted;
     for (const ElementId e : broken)
         for (const EdgeId edge : judged.mesh().edges.of_elements[e])
-            if (const auto* node = extended->find(edge)) wanted.at(edge) = *node;
+            if (const auto* node = extended->nodes.find(edge)) wanted.at(edge) = *node;
     // Models are about places of the mesh's own vertices.
     const auto centre = [moved, wanted = std::move(wanted)](EdgeId edge) {
         const LagrangeNode<D>* node = wanted.find(edge);

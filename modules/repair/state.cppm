@@ -33,7 +33,7 @@ struct RepairState {
     const RepairOptions& options;
     Column<EdgeKind> kinds;
     Schedule& schedule;    ///< of the mesh's elements
-    double work_left = 0;  ///< of programmes, see step_work
+    double work_left = 0;  ///< of programmes and extensions, see element_work
     double work = 0;       ///< done so far
     VertexSurroundings around_vertices = {};
     const FootOnGeometry<D>* onto = nullptr;             ///< none: boundary nodes do not slide

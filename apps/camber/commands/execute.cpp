@@ -175,6 +175,20 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
     same->peak_bytes = std::max(same->peak_bytes, step.peak_bytes);
 }
 
+/// The time that a run takes, by one with a share of its repair; nothing where that is not run, or fails.
+std::optional<double> probed_seconds(const config::Pipeline& pipeline, const run::PlanSize& size,
+                                     const Execution& execution) {
+    const auto probe = run::probe_of(pipeline, size, threads_used(pipeline));
+    if (!probe) return std::nullopt;
+    const Meter meter;
+    auto inputs = read_inputs(*probe, {}, execution);
+    if (!inputs) return std::nullopt;
+    const auto made = run::run_pipeline(*probe, std::move(*inputs),
+                                        [&](std::string_view, const auto& body) { return body(execution); });
+    if (!made) return std::nullopt;
+    return run::expected_seconds(pipeline, made->report, meter.read().seconds, threads_used(pipeline));
+}
+
 }  // namespace
 
 config::Output files_of(config::Output output) {
@@ -209,7 +223,8 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     const auto growth = run::planned_growth(pipeline, std::move(*inputs),
                                             [&](std::string_view, const auto& body) { return body(execution); });
     if (!growth) return fail(of_input(growth.error(), pipeline));
-    std::string text = run::plan_text(pipeline, size, *growth, threads_used(pipeline));
+    std::string text = run::plan_text(pipeline, size, *growth, probed_seconds(pipeline, size, execution),
+                                      threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output))
         text += "  " + called_output(path) + ": " + writable(path) + "\n";
     if (const std::string& plots = pipeline.output.plots; !plots.empty()) {

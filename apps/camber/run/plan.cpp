@@ -7,6 +7,7 @@ module;
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include <fmt/format.h>
@@ -16,7 +17,9 @@ import camber.config;
 import camber.io;
 import camber.repair;
 import :memory;
+import :order;
 import :plan;
+import :report;
 
 namespace camber::run {
 
@@ -43,11 +46,12 @@ PlanSize size_of(const QuadraticMesh<D>& m) {
     return size;
 }
 
+constexpr double seconds_of_work = 5e-5;  ///< of one thread, for a unit of RepairOptions::effort
+
 /// What a stage may spend on what it repairs; empty for stages that repair nothing by programmes.
 std::string repair_limit(const config::Stage& stage, int threads) {
     const auto* relax = std::get_if<config::Relax>(&stage);
     if (!relax || !needs_models(relax->method)) return {};
-    constexpr double seconds_of_work = 5e-5;  // measured on one core
     const auto seconds = [&](std::size_t elements) {
         return allowed_work(elements, relax->effort) * seconds_of_work / (threads > 0 ? threads : 1);
     };
@@ -77,6 +81,20 @@ PlanSize with_growth(PlanSize size, const std::optional<Growth>& growth) {
     return size;
 }
 
+/// Share of the work of repair that a probe may do.
+constexpr double probed_share = 0.02;
+
+config::Relax* repair_by_optimisation(config::Stage& stage) {
+    auto* const relax = std::get_if<config::Relax>(&stage);
+    return relax != nullptr && needs_models(relax->method) ? relax : nullptr;
+}
+
+std::string seconds_text(double seconds) {
+    if (seconds < 1.5) return "about a second";
+    if (seconds < 100) return fmt::format("about {:.2g} s", seconds);
+    return fmt::format("about {:.2g} minutes", seconds / 60);
+}
+
 std::string row(const std::string& name, const std::string& value) { return fmt::format("  {:<26}{}\n", name, value); }
 
 }  // namespace
@@ -94,8 +112,34 @@ std::string time_class(const PlanSize& size, int threads) {
     return mean < 3600 ? "minutes" : "hours";
 }
 
+std::optional<config::Pipeline> probe_of(const config::Pipeline& pipeline, const PlanSize& size, int threads) {
+    constexpr double most_edges = 2e5;  // of a thread: seconds
+    if (static_cast<double>(size.edges) > most_edges * threads) return std::nullopt;
+    config::Pipeline probe = pipeline;
+    probe.output = {};
+    bool repairs = false;
+    for (config::Stage& stage : probe.stages) {
+        if (std::visit([]<class S>(const S&) { return changes_topology<S>(); }, stage)) return std::nullopt;
+        if (config::Relax* const relax = repair_by_optimisation(stage)) {
+            relax->effort *= probed_share;
+            repairs = true;
+        }
+    }
+    return repairs ? std::optional(std::move(probe)) : std::nullopt;
+}
+
+double expected_seconds(const config::Pipeline& pipeline, const Report& probe, double seconds, int threads) {
+    if (!probe.relax || probe.relax->given_up == 0 || !probe.validity_before) return seconds;
+    const ValidityReport& v = *probe.validity_before;
+    double work = 0;
+    for (config::Stage stage : pipeline.stages)
+        if (const config::Relax* const relax = repair_by_optimisation(stage))
+            work += (1 - probed_share) * allowed_work(v.invalid + v.undecided + v.below_bound, relax->effort);
+    return seconds + work * seconds_of_work / (threads > 0 ? threads : 1);
+}
+
 std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, const std::optional<Growth>& growth,
-                      int threads) {
+                      std::optional<double> seconds, int threads) {
     const auto parts = config::parts_of(pipeline);
     std::string text =
         row("input", parts.input) + row("dimension, degree", fmt::format("{}D, P{}", size.dimension, size.degree)) +
@@ -118,7 +162,7 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, co
     const std::size_t peak = std::max(size.peak_bytes, growth ? growth->peak_bytes : 0);
     return text + row("threads", fmt::format("{}", threads)) +
            row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(peak) / 1048576)) +
-           row("time", time_class(with_growth(size, growth), threads));
+           row("time", seconds ? seconds_text(*seconds) : time_class(with_growth(size, growth), threads));
 }
 
 }  // namespace camber::run
