@@ -32,9 +32,9 @@ export namespace camber {
 /// tetrahedra, in 2D and of a surface the triangles; the boundary is the facets, of a surface the edges, that are faces
 /// of elements: MFEM knows no others. Of degree 2, `nodes` are an H1 field of order 2: first those of the vertices,
 /// then those of the edges, as the elements name these, in MFEM's order of local edges. References that are not
-/// positive become the least positive numbers that are free. The same bytes for any number of threads. Errors:
-/// unsupported (facets or edges without any element), internal (columns of the mesh that do not fit each other),
-/// memory, stopped.
+/// positive become the least positive numbers that no simplex and no name has. The same bytes for any number of
+/// threads. Errors: unsupported (facets or edges without any element), internal (columns of the mesh that do not fit
+/// each other), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const LinearMesh<D>& mesh, const Execution& execution);
 template <int D>

@@ -27,14 +27,28 @@ struct Renamed {
     std::size_t count;
 };
 
-/// In falling order: 0, −1 …
-std::vector<Renamed> renamed(const Column<Reference>& references) {
+/// References of simplices of one dimension, and the names that references of that dimension have.
+struct Referenced {
+    const Column<Reference>& references;
+    const Column<Group>& groups;
+    int dimension;
+};
+template <int K>
+Referenced referenced(const Simplices<K>& simplices, const Column<Group>& groups) {
+    return {simplices.references, groups, K};
+}
+
+/// In falling order: 0, −1 … The new numbers are those of no simplex and no name.
+std::vector<Renamed> renamed(const Referenced& given) {
     std::map<Reference, std::size_t, std::greater<>> counts;
-    for (const Reference r : references)
+    for (const Reference r : given.references)
         if (r <= 0) ++counts[r];
+    if (counts.empty()) return {};
     std::vector<Reference> used;
-    for (const Reference r : references)
-        if (r > 0 && !counts.empty()) used.push_back(r);
+    for (const Reference r : given.references)
+        if (r > 0) used.push_back(r);
+    for (const Group& group : given.groups)
+        if (group.dimension == given.dimension) used.push_back(group.reference);
     std::sort(used.begin(), used.end());
     std::vector<Renamed> made;
     Reference next = 1;
@@ -50,7 +64,7 @@ std::vector<Renamed> renamed(const Column<Reference>& references) {
 /// The attribute of each reference.
 class Attributes {
   public:
-    explicit Attributes(const Column<Reference>& references) : renamed_(renamed(references)) {}
+    explicit Attributes(const Referenced& given) : renamed_(renamed(given)) {}
     /// Of a reference that is there.
     [[nodiscard]] Reference of(Reference reference) const { return *find(reference); }
     /// None: no simplex has it, and MFEM cannot either.
@@ -78,10 +92,11 @@ bool is_writable(std::string_view name) {
 }
 
 /// By groups of a dimension, names in the order in which they come.
-std::vector<AttributeSet> sets_of(const Column<Group>& groups, int dimension, const Attributes& attributes) {
+std::vector<AttributeSet> sets_of(const Referenced& given) {
+    const Attributes attributes(given);
     std::vector<AttributeSet> sets;
-    for (const Group& group : groups) {
-        const auto attribute = group.dimension == dimension ? attributes.find(group.reference) : std::nullopt;
+    for (const Group& group : given.groups) {
+        const auto attribute = group.dimension == given.dimension ? attributes.find(group.reference) : std::nullopt;
         if (!attribute || !is_writable(group.name)) continue;
         auto set = std::find_if(sets.begin(), sets.end(), [&](const AttributeSet& s) { return s.name == group.name; });
         if (set == sets.end()) set = sets.insert(sets.end(), {group.name, {}});
@@ -90,8 +105,8 @@ std::vector<AttributeSet> sets_of(const Column<Group>& groups, int dimension, co
     return sets;
 }
 
-void note_renamed(const Column<Reference>& references, const std::string& what, std::vector<Notice>& notices) {
-    const std::vector<Renamed> changes = renamed(references);
+void note_renamed(const Referenced& given, const std::string& what, std::vector<Notice>& notices) {
+    const std::vector<Renamed> changes = renamed(given);
     if (changes.empty()) return;
     std::string text = "MFEM's attributes are positive: of the " + what + " reference ";
     constexpr std::size_t most = 5;
@@ -123,9 +138,8 @@ template <int K>
 void note_names(const Column<Group>& groups, const Simplices<K>& elements, const Simplices<K - 1>& boundary,
                 std::vector<Notice>& notices) {
     std::size_t kept = 0;
-    for (const AttributeSet& set : sets_of(groups, K, Attributes(elements.references))) kept += set.attributes.size();
-    for (const AttributeSet& set : sets_of(groups, K - 1, Attributes(boundary.references)))
-        kept += set.attributes.size();
+    for (const AttributeSet& set : sets_of(referenced(elements, groups))) kept += set.attributes.size();
+    for (const AttributeSet& set : sets_of(referenced(boundary, groups))) kept += set.attributes.size();
     if (const std::size_t lost = groups.size() - kept; lost > 0)
         notices.push_back({"MFEM has no place for " + std::to_string(lost) + " names of references"});
 }
@@ -139,7 +153,7 @@ void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed,
     if (!boundary) return;
     if (const std::size_t lost = listed.size() - boundary->size(); lost > 0)
         notices.push_back({"MFEM has no place for " + std::to_string(lost) + " facets that are no element's face"});
-    note_renamed(boundary->references, "boundary", notices);
+    note_renamed(referenced(*boundary, groups), "boundary", notices);
     note_names(groups, elements, *boundary, notices);
 }
 
@@ -168,8 +182,8 @@ class Writer {
     Outcome<Chunks> write(const Simplices<K>& elements, const Simplices<K - 1>& listed) && {
         const auto boundary = faces_of(elements, listed, execution_);
         if (!boundary) return fail(boundary.error());
-        const auto of_elements = sets_of(linear_.groups, K, Attributes(elements.references)),
-                   of_boundary = sets_of(linear_.groups, K - 1, Attributes(boundary->references));
+        const auto of_elements = sets_of(referenced(elements, linear_.groups)),
+                   of_boundary = sets_of(referenced(*boundary, linear_.groups));
         const bool named = !of_elements.empty() || !of_boundary.empty();
         text_.put(std::string(named ? first_line_of_names : first_line) + "\n\ndimension\n" + std::to_string(K) + "\n");
         auto written = simplices("elements", elements);
@@ -194,7 +208,7 @@ class Writer {
 
     template <int K>
     Outcome<Done> simplices(const std::string& title, const Simplices<K>& rows) {
-        const Attributes attributes(rows.references);
+        const Attributes attributes(referenced(rows, linear_.groups));
         text_.put("\n" + title + "\n" + std::to_string(rows.size()) + "\n");
         return text_.lines(rows.size(), K + 3, [&](std::size_t i, char* to) {
             to = write_word(to, attributes.of(rows.references[i]), ' ');
@@ -251,12 +265,13 @@ template <int D>
 std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh) {
     const bool surface = is_surface_alone(mesh);  // MFEM's mesh of dimension 2
     auto notices = not_held(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
-    mfem::note_renamed(surface ? mesh.facets.references : mesh.elements.references, "elements", notices);
     if constexpr (D == 3)
         if (surface) {
+            mfem::note_renamed(mfem::referenced(mesh.facets, mesh.groups), "elements", notices);
             mfem::note_boundary(mesh.facets, mesh.edges, mesh.groups, notices);
             return notices;
         }
+    mfem::note_renamed(mfem::referenced(mesh.elements, mesh.groups), "elements", notices);
     mfem::note_boundary(mesh.elements, mesh.facets, mesh.groups, notices);
     return notices;
 }

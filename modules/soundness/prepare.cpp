@@ -72,6 +72,16 @@ struct Plan {
     Buffer<Reference> added_references;
 };
 
+/// References of facets, and those that have a name although no facet has them.
+template <int D>
+std::vector<Reference> references_in_use(const LinearMesh<D>& mesh) {
+    std::vector<Reference> used(mesh.facets.references.begin(), mesh.facets.references.end());
+    for (const Group& group : mesh.groups)
+        if (group.dimension == D - 1) used.push_back(group.reference);
+    used |= ranges::actions::sort | ranges::actions::unique;
+    return used;
+}
+
 /// The first reference after those in use; the smallest free one where there is none after.
 Reference fresh_reference(const std::vector<Reference>& used) {
     const Reference highest = used.empty() ? 0 : *std::max_element(used.begin(), used.end());
@@ -122,8 +132,7 @@ Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std
     say(Defect::repeated_element, ": dropped");
     say(Defect::repeated_facet, ": dropped");
     say(Defect::reversed_element, ": turned");
-    std::vector<Reference> used(mesh.facets.references.begin(), mesh.facets.references.end());
-    used |= ranges::actions::sort | ranges::actions::unique;
+    std::vector<Reference> used = references_in_use(mesh);
     add_faces(mesh, x, x.unlisted, mesh.facets.vertices.empty() ? Defect::no_facets : Defect::missing_facet, used, work,
               notices);
     add_faces(mesh, x, x.interfaces, Defect::missing_interface, used, work, notices);

@@ -21,7 +21,7 @@ struct Prepared {
 /// - reversed elements are turned by swapping their first two vertices. Tangled ones are numbered as their neighbours
 ///   are, so that their volume is negative and every check sees it; no order of their vertices would make them right;
 /// - faces of the boundary, and between elements of different references, that are not listed become facets with fresh
-///   references, one for each kind, after those in use.
+///   references, one for each kind, after those in use by facets and by names of groups of facets.
 /// Vertices, and their order, stay. A sound mesh is given back as it is. Errors: input (the fatal defects of
 /// `Soundness`, an empty mesh), memory, stopped.
 template <int D>

@@ -250,6 +250,33 @@ TEST_CASE("references that are not positive become the next free ones, and that 
     CHECK(not_in_mfem(mesh)[0].what.ends_with("-3 becomes 4 (1), -2147483648 becomes 5 (1)"));
 }
 
+TEST_CASE("references that become attributes take the number of no name") {
+    testing::property("of elements and boundary", [](std::uint64_t seed) {
+        auto mesh = held(generated::mesh<3>(seed, 1 + seed % 5));
+        RC_PRE(mesh.elements.size() > 0);
+        generated::Random random(seed);
+        const auto some_references = [&](std::size_t n) {
+            Buffer<Reference> references;
+            for (std::size_t i = 0; i < n; ++i) references.push_back(static_cast<Reference>(random.below(6)) - 2);
+            return references;
+        };
+        mesh.elements.references = some_references(mesh.elements.size());
+        mesh.facets.references = some_references(mesh.facets.size());
+        mesh.groups = Buffer<Group>{{3, 1, "named"}, {3, 3, "named"}, {2, 2, "named"}};
+        const auto named = [](const LinearMesh<3>& m, int dimension, Reference reference) {
+            return std::any_of(m.groups.begin(), m.groups.end(),
+                               [&](const Group& g) { return g.dimension == dimension && g.reference == reference; });
+        };
+        const auto decoded = read(written(mesh));
+        if (!decoded) RC_FAIL(describe(decoded.error()));
+        const auto& back = std::get<LinearMesh<3>>(decoded->mesh);
+        for (std::size_t i = 0; i < mesh.elements.size(); ++i)
+            RC_ASSERT(named(back, 3, back.elements.references[i]) == named(mesh, 3, mesh.elements.references[i]));
+        for (std::size_t i = 0; i < mesh.facets.size(); ++i)
+            RC_ASSERT(named(back, 2, back.facets.references[i]) == named(mesh, 2, mesh.facets.references[i]));
+    });
+}
+
 TEST_CASE("what MFEM has no place for") {
     std::uint64_t seed = 1;
     while (generated::mesh<3>(seed, 4).elements.size() == 0) ++seed;  // some are surfaces alone

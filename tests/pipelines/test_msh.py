@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import unittest
+from collections import Counter
 
 import numpy as np
 
@@ -16,6 +17,44 @@ import gmf
 import msh_text
 
 FORMATS = ("msh", "msh-ascii", "msh2", "msh2-ascii")
+SQUARE = """$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+1 6 "inlet"
+1 7 "heated"
+2 8 "all"
+$EndPhysicalNames
+$Entities
+0 2 1 0
+1 0 0 0 1 0 0 {groups} 0
+2 1 0 0 1 1 0 {others} 0
+1 0 0 0 1 1 0 1 8 2 1 2
+$EndEntities
+$Nodes
+1 5 1 5
+2 1 0 5
+1
+2
+3
+4
+5
+0 0 0
+1 0 0
+1 1 0
+0 1 0
+0.5 0.5 0
+$EndNodes
+$Elements
+{edges}
+2 1 2 4
+11 1 2 5
+12 2 3 5
+13 3 4 5
+14 4 1 5
+$EndElements
+"""
 BOX = """
 SetFactory("Built-in");
 Point(1) = {0, 0, 0, 0.6}; Point(2) = {1, 0, 0, 0.6}; Point(3) = {1, 1, 0, 0.6}; Point(4) = {0, 1, 0, 0.6};
@@ -62,6 +101,23 @@ class Msh(unittest.TestCase):
     def same(self, read, wanted):
         self.assertEqual(read.cells(), wanted.cells())
         self.assertEqual(read.names, wanted.names)
+
+    def square(self, groups, others="0", edges="2 5 1 14\n1 1 1 1\n1 1 2"):
+        """A square whose lower edge is in these groups, and its right one where it is listed."""
+        self.path("square.msh").write_text(SQUARE.format(groups=groups, others=others, edges=edges))
+
+    def edges_by_group(self, name):
+        """The number of edges by the names, or numbers, of the groups that they are in."""
+        read = msh_text.read(self.path(name))
+        return Counter(tuple(read.names.get((1, p), p) for p in e[3]) for e in read.elements if e[1] in (1, 8))
+
+    def test_edges_that_no_file_lists_are_in_no_group_with_a_name(self):
+        self.square("1 6")
+        for verb in ("curve", "remesh"):
+            self.camber(verb, "square.msh", "-o", "out.msh")
+            groups = self.edges_by_group("out.msh")
+            self.assertEqual(groups["heated",], 0)
+            self.assertEqual(set(groups), {("inlet",), (8,)})
 
     @needs("gmsh")
     def test_there_and_back(self):

@@ -175,6 +175,24 @@ void test_laws() {
              },
              {.count = 20});
 
+    property(
+        "facets that come back have the reference of no name" + in,
+        [] {
+            auto random = random_source();
+            auto mesh = sound_mesh<D>(random);
+            Buffer<Group> groups;
+            for (std::size_t n = random() % 6; n > 0; --n)
+                groups.push_back({static_cast<int>(1 + random() % 3), static_cast<Reference>(random() % 9), "name"});
+            mesh.groups = groups;
+            drop_facets(mesh, some(random, mesh.facets.size(), 1 + random() % 5));
+            const auto prepared = *prepare(mesh, alone);
+            for (std::size_t f = mesh.facets.size(); f < prepared.mesh.facets.size(); ++f)
+                for (const Group& group : groups)
+                    RC_ASSERT((group.dimension != D - 1 || group.reference != prepared.mesh.facets.references[f]));
+            RC_ASSERT(prepared.mesh.groups == mesh.groups);
+        },
+        {.count = 20});
+
     property("what is listed again is dropped" + in,
              [] {
                  auto random = random_source();
