@@ -5,6 +5,7 @@ module;
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 module camber.io;
 import camber.core;
@@ -47,6 +48,7 @@ std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
     });
     if (changed > 0)
         losses.push_back({"CGNS has names of 32 letters without /: " + std::to_string(changed) + " names are changed"});
+    for (Notice& notice : not_in_further_groups(mesh, "CGNS")) losses.push_back(std::move(notice));
     return losses;
 }
 

@@ -49,6 +49,7 @@ import :msh_source;
 import :msh_format;
 import :msh_raw;
 import :msh_numbers;
+import :msh_groups;
 import :msh_layout;
 import :msh_sink;
 import :vtu_file;

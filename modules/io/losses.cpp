@@ -2,8 +2,10 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 module camber.io;
 import camber.core;
@@ -14,6 +16,17 @@ namespace {
 
 std::size_t without_zeros(const Column<Reference>& column) {
     return column.size() - static_cast<std::size_t>(std::count(column.begin(), column.end(), 0));
+}
+
+/// The simplices of that dimension and reference.
+template <int D>
+std::size_t simplices_of(const LinearMesh<D>& mesh, int dimension, Reference reference) {
+    const auto count = [&](const Column<Reference>& column) {
+        return static_cast<std::size_t>(std::count(column.begin(), column.end(), reference));
+    };
+    if (dimension == D) return count(mesh.elements.references);
+    if (dimension == D - 1) return count(mesh.facets.references);
+    return dimension == 1 ? count(mesh.edges.references) : 0;
 }
 
 struct Loss {
@@ -53,7 +66,27 @@ std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string
     return notices;
 }
 
-#define CAMBER_INSTANTIATE(D) template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);
+template <int D>
+std::vector<Notice> not_in_further_groups(const LinearMesh<D>& mesh, std::string_view format) {
+    constexpr std::array<std::string_view, 4> plurals{"points", "edges", "triangles", "tetrahedra"};
+    std::map<std::pair<int, Reference>, std::vector<std::string>> names;
+    for (const Group& group : mesh.groups) names[{group.dimension, group.reference}].push_back(group.name);
+    std::vector<Notice> notices;
+    for (const auto& [key, all] : names) {
+        const std::size_t count = all.size() > 1 ? simplices_of(mesh, key.first, key.second) : 0;
+        if (count == 0) continue;
+        std::string others;
+        for (std::size_t i = 1; i < all.size(); ++i) others += (i > 1 ? ", \"" : "\"") + all[i] + "\"";
+        notices.push_back({std::string(format) + " has one group for a simplex: " + std::to_string(count) + " " +
+                           std::string(plurals[static_cast<std::size_t>(key.first)]) + " of \"" + all.front() +
+                           "\" are left out of " + others});
+    }
+    return notices;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                \
+    template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view); \
+    template std::vector<Notice> not_in_further_groups<D>(const LinearMesh<D>&, std::string_view);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -22,4 +22,8 @@ struct Holds {
 template <int D>
 [[nodiscard]] std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string_view format);
 
+/// For formats with one name a reference: the simplices that are in further groups, by these.
+template <int D>
+[[nodiscard]] std::vector<Notice> not_in_further_groups(const LinearMesh<D>& mesh, std::string_view format);
+
 }  // namespace camber

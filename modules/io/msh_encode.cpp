@@ -12,6 +12,7 @@ module camber.io;
 import camber.core;
 import camber.bezier;
 import :field_rows;
+import :msh_groups;
 
 namespace camber {
 
@@ -48,8 +49,9 @@ class Writer {
         numbers_ = numbers_of(linear_);
         count_elements();
         begin();
-        names();
-        auto written = options_.version == MshVersion::v4 ? write_4() : write_2();
+        const GroupTags groups(linear_.groups, numbers_);
+        names(groups);
+        auto written = options_.version == MshVersion::v4 ? write_4(groups) : write_2(groups);
         for (const MeshField& field : fields_)
             if (written) written = write_field(field);
         if (!written) return fail(std::move(written.error()));
@@ -94,14 +96,12 @@ class Writer {
         if (sink_.binary()) sink_.line(std::int32_t{1});
         sink_.end_section("MeshFormat");
     }
-    void names() {
-        if (linear_.groups.empty()) return;
-        sink_.text("$PhysicalNames\n" + std::to_string(linear_.groups.size()) + "\n");
-        for (const Group& group : linear_.groups)
-            sink_.text(std::to_string(group.dimension) + " " +
-                       std::to_string(
-                           numbers_.of_dimension[static_cast<std::size_t>(group.dimension)].physical(group.reference)) +
-                       " " + quoted(group.name) + "\n");
+    void names(const GroupTags& groups) {
+        if (groups.named().empty()) return;
+        sink_.text("$PhysicalNames\n" + std::to_string(groups.named().size()) + "\n");
+        for (const NamedTag& group : groups.named())
+            sink_.text(std::to_string(group.dimension) + " " + std::to_string(group.tag) + " " + quoted(group.name) +
+                       "\n");
         sink_.text("$EndPhysicalNames\n");
     }
 
@@ -121,7 +121,7 @@ class Writer {
 
     // ---------------------------------------------------------------- version 2.2
 
-    Outcome<Done> write_2() {
+    Outcome<Done> write_2(const GroupTags& groups) {
         sink_.text("$Nodes\n" + std::to_string(grid_.nodes()) + "\n");
         auto written = sink_.template rows<Row<std::int32_t, 1, 3>>(grid_.nodes(), [&](std::size_t n) {
             return Row<std::int32_t, 1, 3>{{static_cast<std::int32_t>(n + 1)}, point(n)};
@@ -129,28 +129,39 @@ class Writer {
         if (!written) return written;
         sink_.end_section("Nodes");
         sink_.text("$Elements\n" + std::to_string(before_[4]) + "\n");
-        written = elements_2<1>(15, numbers_.of_dimension[0], before_[0], [&](std::size_t i, std::int32_t* to) {
+        written = elements_2<1>(15, main_tags(groups, 0), 0, before_[0], [&](std::size_t i, std::int32_t* to) {
             *to = static_cast<std::int32_t>(numbers_.points[i] + 1);
         });
         with_each_dimension(linear_, [&](auto dimension, const auto& simplices) {
             constexpr int k = dimension();
             constexpr int width = static_cast<int>(Grid<Mesh>::template width<k>);
             if (written)
-                written = elements_2<width>(simplex_type<k, width>, numbers_.of_dimension[k], before_[k],
+                written = elements_2<width>(simplex_type<k, width>, main_tags(groups, k), k, before_[k],
                                             [&](std::size_t i, std::int32_t* to) { put_nodes<k>(simplices, i, to); });
         });
         sink_.end_section("Elements");
         return written;
     }
+    /// The one physical tag that each class of simplices has in this version; 0: none.
+    [[nodiscard]] std::vector<Reference> main_tags(const GroupTags& groups, int dimension) const {
+        std::vector<Reference> tags;
+        for (const Class& one : numbers_.of_dimension[static_cast<std::size_t>(dimension)].list) {
+            const std::vector<Reference> all = groups.of(dimension, one);
+            tags.push_back(all.empty() ? 0 : all.front());
+        }
+        return tags;
+    }
     /// Elements of one type. In text the type and the number of tags stand in each line, in binary before all.
     template <std::size_t Width>
-    Outcome<Done> elements_2(std::int32_t type, const Classes& classes, std::size_t before, const auto& put) {
+    Outcome<Done> elements_2(std::int32_t type, const std::vector<Reference>& physicals, std::size_t dimension,
+                             std::size_t before, const auto& put) {
+        const Classes& classes = numbers_.of_dimension[dimension];
         const std::size_t n = classes.of.size();
         constexpr std::int32_t tags = 2;
         const auto fill = [&](auto row, std::size_t first, std::size_t i) {
             const Class& one = classes.list[classes.of[i]];
             row.integers[0] = static_cast<std::int32_t>(before + i + 1);
-            row.integers[first] = one.physical;
+            row.integers[first] = physicals[classes.of[i]];
             row.integers[first + 1] = one.tag;
             put(i, row.integers.data() + first + 2);
             return row;
@@ -172,8 +183,8 @@ class Writer {
 
     // ---------------------------------------------------------------- version 4.1
 
-    Outcome<Done> write_4() {
-        auto layout = layout_of(grid_, numbers_, execution_);
+    Outcome<Done> write_4(const GroupTags& groups) {
+        auto layout = layout_of(grid_, numbers_, groups, execution_);
         if (!layout) return fail(std::move(layout.error()));
         entities_4(*layout);
         return nodes_4(*layout).and_then([&](Done) { return elements_4(*layout); });
@@ -188,8 +199,8 @@ class Writer {
             // Whether a box has −0 or 0 depends on who joined it first: + 0.0 makes it 0.
             sink_.words(entity.tag, low[0] + 0.0, low[1] + 0.0, low[2] + 0.0);
             if (entity.dimension > 0) sink_.words(high[0] + 0.0, high[1] + 0.0, high[2] + 0.0);
-            sink_.words(Tag{entity.physical != 0 ? 1U : 0U});
-            if (entity.physical != 0) sink_.words(entity.physical);
+            sink_.words(Tag{entity.physicals.size()});
+            for (const Reference physical : entity.physicals) sink_.words(physical);
             if (entity.dimension > 0) sink_.words(Tag{0});
             sink_.end_line();
         }

@@ -37,8 +37,8 @@ class Maker {
   public:
     static constexpr int D = Mesh::dimension;
 
-    Maker(const Grid<Mesh>& grid, const Numbers& numbers, const Execution& execution)
-        : grid_(grid), numbers_(numbers), execution_(execution) {}
+    Maker(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups, const Execution& execution)
+        : grid_(grid), numbers_(numbers), groups_(groups), execution_(execution) {}
 
     Outcome<Layout> make() && {
         list_entities();
@@ -58,13 +58,13 @@ class Maker {
 
   private:
     void list_entities() {
-        std::map<std::pair<int, Reference>, Reference> all;
+        std::map<std::pair<int, Reference>, std::vector<Reference>> all;
         for (int k = 0; k < 4; ++k) {
             const Classes& classes = numbers_.of_dimension[static_cast<std::size_t>(k)];
-            for (const Reference tag : classes.tags) all.try_emplace({k, tag}, 0);
-            for (const Class& one : classes.list) all[{k, one.tag}] = one.physical;
+            for (const Reference tag : classes.tags) all.try_emplace({k, tag});
+            for (const Class& one : classes.list) all[{k, one.tag}] = groups_.of(k, one);
         }
-        for (const auto& [key, physical] : all) layout_.entities.push_back({key.first, key.second, physical});
+        for (const auto& [key, physicals] : all) layout_.entities.push_back({key.first, key.second, physicals});
         for (int k = 0; k < 4; ++k)
             for (const Class& one : numbers_.of_dimension[static_cast<std::size_t>(k)].list)
                 layout_.entity_of_class[static_cast<std::size_t>(k)].push_back(row_of(k, one.tag));
@@ -141,6 +141,7 @@ class Maker {
 
     const Grid<Mesh>& grid_;
     const Numbers& numbers_;
+    const GroupTags& groups_;
     const Execution& execution_;
     Layout layout_;
     Buffer<std::uint32_t> where_;  ///< the entity of each node
@@ -150,13 +151,16 @@ class Maker {
 }  // namespace
 
 template <class Mesh>
-Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const Execution& execution) {
-    return Maker<Mesh>(grid, numbers, execution).make();
+Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups,
+                          const Execution& execution) {
+    return Maker<Mesh>(grid, numbers, groups, execution).make();
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                         \
-    template Outcome<Layout> layout_of(const Grid<LinearMesh<D>>&, const Numbers&, const Execution&); \
-    template Outcome<Layout> layout_of(const Grid<QuadraticMesh<D>>&, const Numbers&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<Layout> layout_of(const Grid<LinearMesh<D>>&, const Numbers&, const GroupTags&,    \
+                                       const Execution&);                                               \
+    template Outcome<Layout> layout_of(const Grid<QuadraticMesh<D>>&, const Numbers&, const GroupTags&, \
+                                       const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

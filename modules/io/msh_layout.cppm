@@ -7,6 +7,7 @@ module camber.io:msh_layout;
 import camber.core;
 import camber.bezier;
 import :grid;
+import :msh_groups;
 import :msh_numbers;
 
 namespace camber::msh {
@@ -15,7 +16,7 @@ namespace camber::msh {
 struct FileEntity {
     int dimension = 0;
     Reference tag = 0;
-    Reference physical = 0;  ///< 0: no simplices
+    std::vector<Reference> physicals = {};  ///< of its simplices; none: in no group, or no simplices
     Box<3> box = {};
 };
 
@@ -46,6 +47,7 @@ struct Layout {
 
 /// Errors: stopped, memory.
 template <class Mesh>
-[[nodiscard]] Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const Execution& execution);
+[[nodiscard]] Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups,
+                                        const Execution& execution);
 
 }  // namespace camber::msh

@@ -103,6 +103,8 @@ std::vector<Notice> not_in_msh(const LinearMesh<D>& mesh, MshVersion version) {
     });
     msh::tell_places(mesh, version, numbers, notices);
     msh::tell_points(mesh, numbers, notices);
+    if (version == MshVersion::v2)
+        for (Notice& notice : not_in_further_groups(mesh, "MSH 2.2")) notices.push_back(std::move(notice));
     if (!std::all_of(mesh.groups.begin(), mesh.groups.end(), [](const Group& g) { return msh::is_writable(g.name); }))
         notices.push_back({"quotes and ends of lines in names of references become others"});
     return notices;

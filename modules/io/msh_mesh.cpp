@@ -16,6 +16,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :msh_groups;
 
 namespace camber::msh {
 
@@ -23,15 +24,13 @@ namespace {
 
 /// What the mesh does not hold, by its number.
 struct Counts {
-    std::size_t in_several_groups = 0, between_partitions = 0, physicals = 0, degenerate_lines = 0;
-    std::map<EntityKey, std::size_t> left_out_of;  ///< by dimension and physical tag: groups that were not the first
+    std::size_t between_partitions = 0, physicals = 0, degenerate_lines = 0;
 };
 
 /// Where something on an entity belongs: that of a partition to its parent.
 struct Owner {
     EntityKey entity;
     Reference physical = 0;
-    std::size_t physicals = 0;
     std::vector<Reference> others = {};
     bool lies_between_partitions = false;
 };
@@ -39,19 +38,26 @@ Owner owner_of(const File& file, EntityKey key) {
     const auto found = file.entities.find(key);
     if (found == file.entities.end()) return {key};
     const EntityInfo& info = found->second;
-    if (!info.of_partition) return {key, info.physical, info.physicals, info.others};
-    Owner owner{info.parent, info.physical, info.physicals, info.others, info.parent.dimension != key.dimension};
-    if (const auto parent = file.entities.find(info.parent); parent != file.entities.end() && info.physicals == 0) {
+    if (!info.of_partition) return {key, info.physical, info.others};
+    Owner owner{info.parent, info.physical, info.others, info.parent.dimension != key.dimension};
+    if (const auto parent = file.entities.find(info.parent); parent != file.entities.end() && info.physical == 0) {
         owner.physical = parent->second.physical;
-        owner.physicals = parent->second.physicals;
         owner.others = parent->second.others;
     }
     return owner;
 }
 
+/// Other tags than the first, each once, in rising order.
+std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
+    std::sort(tags.begin(), tags.end());
+    tags.erase(std::unique(tags.begin(), tags.end()), tags.end());
+    std::erase_if(tags, [&](Reference tag) { return tag == first || tag == 0; });
+    return tags;
+}
+
 /// Physicals and entities by row, as version 2 has them. Rows between partitions lose their nodes' tag: see `dropped`.
 template <int K, int N>
-void spread(const File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
+void spread(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     elements.physicals.resize(elements.tags.size());
     elements.entities.resize(elements.tags.size());
     for (const ElementBlock& block : file.blocks) {
@@ -63,14 +69,12 @@ void spread(const File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dr
                       column.begin() + static_cast<std::ptrdiff_t>(block.end), value);
         };
         fill(elements.physicals, owner.physical);
+        fill(elements.further, file.further_groups.number_of(without(owner.physical, owner.others)));
         fill(elements.entities, owner.entity.dimension == K ? owner.entity.tag : 0);
         if (owner.lies_between_partitions) {
             if (dropped.empty()) dropped.resize(elements.tags.size(), std::uint8_t{0});
             fill(dropped, std::uint8_t{1});
             counts.between_partitions += block.end - block.begin;
-        } else if (owner.physicals > 1) {
-            counts.in_several_groups += block.end - block.begin;
-            for (const Reference other : owner.others) counts.left_out_of[{K, other}] += block.end - block.begin;
         }
     }
 }
@@ -93,10 +97,11 @@ bool lists_again(const Elements<K, N>& elements) {
     return false;
 }
 
-/// The rows that the mesh has, in the order of their tags; none: all, as they stand.
+/// The rows that the mesh has, in the order of their tags; none: all, as they stand. Groups of rows that list a simplex
+/// again are further ones of the first.
 template <int K, int N>
-std::optional<Buffer<std::uint32_t>> kept_rows(const File& file, const Elements<K, N>& elements,
-                                               const Buffer<std::uint8_t>& dropped, Counts& counts) {
+std::optional<Buffer<std::uint32_t>> kept_rows(File& file, Elements<K, N>& elements,
+                                               const Buffer<std::uint8_t>& dropped) {
     const Buffer<std::uint32_t> order = rows_by_tag(elements.tags);
     if (order.empty() && dropped.empty() && !(file.by_row && lists_again(elements))) return std::nullopt;
     Buffer<std::uint32_t> kept;
@@ -104,8 +109,10 @@ std::optional<Buffer<std::uint32_t>> kept_rows(const File& file, const Elements<
         const std::uint32_t row = order.empty() ? static_cast<std::uint32_t>(i) : order[i];
         if (!dropped.empty() && dropped[row] != 0) continue;
         if (file.by_row && !kept.empty() && is_again(elements, kept.back(), row)) {
-            ++counts.in_several_groups;
-            ++counts.left_out_of[{K, elements.physicals[row]}];
+            std::uint32_t& further = elements.further[kept.back()];
+            std::vector<Reference> others = file.further_groups.list[further];
+            others.push_back(elements.physicals[row]);
+            further = file.further_groups.number_of(without(elements.physicals[kept.back()], std::move(others)));
             continue;
         }
         kept.push_back(row);
@@ -133,15 +140,17 @@ void gather(Buffer<T>& column, const Buffer<std::uint32_t>& rows) {
 }
 
 template <int K, int N>
-void settle(const File& file, Elements<K, N>& elements, Counts& counts) {
+void settle(File& file, Elements<K, N>& elements, Counts& counts) {
     Buffer<std::uint8_t> dropped;
+    elements.further.resize(elements.tags.size(), 0);
     if (!file.by_row) spread(file, elements, dropped, counts);
     if constexpr (K == 1) drop_degenerate(elements, dropped, counts);
-    if (const auto rows = kept_rows(file, elements, dropped, counts)) {
+    if (const auto rows = kept_rows(file, elements, dropped)) {
         gather(elements.tags, *rows);
         gather(elements.nodes, *rows);
         gather(elements.physicals, *rows);
         gather(elements.entities, *rows);
+        gather(elements.further, *rows);
     }
     if (K > 0)
         counts.physicals += static_cast<std::size_t>(
@@ -257,29 +266,9 @@ void give_to_mid_nodes(const listing::Mesh<3>& mesh, Buffer<Reference>& referenc
     static_cast<void>(listing::for_each_dimension(mesh, give));
 }
 
-std::string listed_left_out(const File& file, const Counts& counts) {
-    constexpr std::string_view plurals[]{"points", "edges", "triangles", "tetrahedra"};
-    constexpr std::size_t shown = 8;
-    std::string text;
-    std::size_t n = 0;
-    for (const auto& [group, count] : counts.left_out_of) {
-        if (n++ == shown) return text + " and " + std::to_string(counts.left_out_of.size() - shown) + " more groups";
-        const auto named = std::ranges::find_if(
-            file.groups, [&](const Group& g) { return g.dimension == group.dimension && g.reference == group.tag; });
-        text += (n > 1 ? ", " : "") + std::to_string(count) + " " +
-                std::string(plurals[static_cast<std::size_t>(group.dimension)]) + " left out of group " +
-                std::to_string(group.tag) + (named == file.groups.end() ? "" : " \"" + named->name + "\"");
-    }
-    return text;
-}
-
 std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_groups) {
     std::vector<Notice> notices;
     if (!has_groups) notices.push_back({"no simplex is in a physical group: references are the tags of entities"});
-    if (counts.in_several_groups > 0)
-        notices.push_back({std::to_string(counts.in_several_groups) +
-                           " elements are in several physical groups: the first of each was taken; " +
-                           listed_left_out(file, counts)});
     if (counts.degenerate_lines > 0)
         notices.push_back({std::to_string(counts.degenerate_lines) +
                            " lines from a node to itself were left out: they have no length"});
@@ -301,10 +290,13 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
 /// Groups of no known dimension have that of the elements in them, the highest of several; those without are none.
 void find_dimensions(const File& file, Buffer<Group>& groups) {
     const auto look_in = [&]<int K, int N>(const Elements<K, N>& elements) {
+        const auto is_in = [&](std::size_t row, Reference tag) {
+            const auto& others = file.further_groups.list[elements.further[row]];
+            return elements.physicals[row] == tag || std::ranges::find(others, tag) != others.end();
+        };
         for (Group& group : groups)
-            if (group.dimension == unknown_dimension && std::find(elements.physicals.begin(), elements.physicals.end(),
-                                                                  group.reference) != elements.physicals.end())
-                group.dimension = K;
+            for (std::size_t i = 0; i < elements.tags.size() && group.dimension == unknown_dimension; ++i)
+                if (is_in(i, group.reference)) group.dimension = K;
     };
     const auto& [points, lines_1, lines_2, triangles_1, triangles_2, tetrahedra_1, tetrahedra_2] = file.elements;
     look_in(tetrahedra_1);
@@ -364,6 +356,8 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     const bool has_groups = counts.physicals > 0 || simplices == 0;
     Buffer<Group> groups(file.groups.begin(), file.groups.end());
     find_dimensions(file, groups);
+    std::vector<Notice> notices = notices_of(file, counts, has_groups);
+    give_references(file, groups, notices);
     Buffer<std::uint64_t> cell_tags;
     if (!file.fields.empty())
         for (const auto* tags : {&tetrahedra_2.tags, &tetrahedra_1.tags, &triangles_2.tags, &triangles_1.tags,
@@ -392,7 +386,6 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
     if (!std::get<0>(file.elements).tags.empty()) give_to_mid_nodes(mesh, mesh.point_references);
     std::move(places).put_into(mesh.geometry);
     mesh.groups = std::move(groups);
-    std::vector<Notice> notices = notices_of(file, counts, has_groups);
     if (!has_groups) drop_names(mesh.groups, notices);
     mesh.fields = fields_of(file, cell_tags, notices);
     auto decoded = listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);

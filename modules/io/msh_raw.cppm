@@ -32,8 +32,7 @@ struct EntityKey {
 
 /// What $Entities and $PartitionedEntities say of an entity.
 struct EntityInfo {
-    Reference physical = 0;  ///< the first, without its sign; 0: none
-    std::size_t physicals = 0;
+    Reference physical = 0;              ///< the first, without its sign; 0: none
     std::vector<Reference> others = {};  ///< those after the first, likewise
     bool of_partition = false;
     EntityKey parent = {};  ///< of a partition's entity
@@ -64,6 +63,19 @@ struct Elements {
     Buffer<std::uint64_t> tags;
     Buffer<std::array<VertexId, N>> nodes;  ///< in the order of `local_edges`; invalid where there is no such node
     Buffer<Reference> physicals, entities;
+    Buffer<std::uint32_t> further;  ///< numbers of sets of groups after the first: one a row, as physicals
+};
+
+/// Sets of physical tags, each once; number 0 is the empty set.
+struct TagSets {
+    std::vector<std::vector<Reference>> list{{}};
+    std::map<std::vector<Reference>, std::uint32_t> numbers{{{}, 0}};
+
+    std::uint32_t number_of(const std::vector<Reference>& tags) {
+        const auto [at, is_new] = numbers.try_emplace(tags, static_cast<std::uint32_t>(list.size()));
+        if (is_new) list.push_back(tags);
+        return at->second;
+    }
 };
 
 /// Rows of elements of one type on one entity.
@@ -93,6 +105,7 @@ struct File {
     std::vector<ElementBlock> blocks;  ///< version 4
     bool elements_listed = false;
     std::vector<Group> groups;
+    TagSets further_groups;
     std::vector<Field> fields;
     std::map<std::pair<bool, std::string>, std::size_t> field_rows;  ///< in `fields`, by `of_nodes` and the name
     std::map<std::string, std::size_t> skipped;                      ///< sections by name

@@ -48,7 +48,7 @@ bool read_entity(Source& source, int dimension, bool of_partition, Generation ve
     }
     if (!read_reals(source, dimension == 0 && version == Generation::v41 ? 3 : 6)) return false;
     const auto physical = [&](std::int64_t value) {
-        if (info.physicals++ == 0)
+        if (info.physical == 0)
             info.physical = magnitude(value);
         else
             info.others.push_back(magnitude(value));

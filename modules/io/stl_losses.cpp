@@ -62,6 +62,8 @@ template <class Mesh, int D>
 std::vector<Notice> all_losses(const Mesh& mesh, const LinearMesh<D>& linear, StlEncoding encoding) {
     const bool is_curved = Grid<Mesh>::degree == 2;
     auto notices = losses(linear, is_curved, written(mesh, linear.groups, encoding), encoding);
+    if (encoding == StlEncoding::ascii)
+        for (Notice& more : not_in_further_groups(linear, "STL")) notices.push_back(std::move(more));
     for (Notice& more : not_held(linear, {.groups = true, .feature_edges = false, .point_references = false}, "STL"))
         notices.push_back(std::move(more));
     return notices;

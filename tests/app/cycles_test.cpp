@@ -125,6 +125,15 @@ TEST_CASE("Cycles end where meshes become no nearer to unit in their own solutio
     CHECK_MESSAGE(run::reason_to_end(moving, {.cycles = 9}).empty(), "what moves on has not settled");
 }
 
+TEST_CASE("names of references are read as they were written") {
+    const run::Groups groups{{1, 6, "inlet"}, {2, -3, "say \"it\" / \xCE\xBB"}, {1, 6, ""}};
+    const auto read = run::read_groups(run::groups_json(groups), "groups.json");
+    REQUIRE(read);
+    CHECK(*read == groups);
+    for (const char* const text : {"", "{}", R"({"groups": [{"dimension": 1}]})"})
+        CHECK(run::read_groups(text, "groups.json").error().where == "groups.json");
+}
+
 TEST_CASE("The table is read as it was written") {
     CycleRow full = row(1, 0.25, 0.75);
     full.interpolated = run::CycleError{1e-3, 1e-2};

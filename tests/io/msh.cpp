@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -156,6 +157,87 @@ TEST_CASE("a mesh that Gmsh's files hold comes back as it was, in either byte or
     held_meshes_come_back<3>();
 }
 
+TEST_CASE("simplices in several groups are in all of them after writing and reading version 4") {
+    testing::property("names of groups", [](std::uint64_t seed) {
+        generated::Random random(seed);
+        auto mesh = held(generated::mesh<3>(seed, 1 + seed % 20), seed, MshVersion::v4);
+        RC_PRE(generated::holds_simplices(mesh));
+        Buffer<Group> groups;
+        const auto name = [](std::size_t tag) { return "group " + std::to_string(tag); };
+        for (const int dimension : {3, 2, 1})
+            for (std::size_t reference = 1; reference <= 5; ++reference) {
+                const auto tag = static_cast<Reference>(reference);
+                groups.push_back({dimension, tag, name(reference)});
+                for (std::size_t other = 1; other <= 7; ++other)  // 6 and 7 are no reference's main group
+                    if (other != reference && random.below(4) == 0) groups.push_back({dimension, tag, name(other)});
+            }
+        mesh.groups = groups;
+        const auto names_of = [](const LinearMesh<3>& m, int dimension, Reference reference) {
+            std::set<std::string> names;
+            for (const Group& group : m.groups)
+                if (group.dimension == dimension && group.reference == reference) names.insert(group.name);
+            return names;
+        };
+        const auto read = [](const LinearMesh<3>& m, MshEncoding encoding) {
+            const auto bytes = generated::joined(*encode_msh(m, {}, {MshVersion::v4, encoding}, {}));
+            auto back = decode_msh(bytes, "file", {});
+            if (!back) RC_FAIL(describe(back.error()));
+            return std::get<LinearMesh<3>>(back->mesh);
+        };
+        for (const MshEncoding encoding : {MshEncoding::binary, MshEncoding::ascii}) {
+            const LinearMesh<3> back = read(mesh, encoding);
+            const auto same = [&](int dimension, const auto& a, const auto& b) {
+                RC_ASSERT(a.vertices == b.vertices);
+                for (std::size_t i = 0; i < a.size(); ++i)
+                    RC_ASSERT(names_of(mesh, dimension, a.references[i]) == names_of(back, dimension, b.references[i]));
+            };
+            same(3, mesh.elements, back.elements);
+            same(2, mesh.facets, back.facets);
+            same(1, mesh.edges, back.edges);
+            RC_ASSERT(read(back, encoding) == back);
+        }
+    });
+}
+
+TEST_CASE("version 2.2 and formats with one name for a reference report the groups that they leave out") {
+    LinearMesh<3> mesh;
+    mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}};
+    mesh.point_references = Buffer<Reference>(3, 0);
+    mesh.facets.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
+    mesh.facets.references = Buffer<Reference>{3};
+    mesh.groups = Buffer<Group>{{2, 3, "wall"}, {2, 4, "heated"}, {2, 3, "heated"}};
+    const std::string what = " has one group for a simplex: 1 triangles of \"wall\" are left out of \"heated\"";
+    const auto reports = [&](const std::vector<Notice>& losses, const std::string& format) {
+        return std::ranges::find(losses, format + what, &Notice::what) != losses.end();
+    };
+    CHECK(not_in_msh(mesh, MshVersion::v4).empty());
+    CHECK(reports(not_in_msh(mesh, MshVersion::v2), "MSH 2.2"));
+    CHECK(reports(not_in_cgns(mesh), "CGNS"));
+    CHECK(reports(not_in_stl(mesh, StlEncoding::ascii), "STL"));
+}
+
+TEST_CASE("4.1: groups of entities in several get references of their own") {
+    const auto with = [](const std::string& first, const std::string& second) {
+        return of_version("4.1") + "$PhysicalNames\n2\n1 6 \"in\"\n1 7 \"hot\"\n$EndPhysicalNames\n" +
+               "$Entities\n0 2 0 0\n1 0 0 0 1 0 0 " + first + " 0\n2 0 0 0 1 0 0 " + second + " 0\n$EndEntities\n" +
+               "$Nodes\n1 3 1 3\n1 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n2 0 0\n$EndNodes\n" +
+               "$Elements\n2 2 1 2\n1 1 1 1\n1 1 2\n1 2 1 1\n2 2 3\n$EndElements\n";
+    };
+    const auto alone = decoded(with("2 6 7", "0"));
+    const auto& one = std::get<LinearMesh<3>>(alone.mesh);
+    CHECK(alone.notices.empty());
+    CHECK(one.edges.references == Column<Reference>(Buffer<Reference>{6, 0}));
+    CHECK(one.groups == Column<Group>(Buffer<Group>{{1, 6, "in"}, {1, 7, "hot"}, {1, 6, "hot"}}));
+    const auto beside = decoded(with("2 6 7", "1 6"));
+    const auto& two = std::get<LinearMesh<3>>(beside.mesh);
+    CHECK(two.edges.references == Column<Reference>(Buffer<Reference>{8, 6}));
+    CHECK(two.groups == Column<Group>(Buffer<Group>{{1, 6, "in"}, {1, 7, "hot"}, {1, 8, "in"}, {1, 8, "hot"}}));
+    CHECK(tells(beside, "1 edges in the physical groups 6 and 7 have the reference 8"));
+    const auto text =
+        generated::text_of(generated::joined(*encode_msh(two, {}, {MshVersion::v4, MshEncoding::ascii}, {})));
+    CHECK(text.find("\n1 0 0 0 2 0 0 2 6 7 0\n2 1 0 0 2 0 0 1 6 0\n") < text.size());
+}
+
 TEST_CASE("fields come back: vectors and tensors with zeros for z in 2D, symmetric ones as full ones") {
     for (const MshOptions kind : kinds) {
         const auto mesh = generated::quadratic<2>(3, 5);
@@ -233,12 +315,12 @@ TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, 
     CHECK(m.geometry.on_points == Column<Association<0>>(Buffer<Association<0>>{{one, 5}}));
     CHECK(m.geometry.on_curves == Column<Association<1>>(Buffer<Association<1>>{{two, 6, {{0.25}}}}));
     CHECK(m.geometry.on_surfaces == Column<Association<2>>(Buffer<Association<2>>{{zero, 8, {{0.5, 0.75}}}}));
-    CHECK(m.groups == Column<Group>(Buffer<Group>{{1, 3, "a name"}, {2, 2, "face"}}));
+    CHECK(m.groups ==
+          Column<Group>(Buffer<Group>{{1, 3, "a name"}, {2, 2, "face"}, {1, 4, "group_4"}, {1, 3, "group_4"}}));
     CHECK(mesh.tags.vertices == Column<std::uint64_t>(Buffer<std::uint64_t>{3, 7, 40}));
     CHECK(mesh.tags.simplices[1] == Column<std::uint64_t>(Buffer<std::uint64_t>{4, 5}));
     CHECK(mesh.tags.simplices[2].empty());  // the triangle's tag is its number
-    CHECK(tells(mesh,
-                "1 elements are in several physical groups: the first of each was taken; 1 edges left out of group 4"));
+    CHECK(tells(mesh, "the physical group 4 shares edges with others and has no name: it is called \"group_4\""));
     CHECK(tells(mesh, "the section $Periodic was skipped"));
     CHECK(mesh.notices.size() == 2);
 }
@@ -258,9 +340,8 @@ TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of 
     CHECK(m.edges.entities == Column<Reference>(Buffer<Reference>{2}));
     CHECK(m.point_references == Column<Reference>(Buffer<Reference>{6, 0, 0}));
     CHECK(m.geometry.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 3}}));
-    CHECK(tells(
-        mesh,
-        "1 elements are in several physical groups: the first of each was taken; 1 triangles left out of group 5"));
+    CHECK(m.groups == Column<Group>(Buffer<Group>{{2, 4, "group_4"}, {2, 5, "group_5"}, {2, 4, "group_5"}}));
+    CHECK(tells(mesh, "the physical group 5 shares triangles with others and has no name: it is called \"group_5\""));
     CHECK(tells(mesh, "the mesh is partitioned: the partitions were joined"));
 }
 

@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* table_name = "/cycles.json";
 constexpr const char* series_name = "/series.pvd";
+constexpr const char* groups_name = "/groups.json";
 
 auto cannot(const std::string& path, const std::error_code& error) {
     return fail(ErrorKind::write, "cannot be changed: " + error.message(), path, {}, "take another folder");
@@ -132,6 +133,18 @@ Outcome<Done> CycleFolders::add(const run::CycleRow& row, const std::string& vie
     rows_.push_back(row);
     if (auto written = write_text(path_ + table_name, run::cycles_json(rows_)); !written) return written;
     return write_text(path_ + series_name, run::series_of(rows_, view));
+}
+
+Outcome<Done> CycleFolders::store_groups(const run::Groups& groups) const {
+    return groups.empty() ? Done{} : write_text(path_ + groups_name, run::groups_json(groups));
+}
+
+Outcome<run::Groups> CycleFolders::groups() const {
+    std::error_code none;
+    if (!fs::exists(path_ + groups_name, none)) return run::Groups();
+    const auto text = read_file(path_ + groups_name);
+    if (!text) return fail(text.error());
+    return run::read_groups(std::string(as_text(*text)), path_ + groups_name);
 }
 
 }  // namespace camber::app

@@ -36,6 +36,11 @@ class CycleFolders {
     /// The part becomes the cycle's folder, and the row one of the table, written with the series.
     [[nodiscard]] Outcome<Done> add(const run::CycleRow& row, const std::string& view);
 
+    /// Names of references of the first mesh, beside the cycles: their files may have no place for them. Errors: write;
+    /// input, the file; none: there are no names.
+    [[nodiscard]] Outcome<Done> store_groups(const run::Groups& groups) const;
+    [[nodiscard]] Outcome<run::Groups> groups() const;
+
   private:
     CycleFolders(std::string path, bool is_kept) : path_(std::move(path)), is_kept_(is_kept) {}
 

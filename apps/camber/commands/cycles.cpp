@@ -23,6 +23,7 @@ import :cycles;
 import :ending;
 import :execute;
 import :formats;
+import :given;
 import :named_files;
 import :nodal_fields;
 
@@ -77,13 +78,18 @@ class Cycles {
         say(run::cycles_head(pipeline_.adapt));
         for (const run::CycleRow& row : folders_.rows()) say(run::cycles_line(row, pipeline_.adapt));
         int code = 0;
+        auto groups = folders_.groups();
+        if (!groups) return report_error(groups.error());
+        groups_ = std::move(*groups);
         for (int cycle = static_cast<int>(folders_.rows().size()); cycle <= pipeline_.adapt.cycles; ++cycle) {
             auto made = make(cycle);
             if (!made) return report_error(told(made.error(), cycle));
             const bool is_valid = made->is_valid;
-            if (is_valid || cycle == 0) misses_ = std::move(made->misses);
-            if (is_valid || cycle == 0)
+            if (is_valid || cycle == 0) {
+                misses_ = std::move(made->misses);
+                losses_ = std::move(made->losses);
                 if (auto done = deliver(); !done) return report_error(told(done.error(), cycle + 1));
+            }
             say(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
             if (auto said = out_.finish(); !said) return report_error(said.error());
             if (!is_valid) {
@@ -97,6 +103,8 @@ class Cycles {
             reason_ = run::reason_to_end(folders_.rows(), pipeline_.adapt);
             if (!reason_.empty()) break;
         }
+        for (const Notice& notice : losses_)
+            if (told_.insert(notice.what).second) tell_note(notice.what);
         if (code == 0 && !misses_.empty()) {
             for (const std::string& miss : misses_) tell(miss);
             code = 1;
@@ -116,6 +124,7 @@ class Cycles {
     struct CycleResult {
         bool is_valid = true;
         std::vector<std::string> misses;
+        std::vector<Notice> losses;  ///< what the output's format has no place for
     };
 
     Outcome<CycleResult> make(int cycle) {
@@ -124,6 +133,10 @@ class Cycles {
         const auto into = run::files_of_cycle(pipeline_, *folder);
         auto made = mesh_of(cycle, into);
         if (!made) return fail(made.error());
+        if (cycle == 0) {
+            groups_ = run::groups_of(made->mesh);
+            if (auto stored = folders_.store_groups(groups_); !stored) return fail(stored.error());
+        }
         run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
         for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
         solved_.reset();
@@ -133,7 +146,14 @@ class Cycles {
         if (auto known = compare(made->mesh, row); !known) return fail(known.error());
         if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)
             return fail(added.error());
-        return CycleResult{is_valid, run::misses(made->report)};
+        return CycleResult{is_valid, run::misses(made->report), losses_of(made->mesh)};
+    }
+
+    [[nodiscard]] std::vector<Notice> losses_of(const AnyMesh& mesh) const {
+        const std::string& to = pipeline_.output.mesh;
+        if (to.empty()) return {};
+        const auto format = format_of_mesh(to, pipeline_.output.format, format_of_input(to));
+        return format ? (*format)->losses(mesh) : std::vector<Notice>{};
     }
 
     Outcome<run::Run> mesh_of(int cycle, const run::CycleFiles& into) {
@@ -143,7 +163,10 @@ class Cycles {
                                               ? run::first_pipeline(pipeline_, into)
                                               : run::cycle_pipeline(pipeline_, cycle, files(0), files(cycle - 1), into);
         const bool is_input = cycle == 0 || pipeline.input == pipeline_.input;
-        auto made = execute(pipeline, written, is_input ? fit_of(choice_, cycle) : Fit{});
+        Host host;
+        host.names = NamesOfGroups::by_the_caller;
+        if (!is_input) host.given.groups = groups_;
+        auto made = execute(pipeline, written, is_input ? fit_of(choice_, cycle) : Fit{}, std::move(host));
         if (!made) return made;
         for (const std::string& notice : made->report.notices)
             if (told_.insert(notice).second) tell_note(notice);
@@ -163,6 +186,7 @@ class Cycles {
                         into.solution, {}, "see what it said in " + into.said);
         auto mesh = read_mesh(into.mesh, pipeline_.input.flat, execution);
         if (!mesh) return fail(mesh.error());
+        name_references(mesh->mesh, groups_);
         std::vector<Notice> notices;
         auto fields = read_nodal_fields(*mesh, into.solution, pipeline_.solution.fields, notices, execution);
         if (!fields) return fail(fields.error());
@@ -231,6 +255,7 @@ class Cycles {
         if (solved_) return write_with_mesh(solved_->mesh, solved_->fields, **format, to, execution);
         auto mesh = read_mesh(made.mesh, pipeline_.input.flat, execution);
         if (!mesh) return fail(mesh.error());
+        name_references(mesh->mesh, groups_);
         std::vector<Notice> notices;
         return write_with_mesh(*mesh, fields_at_nodes(*mesh, notices), **format, to, execution);
     }
@@ -267,6 +292,8 @@ class Cycles {
     CycleFolders folders_;
     StandardOutput out_;
     std::optional<Solved> solved_;     ///< of the last cycle
+    run::Groups groups_;               ///< names of references of the first mesh, and so of all
+    std::vector<Notice> losses_;       ///< what the file of the mesh that was delivered last has no place for
     std::set<std::string> told_;       ///< notices
     std::vector<std::string> misses_;  ///< of the mesh that was delivered last
     std::string reason_;               ///< why they ended early

@@ -7,6 +7,7 @@ module;
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.commands;
 import camber.core;
@@ -49,6 +50,20 @@ bool is_solution_file(std::string_view path) { return format_with_ending(solutio
 Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
                          const std::string& path, const Execution& execution) {
     return write_chunks(format.encode(mesh, fields, options, part_of(execution, 0, of_encoding)), path, execution);
+}
+
+void name_references(AnyMesh& mesh, const run::Groups& groups) {
+    std::visit(
+        [&](auto& m) {
+            const auto name = [&](auto& linear) {
+                if (linear.groups.empty()) linear.groups = Buffer<Group>(groups.begin(), groups.end());
+            };
+            if constexpr (requires { m.linear; })
+                name(m.linear);
+            else
+                name(m);
+        },
+        mesh);
 }
 
 Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution, const std::string& path,

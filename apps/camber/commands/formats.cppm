@@ -35,6 +35,9 @@ namespace camber::app {
 [[nodiscard]] Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution,
                                            const std::string& path, const Execution& execution);
 
+/// Gives the mesh the names of references that it had before it was in a file without any.
+void name_references(AnyMesh& mesh, const run::Groups& groups);
+
 /// A solution file's content, in whichever format it is.
 [[nodiscard]] Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution);
 

@@ -230,6 +230,7 @@ Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& 
     auto mesh = file != nullptr ? mesh_named(file->path, input.flat, given, of_first)
                                 : run::generate_shape(std::get<config::Shape>(input.source), of_first);
     if (!mesh) return fail(mesh.error());
+    name_references(mesh->mesh, given.groups);
     run::Inputs inputs{std::move(*mesh)};
     inputs.memory = available_memory();
     if (auto read = read_solution_of(pipeline, inputs, given, without_progress(execution)); !read)

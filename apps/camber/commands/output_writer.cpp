@@ -47,6 +47,20 @@ Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lif
     return placed;
 }
 
+/// What the format has no place for.
+std::vector<Notice> losses_in(const MeshFormat& format, AnyMesh mesh, NamesOfGroups names) {
+    if (names == NamesOfGroups::by_the_caller)
+        std::visit(
+            [](auto& m) {
+                if constexpr (requires { m.linear; })
+                    m.linear.groups = {};
+                else
+                    m.groups = {};
+            },
+            mesh);
+    return format.losses(mesh);
+}
+
 /// Writes the files of a run, but for the report, which tells also what writing them cost.
 struct OutputWriter {
     run::Run& run;
@@ -54,6 +68,7 @@ struct OutputWriter {
     const Around& around;
     Written& written;
     const InputForm& input;
+    NamesOfGroups names;
     MeshFields carried_fields;  ///< the solution's, on the run's mesh
     /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the
     /// input's has one.
@@ -91,7 +106,7 @@ struct OutputWriter {
         }
         if (!output.mesh.empty())
             if (const auto format = format_of(output.mesh))
-                for (Notice& notice : (*format)->losses(mesh_for(**format)))
+                for (Notice& notice : losses_in(**format, mesh_for(**format), names))
                     run.report.notices.push_back(std::move(notice.what));
         if (run.metric && !output.metric.empty())
             if (auto done = write_metric(*run.metric, output.metric); !done) return done;
@@ -218,7 +233,7 @@ Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const In
         return written.add(files.mesh, around("write", [&](const Execution& execution) {
                                return write_rows(run, host, files, execution);
                            }));
-    OutputWriter writer{run, files, around, written, input, run::as_mesh_fields(run.mesh, run.solution)};
+    OutputWriter writer{run, files, around, written, input, host.names, run::as_mesh_fields(run.mesh, run.solution)};
     if (input.lift) {
         auto placed = raised(run, writer.carried_fields, *input.lift, around);
         if (!placed) return fail(placed.error());

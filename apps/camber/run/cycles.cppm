@@ -8,6 +8,7 @@ export module camber.run:cycles;
 import camber.core;
 import camber.config;
 import camber.io;
+import :file_numbers;
 import :report;
 import :solution;
 
@@ -76,6 +77,11 @@ struct CycleRow {
 [[nodiscard]] std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt);
 [[nodiscard]] std::string cycles_json(std::span<const CycleRow> rows);
 [[nodiscard]] Outcome<std::vector<CycleRow>> read_cycles(const std::string& text, const std::string& path);
+
+/// Names of references as JSON, both ways: files of cycles may have no place for them. Errors of reading: input, with
+/// its path.
+[[nodiscard]] std::string groups_json(const Groups& groups);
+[[nodiscard]] Outcome<Groups> read_groups(const std::string& text, const std::string& path);
 
 /// A series for ParaView (.pvd): one file a cycle, the cycle as the time.
 [[nodiscard]] std::string series_of(std::span<const CycleRow> rows, const std::string& view);

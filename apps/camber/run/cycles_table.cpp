@@ -117,6 +117,26 @@ Outcome<std::vector<CycleRow>> read_cycles(const std::string& text, const std::s
     }
 }
 
+std::string groups_json(const Groups& groups) {
+    Json all{{"groups", Json::array()}};
+    for (const Group& group : groups)
+        all["groups"].push_back({{"dimension", group.dimension}, {"reference", group.reference}, {"name", group.name}});
+    return all.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Outcome<Groups> read_groups(const std::string& text, const std::string& path) {
+    try {
+        const Json table = Json::parse(text);
+        Groups groups;
+        for (const Json& j : table.at("groups"))
+            groups.push_back(
+                {j.at("dimension").get<int>(), j.at("reference").get<Reference>(), j.at("name").get<std::string>()});
+        return groups;
+    } catch (const nlohmann::json::exception&) {
+        return fail(ErrorKind::input, "is no list of names of references", path, {}, "give another folder");
+    }
+}
+
 std::string series_of(std::span<const CycleRow> rows, const std::string& view) {
     std::string text =
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"

@@ -134,8 +134,8 @@ class Mesh:
 
     @cached_property
     def names(self) -> Mapping[tuple[int, int], str]:
-        """{(dimension, reference): name}."""
-        return MappingProxyType({(d, r): name for d, r, name in self._handle.groups})
+        """{(dimension, reference): name}. Simplices in several groups have the name of the first."""
+        return MappingProxyType({(d, r): name for d, r, name in reversed(self._handle.groups)})
 
     @cached_property
     def fields(self) -> Mapping[str, np.ndarray]:
