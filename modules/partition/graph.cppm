@@ -6,7 +6,8 @@ import camber.core;
 
 export namespace camber {
 
-/// Elements and those across their faces, in rising order: of element e neighbours[starts[e], starts[e + 1]).
+/// Elements and those across their faces, in rising order: of element e neighbours[starts[e], starts[e + 1]). Of a
+/// surface alone the triangles and those across their edges.
 struct DualGraph {
     Buffer<std::uint32_t> starts;
     Buffer<std::uint32_t> neighbours;

@@ -20,12 +20,13 @@ struct CellParts {
 };
 
 /// Parts of about as many elements each, by Scotch: the same for any number of threads. A facet, and a feature edge, is
-/// of the part of the lowest element that it belongs to (of part 0 if of none). Errors: usage (no parts, or more than
+/// of the part of the lowest element that it belongs to (of part 0 if of none). The elements of a surface alone are its
+/// facets. Errors: usage (no parts, or more than
 /// elements), unsupported (Camber was built without Scotch), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<CellParts> partition(const LinearMesh<D>& mesh, std::size_t parts, const Execution& execution);
 
-/// The same of facets and edges where the elements' parts are known.
+/// The same of facets and edges where the parts of the elements (of a surface alone of its facets) are known.
 template <int D>
 [[nodiscard]] Outcome<CellParts> parts_of_cells(const LinearMesh<D>& mesh, Column<std::int32_t> elements,
                                                 const Execution& execution);

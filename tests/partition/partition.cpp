@@ -92,6 +92,31 @@ TEST_CASE("Scotch makes parts of the same size with few faces between, and the s
     CHECK(again->elements == parts->elements);
 }
 
+TEST_CASE("a surface alone is divided by its triangles, and pieces are the surface") {
+    auto mesh = cut::mesh<3>(3, 4).linear;
+    mesh.elements = {};
+    mesh.edges.vertices = Buffer<SimplexVertices<1>>{{mesh.facets.vertices[5][0], mesh.facets.vertices[5][1]}};
+    mesh.edges.references = Buffer<Reference>{1};
+    const DualGraph graph = must(dual_graph(mesh, alone));
+    CHECK(graph.size() == mesh.facets.size());
+    CHECK(graph.neighbours.size() == 3 * mesh.facets.size());  // the boundary of a box is closed
+    CHECK(partition<3>(mesh, mesh.facets.size() + 1, alone).error().kind == ErrorKind::usage);
+    const auto parts = partition<3>(mesh, 3, alone);
+    if (!parts) {
+        CHECK(parts.error().kind == ErrorKind::unsupported);
+        return;
+    }
+    std::size_t facets = 0, edges = 0;
+    for (std::int32_t p = 0; p < 3; ++p) {
+        const auto piece = must(piece_of(mesh, *parts, p, alone));
+        facets += piece.mesh.facets.size();
+        edges += piece.mesh.edges.size();
+        CHECK(piece.mesh.facets.size() > mesh.facets.size() / 4);
+    }
+    CHECK(facets == mesh.facets.size());
+    CHECK(edges == 1);
+}
+
 TEST_CASE("parts that there cannot be are refused") {
     const auto mesh = cut::mesh<2>(3, 2).linear;
     CHECK(partition<2>(mesh, 0, alone).error().kind == ErrorKind::usage);

@@ -40,6 +40,17 @@ class Partition(unittest.TestCase):
         self.assertNotIn("same places", back.stderr)
         self.camber("check", "parts.pvtu")
 
+    def test_flat_meshes_and_surfaces(self):
+        self.camber("generate", "rectangle", "-o", "flat.msh")
+        self.camber("convert", "shell.meshb", "-o", "surface.stl")
+        for name, triangles in (("flat.msh", self.counts("flat.msh")[1]), ("surface.stl", self.counts("surface.stl")[1])):
+            for output, pieces in (("parts.pvtu", "vtu"), ("parts.msh", "msh")):
+                self.camber("convert", name, "-o", output, "--partition", 3)
+                self.assertIn(triangles, self.counts(output))
+                inside = [int(self.counts(f"parts.{p}.{pieces}")[1][1]) for p in (1, 2, 3)]
+                self.assertEqual(sum(inside), int(triangles[1].replace(" ", "")))
+        self.camber("curve", "flat.msh", "-o", "curved.pvtu", "--partition", 2)
+
     def test_parts_and_the_whole_in_another_format(self):
         self.camber("convert", "curved.meshb", "-o", "parts.msh", "--partition", 2)
         self.assertEqual(self.folder.files(),
