@@ -9,6 +9,8 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
+import :cgns_names;
+import :legal_names;
 
 namespace camber {
 
@@ -37,17 +39,126 @@ std::size_t out_of_run(const Column<Reference>& references) {
 
 }  // namespace
 
+namespace cgns {
+
+namespace {
+
+/// Names of nodes: of 32 letters, without / and without blanks at their ends.
+std::string node_name(std::string_view name) {
+    std::string text = readable_name(name);
+    std::replace(text.begin(), text.end(), '/', '_');
+    const std::size_t first = text.find_first_not_of(' ');
+    if (first == std::string::npos) return {};
+    text = text.substr(first, text.find_last_not_of(' ') - first + 1);
+    return text == "." || text == ".." ? std::string() : text;
+}
+constexpr std::size_t longest_name = 32;
+
+/// The main name of a reference; empty: it has none.
+std::string main_name(const Column<Group>& groups, int dimension, Reference reference) {
+    for (const Group& group : groups)
+        if (group.dimension == dimension && group.reference == reference) return group.name;
+    return {};
+}
+
+/// References of simplices, by dimension: of elements, then of edges, then of facets.
+template <int D>
+std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) {
+    std::vector<std::pair<int, Reference>> all;
+    const auto add = [&]<int K>(const Simplices<K>& simplices) {
+        const std::set<Reference> references(simplices.references.begin(), simplices.references.end());
+        for (const Reference reference : references) all.emplace_back(K, reference);
+    };
+    add(mesh.elements);
+    if constexpr (D == 3) add(mesh.edges);
+    add(mesh.facets);
+    return all;
+}
+
+/// A name for each reference: that of its group, else the plain one, which no group gets.
+ReferenceNames names_of(const std::vector<std::pair<int, Reference>>& references, const Column<Group>& groups,
+                        std::vector<std::string> reserved) {
+    std::vector<ListedName> wanted;
+    for (const auto& [dimension, reference] : references) {
+        reserved.push_back(plain_name(dimension, reference));
+        if (std::string name = main_name(groups, dimension, reference); !name.empty())
+            wanted.push_back({std::move(name)});
+    }
+    const auto legal = legal_names(wanted, {node_name, longest_name, std::move(reserved)});
+    ReferenceNames names;
+    std::size_t named = 0;
+    for (const auto& [dimension, reference] : references) {
+        const bool has_name = !main_name(groups, dimension, reference).empty();
+        names[{dimension, reference}] = has_name ? legal[named++] : plain_name(dimension, reference);
+    }
+    return names;
+}
+
+/// Names of references that are not in the file, or others there.
+template <int D>
+std::vector<Notice> changed_names(const LinearMesh<D>& mesh) {
+    const GroupNames names = group_names(mesh);
+    std::vector<Renaming> renamed;
+    std::set<std::pair<int, Reference>> seen;
+    std::size_t lost = 0;
+    for (const Group& group : mesh.groups) {
+        const std::pair key(group.dimension, group.reference);
+        if (!seen.insert(key).second) continue;  // of a further group
+        const auto condition = names.conditions.find(key), section = names.sections.find(key);
+        const bool is_condition = condition != names.conditions.end();
+        if ((!is_condition && section == names.sections.end()) || group.name.empty())
+            ++lost;
+        else
+            renamed.emplace_back(group.name, is_condition ? condition->second : section->second);
+    }
+    std::vector<Notice> notices = note_renamed("CGNS", "references", renamed);
+    if (lost > 0)
+        notices.push_back({"CGNS has no place for " + std::to_string(lost) +
+                           " names of references: they are empty, or no simplex has them"});
+    return notices;
+}
+
+}  // namespace
+
+MeshFields fields_in_file(const MeshFields& fields) {
+    MeshFields held;
+    for (const MeshField& field : fields)
+        if (is_in_cgns(field)) held = std::move(held).with(field);
+    return held;
+}
+
+FieldNames field_names() {
+    const NameRule rule{node_name, longest_name, {"GridLocation", "Rind"}};
+    return {rule, rule, [](FieldKind kind) {
+                return kind == FieldKind::vector ? std::vector<std::string>{"X", "Y", "Z"}
+                                                 : std::vector<std::string>{{}};
+            }};
+}
+
+template <int D>
+GroupNames group_names(const LinearMesh<D>& mesh) {
+    const auto references = references_of(mesh);
+    GroupNames names{names_of(references, mesh.groups, {"GridCoordinates", "ZoneBC", "ZoneType", "FlowSolution"}), {}};
+    if (is_surface_alone(mesh)) return names;
+    std::vector<std::pair<int, Reference>> of_facets;
+    for (const auto& reference : references)
+        if (reference.first == D - 1) of_facets.push_back(reference);
+    names.conditions = names_of(of_facets, mesh.groups, {});
+    return names;
+}
+
+template GroupNames group_names<2>(const LinearMesh<2>&);
+template GroupNames group_names<3>(const LinearMesh<3>&);
+
+}  // namespace cgns
+
 template <int D>
 std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
     std::vector<Notice> losses = not_held(mesh, {.groups = true, .point_references = false}, "CGNS");
     if (out_of_run(mesh.elements.references) + out_of_run(mesh.facets.references) + out_of_run(mesh.edges.references) >
         0)
         losses.push_back({"CGNS has a section for each reference: simplices are brought into their order"});
-    const auto changed = std::count_if(mesh.groups.begin(), mesh.groups.end(), [](const Group& group) {
-        return group.name.size() > 32 || group.name.find('/') != std::string::npos;
-    });
-    if (changed > 0)
-        losses.push_back({"CGNS has names of 32 letters without /: " + std::to_string(changed) + " names are changed"});
+    for (Notice& notice : cgns::changed_names(mesh)) losses.push_back(std::move(notice));
     for (Notice& notice : not_in_further_groups(mesh, "CGNS")) losses.push_back(std::move(notice));
     return losses;
 }

@@ -11,7 +11,6 @@ module;
 #include <limits>
 #include <map>
 #include <mutex>
-#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -20,14 +19,14 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :cgns_names;
+import :legal_names;
 
 namespace camber {
 
 namespace cgns {
 
 namespace {
-
-constexpr std::size_t longest_name = 32;
 
 Outcome<Chunks> bytes_of_file(const std::string& path) {
     std::ifstream stream(path, std::ios::binary | std::ios::ate);
@@ -48,26 +47,6 @@ constexpr CGNS_ENUMT(ElementType_t) element_type = [] {
     return types[K - 1 + 3 * (Degree - 1)];
 }();
 
-/// Names of one node's children: cut to what CGNS allows, none twice.
-class Names {
-  public:
-    explicit Names(std::set<std::string> taken = {}) : taken_(std::move(taken)) {}
-    std::string unique(std::string_view wanted) {
-        if (wanted.empty() || wanted == "." || wanted == "..") wanted = "unnamed";
-        std::string name(wanted.substr(0, longest_name));
-        std::replace(name.begin(), name.end(), '/', '_');
-        for (int n = 2; !taken_.insert(name).second; ++n) {
-            const std::string tail = "_" + std::to_string(n);
-            name = std::string(wanted.substr(0, longest_name - tail.size())) + tail;
-            std::replace(name.begin(), name.end(), '/', '_');
-        }
-        return name;
-    }
-
-  private:
-    std::set<std::string> taken_;
-};
-
 /// Writes one mesh into an open file, part by part.
 template <class Mesh>
 class Writer {
@@ -75,7 +54,13 @@ class Writer {
     static constexpr int D = Mesh::dimension;
 
     Writer(const Library& lib, int file, const Mesh& mesh, const MeshFields& fields, const Execution& execution)
-        : lib_(lib), file_(file), grid_{mesh}, linear_(grid_.linear()), fields_(fields), execution_(execution) {}
+        : lib_(lib),
+          file_(file),
+          grid_{mesh},
+          linear_(grid_.linear()),
+          fields_(with_legal_names(fields_in_file(fields), field_names())),
+          execution_(execution),
+          names_(group_names(linear_)) {}
 
     Outcome<Done> write() {
         if (grid_.nodes() == 0)
@@ -114,12 +99,6 @@ class Writer {
         return Done{};
     }
 
-    [[nodiscard]] std::string name_of(int dimension, Reference reference) const {
-        for (const Group& group : linear_.groups)
-            if (group.dimension == dimension && group.reference == reference && !group.name.empty()) return group.name;
-        return plain_name(dimension, reference);
-    }
-
     /// A section for each reference, in the order in which references first occur.
     template <int K>
     Outcome<Done> sections(const Simplices<K>& simplices, bool with_conditions) {
@@ -150,20 +129,19 @@ class Writer {
         if (!filled) return filled;
         const std::array<cgsize_t, 2> range{next_, next_ + static_cast<cgsize_t>(rows.size()) - 1};
         next_ = range[1] + 1;
-        const std::string wanted = name_of(K, reference), name = section_names_.unique(wanted);
+        const std::string& name = names_.sections.at({K, reference});
         int s = 0;
         if (lib_.section_write_(file_, 1, 1, name.c_str(), element_type<K, Grid<Mesh>::degree>, range[0], range[1], 0,
                                 numbers.data(), &s) != CG_OK ||
             lib_.goto_(file_, 1, "Zone_t", 1, "Elements_t", s, "end") != CG_OK || !described(reference))
             return broken("the section \"" + name + "\" cannot be written");
-        return with_condition ? condition(wanted, range, reference) : Done{};
+        return with_condition ? condition(names_.conditions.at({K, reference}), range, reference) : Done{};
     }
     [[nodiscard]] bool described(Reference reference) const {
         return lib_.descriptor_write_("reference", std::to_string(reference).c_str()) == CG_OK;
     }
 
-    Outcome<Done> condition(const std::string& wanted, const std::array<cgsize_t, 2>& range, Reference reference) {
-        const std::string name = condition_names_.unique(wanted);
+    Outcome<Done> condition(const std::string& name, const std::array<cgsize_t, 2>& range, Reference reference) {
         const auto location = D == 3 ? CGNS_ENUMV(FaceCenter) : CGNS_ENUMV(EdgeCenter);
         int bc = 0;
         if (lib_.boco_write_(file_, 1, 1, name.c_str(), CGNS_ENUMV(BCTypeUserDefined), CGNS_ENUMV(PointRange), 2,
@@ -175,22 +153,20 @@ class Writer {
     }
 
     Outcome<Done> solution() {
-        if (std::none_of(fields_.begin(), fields_.end(), is_in_cgns)) return Done{};
+        if (fields_.empty()) return Done{};
         int s = 0;
         if (lib_.sol_write_(file_, 1, 1, "FlowSolution", CGNS_ENUMV(Vertex), &s) != CG_OK)
             return broken("the solution cannot be written");
-        Names names;
         for (const MeshField& field : fields_) {
-            if (!is_in_cgns(field)) continue;
             const int width = values_per_vertex(field.kind, D);
             if (field.size() != grid_.nodes() * static_cast<std::size_t>(width))
                 return fail(ErrorKind::usage, "the field \"" + field.name + "\" does not have one row for each node");
             for (int c = 0; c < width; ++c)
-                if (auto done = component(field, c, names); !done) return done;
+                if (auto done = component(field, c); !done) return done;
         }
         return Done{};
     }
-    Outcome<Done> component(const MeshField& field, int c, Names& names) {
+    Outcome<Done> component(const MeshField& field, int c) {
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
         Buffer<double> column(grid_.nodes());
         auto filled = std::visit(
@@ -201,9 +177,7 @@ class Writer {
             },
             field.values);
         if (!filled) return filled;
-        const bool vector = field.kind == FieldKind::vector;
-        const std::string stem(std::string_view(field.name).substr(0, longest_name - (vector ? 1 : 0)));
-        const std::string name = names.unique(vector ? stem + "XYZ"[c] : stem);
+        const std::string name = field.kind == FieldKind::vector ? field.name + "XYZ"[c] : field.name;
         int f = 0;
         if (lib_.field_write_(file_, 1, 1, 1, CGNS_ENUMV(RealDouble), name.c_str(), column.data(), &f) != CG_OK)
             return broken("the field \"" + name + "\" cannot be written");
@@ -214,11 +188,10 @@ class Writer {
     int file_;
     Grid<Mesh> grid_;
     const LinearMesh<D>& linear_;
-    const MeshFields& fields_;
+    MeshFields fields_;  ///< those that the file has a place for, with their names there
     const Execution& execution_;
     cgsize_t next_ = 1;
-    /// Sections are beside these below their zone.
-    Names section_names_{{"GridCoordinates", "ZoneBC", "ZoneType", "FlowSolution"}}, condition_names_;
+    GroupNames names_;
 };
 
 template <class Mesh>

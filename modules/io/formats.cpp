@@ -8,6 +8,11 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
+import :cgns_names;
+import :legal_names;
+import :msh_groups;
+import :vtk_source;
+import :vtu_arrays;
 
 namespace camber {
 
@@ -58,6 +63,7 @@ MeshFormat msh_row(std::string_view name, std::string_view what, std::vector<std
         return encode_msh(mesh, fields, {version, encoding}, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_msh(mesh, version); }>;
+    format.renames = [](const MeshFields& fields) { return renamed_fields(fields, msh::field_names(), "MSH"); };
     format.holds_fields = true;
     format.always_in_space = true;
     return format;
@@ -71,6 +77,7 @@ MeshFormat vtu_row() {
             return encode_vtu(mesh, fields, {options.cells}, without_progress(execution));
         }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_vtu(mesh); }>;
+    format.renames = [](const MeshFields& fields) { return renamed_fields(fields, vtu::field_names(), "VTU"); };
     format.holds_fields = true;
     format.chooses_cells = true;
     format.for_viewers = true;
@@ -94,6 +101,7 @@ MeshFormat vtk_row(std::string_view name, std::string_view what, std::vector<std
         return encode_vtk(mesh, fields, encoding, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_vtk(mesh); }>;
+    format.renames = [](const MeshFields& fields) { return renamed_fields(fields, vtk::field_names(), "VTK"); };
     format.holds_fields = true;
     format.always_in_space = true;
     return format;
@@ -118,6 +126,7 @@ MeshFormat xdmf_row() {
         return encode_xdmf(mesh, fields, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_xdmf(mesh); }>;
+    format.renames = [](const MeshFields& fields) { return renamed_fields(fields, vtu::field_names(), "XDMF"); };
     format.holds_fields = true;
     format.always_in_space = true;
     return format;
@@ -146,6 +155,9 @@ MeshFormat cgns_row() {
         return encode_cgns(mesh, fields, without_progress(execution));
     }>;
     format.losses = losses_of<[](const auto& mesh) { return not_in_cgns(mesh); }>;
+    format.renames = [](const MeshFields& fields) {
+        return renamed_fields(cgns::fields_in_file(fields), cgns::field_names(), "CGNS");
+    };
     format.holds_fields = true;
     format.holds = is_in_cgns;
     return format;

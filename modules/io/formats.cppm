@@ -47,6 +47,8 @@ struct MeshFormat : FormatName {
     bool holds_fields = false;
     /// Whether it has a place for this field; none: for all, if it `holds_fields`.
     bool (*holds)(const MeshField& field) = nullptr;
+    /// Which of the fields' names become others in its files; none: it has no place for fields.
+    std::vector<Notice> (*renames)(const MeshFields& fields) = nullptr;
     bool chooses_cells = false;    ///< `EncodeOptions::cells` means something to it
     bool for_viewers = false;      ///< its files are for looking at: a run puts its fields there
     bool always_in_space = false;  ///< its files have three coordinates of every mesh: see DecodedMesh

@@ -22,6 +22,7 @@ export import :mfem;
 export import :su2;
 export import :formats;
 // The partitions below export no names: they are the parts that readers and writers are made of.
+import :legal_names;
 import :first_fault;
 import :text;
 import :text_writer;
@@ -61,3 +62,4 @@ import :mfem_sections;
 import :mfem_curves;
 import :su2_file;
 import :stl_file;
+import :cgns_names;

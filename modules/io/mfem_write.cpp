@@ -13,6 +13,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :legal_names;
 import :mfem_boundary;
 
 namespace camber {
@@ -86,18 +87,16 @@ struct AttributeSet {
     std::vector<Reference> attributes;
 };
 
-/// Whether MFEM reads this name again as it is.
-bool is_writable(std::string_view name) {
-    return !name.empty() && name.find_first_of("\"\n\r") == std::string_view::npos;
-}
+/// Names in quotes, which end in their line.
+Column<Group> named(const Column<Group>& groups) { return with_legal_names(groups, {.legal = quotable_name}); }
 
 /// By groups of a dimension, names in the order in which they come.
 std::vector<AttributeSet> sets_of(const Referenced& given) {
     const Attributes attributes(given);
     std::vector<AttributeSet> sets;
-    for (const Group& group : given.groups) {
+    for (const Group& group : named(given.groups)) {
         const auto attribute = group.dimension == given.dimension ? attributes.find(group.reference) : std::nullopt;
-        if (!attribute || !is_writable(group.name)) continue;
+        if (!attribute) continue;
         auto set = std::find_if(sets.begin(), sets.end(), [&](const AttributeSet& s) { return s.name == group.name; });
         if (set == sets.end()) set = sets.insert(sets.end(), {group.name, {}});
         set->attributes.push_back(*attribute);
@@ -142,6 +141,10 @@ void note_names(const Column<Group>& groups, const Simplices<K>& elements, const
     for (const AttributeSet& set : sets_of(referenced(boundary, groups))) kept += set.attributes.size();
     if (const std::size_t lost = groups.size() - kept; lost > 0)
         notices.push_back({"MFEM has no place for " + std::to_string(lost) + " names of references"});
+    Buffer<Group> of_these(groups.begin(), groups.end());
+    std::erase_if(of_these, [](const Group& group) { return group.dimension != K && group.dimension != K - 1; });
+    const Column<Group> written(std::move(of_these));
+    for (Notice& notice : renamed_groups(written, named(written), "MFEM")) notices.push_back(std::move(notice));
 }
 
 /// What is said of the boundary: simplices of it that are left out, references that become others; and of names.

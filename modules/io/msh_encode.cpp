@@ -22,12 +22,7 @@ namespace {
 
 using Tag = std::uint64_t;
 
-/// A name without what would end it.
-std::string quoted(const std::string& name) {
-    std::string text = "\"";
-    for (const char c : name) text += c == '"' ? '\'' : c == '\n' || c == '\r' ? ' ' : c;
-    return text + "\"";
-}
+std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
 /// Makes the parts of one file.
 template <class Mesh>
@@ -49,7 +44,7 @@ class Writer {
         numbers_ = numbers_of(linear_);
         count_elements();
         begin();
-        const GroupTags groups(linear_.groups, numbers_);
+        const GroupTags groups(with_legal_names(linear_.groups, name_rule()), numbers_);
         names(groups);
         auto written = options_.version == MshVersion::v4 ? write_4(groups) : write_2(groups);
         for (const MeshField& field : fields_)
@@ -363,13 +358,15 @@ class Writer {
 template <int D>
 Outcome<Chunks> encode_msh(const LinearMesh<D>& mesh, const MeshFields& fields, MshOptions options,
                            const Execution& execution) {
-    return guarded([&] { return msh::Writer(mesh, fields, options, execution).write(); });
+    return guarded(
+        [&] { return msh::Writer(mesh, with_legal_names(fields, msh::field_names()), options, execution).write(); });
 }
 
 template <int D>
 Outcome<Chunks> encode_msh(const QuadraticMesh<D>& mesh, const MeshFields& fields, MshOptions options,
                            const Execution& execution) {
-    return guarded([&] { return msh::Writer(mesh, fields, options, execution).write(); });
+    return guarded(
+        [&] { return msh::Writer(mesh, with_legal_names(fields, msh::field_names()), options, execution).write(); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \

@@ -8,6 +8,7 @@ module;
 #include <vector>
 module camber.io:msh_groups;
 import camber.core;
+import :legal_names;
 import :msh_numbers;
 import :msh_raw;
 import :notice;
@@ -22,6 +23,10 @@ namespace camber::msh {
 /// set of those with the same first tag has that as its reference, each of the others the next number after all tags.
 /// Adds the names of further groups to `groups`; groups without a name that share simplices with others get one.
 void give_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices);
+
+/// Names in quotes, which end in their line. None at all is one too.
+[[nodiscard]] inline NameRule name_rule() { return {.legal = quotable_name, .unnamed = {}}; }
+[[nodiscard]] inline FieldNames field_names() { return {name_rule(), name_rule()}; }
 
 /// A physical group of the file with its name.
 struct NamedTag {

@@ -9,6 +9,8 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
+import :legal_names;
+import :msh_groups;
 
 namespace camber {
 
@@ -87,8 +89,6 @@ void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<
                            " references of vertices: those of vertices on CAD points are kept if they are positive"});
 }
 
-bool is_writable(const std::string& name) { return name.find_first_of("\"\r\n") == std::string::npos; }
-
 }  // namespace
 
 }  // namespace msh
@@ -105,8 +105,8 @@ std::vector<Notice> not_in_msh(const LinearMesh<D>& mesh, MshVersion version) {
     msh::tell_points(mesh, numbers, notices);
     if (version == MshVersion::v2)
         for (Notice& notice : not_in_further_groups(mesh, "MSH 2.2")) notices.push_back(std::move(notice));
-    if (!std::all_of(mesh.groups.begin(), mesh.groups.end(), [](const Group& g) { return msh::is_writable(g.name); }))
-        notices.push_back({"quotes and ends of lines in names of references become others"});
+    for (Notice& notice : renamed_groups(mesh.groups, with_legal_names(mesh.groups, msh::name_rule()), "MSH"))
+        notices.push_back(std::move(notice));
     return notices;
 }
 

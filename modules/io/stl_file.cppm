@@ -4,8 +4,10 @@ module;
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 module camber.io:stl_file;
 import camber.core;
+import :legal_names;
 import :listing;
 import :stl;
 
@@ -43,10 +45,11 @@ class Solids {
 
 /// What is written of a mesh, as it is read again but for the vertices.
 struct Written {
-    Triangles triangles = {};   ///< solid by solid; none has equal corners
-    Buffer<Group> groups = {};  ///< the solids, of a text
-    std::size_t left_out = 0;   ///< triangles with equal corners
-    std::size_t rounded = 0;    ///< coordinates that 32 bits do not hold, in binary: infinite where they are too large
+    Triangles triangles = {};            ///< solid by solid; none has equal corners
+    Buffer<Group> groups = {};           ///< the solids, of a text
+    std::vector<Renaming> renamed = {};  ///< names of groups and of their solids
+    std::size_t left_out = 0;            ///< triangles with equal corners
+    std::size_t rounded = 0;  ///< coordinates that 32 bits do not hold, in binary: infinite where they are too large
 };
 template <class Mesh>
 [[nodiscard]] Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encoding);

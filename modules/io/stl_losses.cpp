@@ -7,6 +7,7 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :legal_names;
 import :stl_file;
 
 namespace camber {
@@ -50,6 +51,7 @@ std::vector<Notice> losses(const LinearMesh<D>& mesh, bool is_curved, const Writ
                    [](Reference reference, const Triangle& t) { return reference == t.reference; });
     const bool same_names = mesh.groups.size() == all.groups.size() &&
                             std::equal(mesh.groups.begin(), mesh.groups.end(), all.groups.begin());
+    for (Notice& notice : note_renamed("STL", "references", all.renamed)) notices.push_back(std::move(notice));
     if (tetrahedra == 0 && !is_curved && same_references && same_names) return notices;
     if (encoding == StlEncoding::binary)
         tell("in binary has no place for references");

@@ -6,11 +6,13 @@ module;
 #include <limits>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 module camber.io;
 import camber.core;
 import camber.bezier;
+import :legal_names;
 import :stl_file;
 
 namespace camber {
@@ -153,17 +155,49 @@ Triangles triangles_of(const Mesh& mesh) {
     return triangles;
 }
 
-/// The name of a solid: its group's, in one line.
-std::string solid_name(const Column<Group>& groups, Reference reference) {
-    for (const Group& group : groups) {
-        if (group.dimension != 2 || group.reference != reference) continue;
-        std::string name = group.name;
-        for (char& c : name)
-            if (is_blank(c) || c == 0) c = ' ';
-        const std::size_t first = name.find_first_not_of(' ');
-        if (first != std::string::npos) return name.substr(first, name.find_last_not_of(' ') - first + 1);
+/// Names of solids: in one line, without blanks at their ends.
+std::string solid_name(std::string_view text) {
+    std::string name(text);
+    for (char& c : name)
+        if (is_blank(c) || c == 0) c = ' ';
+    const std::size_t first = name.find_first_not_of(' ');
+    if (first == std::string::npos) return {};
+    return name.substr(first, name.find_last_not_of(' ') - first + 1);
+}
+
+/// The name of the first group of triangles with the reference; empty: there is none.
+std::string group_name(const Column<Group>& groups, Reference reference) {
+    for (const Group& group : groups)
+        if (group.dimension == 2 && group.reference == reference) return group.name;
+    return {};
+}
+
+/// A solid's name for each reference of triangles: that of its group, else one with its number.
+std::map<Reference, std::string> solid_names(const Triangles& triangles, const Column<Group>& groups,
+                                             std::vector<Renaming>& renamed) {
+    std::map<Reference, std::string> names;
+    for (const Triangle& triangle : triangles)
+        if (!names.contains(triangle.reference))
+            names[triangle.reference] = solid_name(group_name(groups, triangle.reference));
+    NameRule rule{.legal = solid_name};
+    std::vector<ListedName> wanted;
+    for (auto& [reference, name] : names) {
+        const std::string group = group_name(groups, reference);
+        if (!name.empty()) {
+            wanted.push_back({group});
+            continue;
+        }
+        rule.reserved.push_back(name = "reference_" + std::to_string(reference));
+        if (!group.empty()) renamed.emplace_back(group, name);
     }
-    return "reference_" + std::to_string(reference);
+    const auto legal = legal_names(wanted, rule);
+    std::size_t named = 0;
+    for (auto& [reference, name] : names) {
+        if (solid_name(group_name(groups, reference)).empty()) continue;
+        name = legal[named];
+        renamed.emplace_back(wanted[named++].name, name);
+    }
+    return names;
 }
 
 /// Coordinates of 32 bits, which may be infinite.
@@ -192,12 +226,10 @@ Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encod
         return made;
     }
     made.left_out = std::erase_if(made.triangles, has_equal_corners);
-    std::map<Reference, std::string> names;
-    for (const Triangle& triangle : made.triangles)
-        if (!names.contains(triangle.reference)) names[triangle.reference] = solid_name(groups, triangle.reference);
     Solids solids;
     std::map<Reference, Reference> numbers;
-    for (const auto& [reference, name] : names) numbers[reference] = solids.of(name);
+    for (const auto& [reference, name] : solid_names(made.triangles, groups, made.renamed))
+        numbers[reference] = solids.of(name);
     for (Triangle& triangle : made.triangles) triangle.reference = numbers[triangle.reference];
     std::stable_sort(made.triangles.begin(), made.triangles.end(),
                      [](const Triangle& a, const Triangle& b) { return a.reference < b.reference; });

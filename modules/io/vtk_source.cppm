@@ -10,10 +10,14 @@ module;
 #include <utility>
 module camber.io:vtk_source;
 import camber.core;
+import :legal_names;
 import :text;
 import :vtu_file;
 
 namespace camber::vtk {
+
+/// Names of fields: as in VTU, and none that is a keyword among arrays.
+[[nodiscard]] FieldNames field_names();
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
 using Failure = decltype(fail(std::declval<Error>()));

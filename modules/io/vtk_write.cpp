@@ -229,7 +229,7 @@ class Writer {
         const vtu::Components components = vtu::components_of(field.kind, D);
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
         const std::size_t wide = components.sources.size(), n = rows(field.centring);
-        text(encoded(vtu::array_name(field.name)) + " " + std::to_string(wide) + " " + std::to_string(n) + " " +
+        text(encoded(field.name) + " " + std::to_string(wide) + " " + std::to_string(n) + " " +
              std::string(type_name<T>) + "\n");
         return array<T>(n, wide, [&](std::size_t i, std::size_t k) {
             const int source = components.sources[k];
@@ -247,17 +247,25 @@ class Writer {
 
 }  // namespace
 
+FieldNames field_names() {
+    FieldNames names = vtu::field_names();
+    for (NameRule* const rule : {&names.at_nodes, &names.at_cells}) rule->reserved.emplace_back("METADATA");
+    return names;
+}
+
 }  // namespace vtk
 
 template <int D>
 Outcome<Chunks> encode_vtk(const LinearMesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                            const Execution& execution) {
-    return guarded([&] { return vtk::Writer(mesh, fields, encoding, execution).write(); });
+    return guarded(
+        [&] { return vtk::Writer(mesh, with_legal_names(fields, vtk::field_names()), encoding, execution).write(); });
 }
 template <int D>
 Outcome<Chunks> encode_vtk(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                            const Execution& execution) {
-    return guarded([&] { return vtk::Writer(mesh, fields, encoding, execution).write(); });
+    return guarded(
+        [&] { return vtk::Writer(mesh, with_legal_names(fields, vtk::field_names()), encoding, execution).write(); });
 }
 
 template <int D>

@@ -160,11 +160,10 @@ class Writer {
         const Components components = components_of(field.kind, D);
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
         const std::size_t wide = components.sources.size();
-        return arrays_.add<T>({array_name(field.name), components.names}, rows(field.centring) * wide,
-                              [&](std::size_t i) {
-                                  const int source = components.sources[i % wide];
-                                  return source < 0 ? T{} : values[i / wide * width + static_cast<std::size_t>(source)];
-                              });
+        return arrays_.add<T>({field.name, components.names}, rows(field.centring) * wide, [&](std::size_t i) {
+            const int source = components.sources[i % wide];
+            return source < 0 ? T{} : values[i / wide * width + static_cast<std::size_t>(source)];
+        });
     }
 
     Outcome<std::string> points() {
@@ -233,13 +232,15 @@ class Writer {
 template <int D>
 Outcome<Chunks> encode_vtu(const LinearMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
                            const Execution& execution) {
-    return gmf::guarded([&] { return vtu::Writer(mesh, fields, options, execution).write(); });
+    return gmf::guarded(
+        [&] { return vtu::Writer(mesh, with_legal_names(fields, vtu::field_names()), options, execution).write(); });
 }
 
 template <int D>
 Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
                            const Execution& execution) {
-    return gmf::guarded([&] { return vtu::Writer(mesh, fields, options, execution).write(); });
+    return gmf::guarded(
+        [&] { return vtu::Writer(mesh, with_legal_names(fields, vtu::field_names()), options, execution).write(); });
 }
 
 bool is_vtu(std::span<const std::byte> bytes) { return vtu::type_of_file(bytes) == "UnstructuredGrid"; }

@@ -16,6 +16,8 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
+import :legal_names;
+import :vtu_cells;
 
 namespace camber::vtu {
 
@@ -51,6 +53,12 @@ std::string data_array(std::string_view type, const ArrayName& name, std::size_t
 }
 
 }  // namespace
+
+FieldNames field_names() {
+    const std::string ghosts(ghost_array);
+    return {{readable_name, std::string::npos, {"reference", ghosts}},
+            {readable_name, std::string::npos, {"reference", "dimension", "entity", ghosts}}};
+}
 
 std::string escaped(std::string_view text) {
     std::string out;

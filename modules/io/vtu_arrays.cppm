@@ -12,6 +12,7 @@ module;
 module camber.io:vtu_arrays;
 import camber.core;
 import :any_mesh;
+import :legal_names;
 import :solution;
 
 namespace camber::vtu {
@@ -69,11 +70,8 @@ struct Components {
 };
 [[nodiscard]] Components components_of(FieldKind kind, int dimension);
 
-/// A field's name, or another where it is that of what is no field.
-[[nodiscard]] inline std::string array_name(const std::string& field) {
-    const bool taken = field == "reference" || field == "dimension" || field == "entity";
-    return taken ? field + "_field" : field;
-}
+/// Names of fields in VTK's files: none is empty, nor that of an array with another meaning; of XML.
+[[nodiscard]] FieldNames field_names();
 
 /// A text for an XML attribute.
 [[nodiscard]] std::string escaped(std::string_view text);

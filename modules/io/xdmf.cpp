@@ -179,10 +179,9 @@ class Writer {
         const std::vector<int> sources = sources_of(field.kind, D);
         const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, D));
         const std::size_t n = field.centring == Centring::node ? grid_.nodes() : cells();
-        return attribute<T>(vtu::array_name(field.name), field.centring, n, sources.size(),
-                            [&](std::size_t i, std::size_t k) {
-                                return sources[k] < 0 ? T{} : values[i * width + static_cast<std::size_t>(sources[k])];
-                            });
+        return attribute<T>(field.name, field.centring, n, sources.size(), [&](std::size_t i, std::size_t k) {
+            return sources[k] < 0 ? T{} : values[i * width + static_cast<std::size_t>(sources[k])];
+        });
     }
 
     G grid_;
@@ -197,11 +196,11 @@ class Writer {
 
 template <int D>
 Outcome<Chunks> encode_xdmf(const LinearMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
-    return guarded([&] { return xdmf::Writer(mesh, fields, execution).write(); });
+    return guarded([&] { return xdmf::Writer(mesh, with_legal_names(fields, vtu::field_names()), execution).write(); });
 }
 template <int D>
 Outcome<Chunks> encode_xdmf(const QuadraticMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
-    return guarded([&] { return xdmf::Writer(mesh, fields, execution).write(); });
+    return guarded([&] { return xdmf::Writer(mesh, with_legal_names(fields, vtu::field_names()), execution).write(); });
 }
 
 bool is_xdmf(std::span<const std::byte> bytes) {

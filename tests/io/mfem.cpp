@@ -285,9 +285,10 @@ TEST_CASE("what MFEM has no place for") {
     mesh.edges.references = Buffer<Reference>{0};
     mesh.groups = Buffer<Group>{{1, 1, "iron"}, {2, 1, "two \"signs\""}};
     const auto losses = not_in_mfem(mesh);
-    REQUIRE(losses.size() == 2);
+    REQUIRE(losses.size() == 3);
     CHECK(losses[0].what == "MFEM has no place for 1 edges");
-    CHECK(losses[1].what == "MFEM has no place for 2 names of references");
+    CHECK(losses[1].what == "MFEM has no place for 1 names of references");
+    CHECK(losses[2].what == "MFEM cannot hold 1 names of references: \"two \"signs\"\" becomes \"two 'signs'\"");
     const auto back = read(written(mesh));
     REQUIRE(back.has_value());
     CHECK(std::get<LinearMesh<3>>(back->mesh).elements == mesh.elements);

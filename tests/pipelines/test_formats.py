@@ -193,6 +193,22 @@ class Formats(unittest.TestCase):
         self.assertIn("note: VTU has no place for 2 corners", told)
         self.assertEqual(self.run_camber("convert", "c.mesh", "-o", "d.meshb").stderr, "")
 
+    def test_fields_of_any_names_can_be_read_again(self):
+        names = ["", " ", "u", " u", "a/b", "reference", "entity", "METADATA", "x" * 40]
+        values = "".join(f"{n} {n}.5\n" for n in (1, 2, 3))
+        fields = "".join(f'$NodeData\n1\n"{name}"\n1\n0\n3\n0\n1\n3\n{values}$EndNodeData\n' for name in names)
+        self.path("in.msh").write_text("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n3\n1 0 0 0\n2 1 0 0\n3 0 1 0\n"
+                                       "$EndNodes\n$Elements\n1\n1 2 2 1 1 1 2 3\n$EndElements\n" + fields)
+        for ending in ("msh", "vtu", "vtk") + (("cgns",) if self.knows_cgns() else ()):
+            for verb in ("convert", "curve"):
+                done = self.run_camber(verb, "in.msh", "-o", f"out.{ending}")
+                with self.subTest(ending=ending, verb=verb):
+                    self.assertGreaterEqual(len(self.info(f"out.{ending}")["fields"]), len(names))
+                    self.assertEqual("names of fields" in done.stderr, ending != "msh", done.stderr)
+
+    def knows_cgns(self):
+        return "needs its library" not in self.folder.camber("convert", "in.msh", "-o", "probe.cgns").stderr
+
     def test_a_format_by_its_name(self):
         self.curved("box", {"mesh": "b.meshb"}, stages=())
         for name, ending in (("gmf-ascii", "mesh"), ("gmf-binary", "meshb"), ("vtu", "vtu")):

@@ -163,7 +163,7 @@ Outcome<MeshFields> fields_of(const Solution& solution, const std::string& name,
 
 bool holds_fields(const MeshFormat& format) { return format.holds_fields; }
 
-/// What of the fields the format does not hold.
+/// What of the fields the format does not hold, and which of their names.
 void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
     std::vector<std::string_view> lost;
     for (const MeshField& field : fields)
@@ -172,6 +172,7 @@ void say_lost_fields(const MeshFields& fields, const MeshFormat& format) {
         tell_note(
             fmt::format("{} has no place for {} fields: {}{}", format.what, lost.size(), listed(lost, " and "),
                         format.holds_fields ? "" : " (those at nodes can be written beside it: convert to a .sol)"));
+    tell_renames(format, fields);
 }
 
 /// The mesh of the arguments' input as the output's format wants it, elevated if asked for, with the metric's fields.

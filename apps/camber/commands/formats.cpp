@@ -14,6 +14,7 @@ import camber.core;
 import camber.app_shell;
 import camber.io;
 import camber.run;
+import :ending;
 import :formats;
 
 namespace camber::app {
@@ -50,6 +51,11 @@ bool is_solution_file(std::string_view path) { return format_with_ending(solutio
 Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
                          const std::string& path, const Execution& execution) {
     return write_chunks(format.encode(mesh, fields, options, part_of(execution, 0, of_encoding)), path, execution);
+}
+
+void tell_renames(const MeshFormat& format, const MeshFields& fields) {
+    if (!format.renames) return;
+    for (const Notice& notice : format.renames(fields)) tell_note(notice.what);
 }
 
 void name_references(AnyMesh& mesh, const run::Groups& groups) {
@@ -118,6 +124,7 @@ Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::opti
         mesh = std::move(*in_space);
         fields = std::move(*of_space);
     }
+    tell_renames(**format, fields);
     return write_mesh(**format, mesh, fields, EncodeOptions{}, path, execution);
 }
 

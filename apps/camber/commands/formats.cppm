@@ -35,6 +35,9 @@ namespace camber::app {
 [[nodiscard]] Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution,
                                            const std::string& path, const Execution& execution);
 
+/// Reports names of fields that are others in files of this format.
+void tell_renames(const MeshFormat& format, const MeshFields& fields);
+
 /// Gives the mesh the names of references that it had before it was in a file without any.
 void name_references(AnyMesh& mesh, const run::Groups& groups);
 

@@ -282,6 +282,7 @@ Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<Name
 Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields, const MeshFormat& format,
                               const std::string& path, const Execution& execution) {
     const MeshFields all = run::as_mesh_fields(mesh.mesh, fields);
+    tell_renames(format, all);
     if (!mesh.lift || !(format.always_in_space || !mesh.always_in_space))
         return write_mesh(format, mesh.mesh, all, {}, path, execution);
     const auto in_space = raised(mesh.mesh, *mesh.lift, without_progress(execution));

@@ -158,6 +158,8 @@ struct OutputWriter {
     }
 
     Outcome<Done> write_with(const MeshFormat& format, const std::string& path, const MeshFields& fields) {
+        if (format.renames)
+            for (Notice& notice : format.renames(fields)) run.report.notices.push_back(std::move(notice.what));
         const std::string stage = format.for_viewers ? "write " + std::string(format.name) : "write";
         auto done = around(stage, [&](const Execution& execution) {
             return write_mesh(format, mesh_for(format), fields, EncodeOptions{output.vtu_cells}, path, execution);
