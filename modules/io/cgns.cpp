@@ -14,10 +14,25 @@ import :legal_names;
 
 namespace camber {
 
+namespace {
+
+constexpr std::string_view hdf5("\x89HDF\r\n\x1a\n", 8), adf("@(#)ADF");
+
+std::string_view beginning_of(std::span<const std::byte> bytes, std::size_t size) {
+    return {reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), size)};
+}
+
+}  // namespace
+
+bool is_med(std::span<const std::byte> bytes) {
+    constexpr std::size_t soon = 65536;  // names of the first nodes
+    const std::string_view text = beginning_of(bytes, soon);
+    return text.starts_with(hdf5) && text.find("INFOS_GENERALES") != std::string_view::npos;
+}
+
 bool is_cgns(std::span<const std::byte> bytes) {
-    constexpr std::string_view hdf5("\x89HDF\r\n\x1a\n", 8), adf("@(#)ADF");
-    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min<std::size_t>(bytes.size(), 64));
-    return text.starts_with(hdf5) || text.starts_with(adf);
+    const std::string_view text = beginning_of(bytes, hdf5.size());
+    return (text.starts_with(hdf5) && !is_med(bytes)) || text.starts_with(adf);
 }
 
 bool is_in_cgns(const MeshField& field) {

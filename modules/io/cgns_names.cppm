@@ -1,5 +1,7 @@
 module;
+#include <cstddef>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 module camber.io:cgns_names;
@@ -7,7 +9,14 @@ import camber.core;
 import :legal_names;
 import :mesh_fields;
 
-/// Names of fields, sections and boundary conditions in CGNS files.
+/// MED files, and names of fields, sections and boundary conditions in CGNS files.
+namespace camber {
+
+/// Whether the bytes begin as a MED file of Salome does: HDF5, as CGNS, with other nodes.
+[[nodiscard]] bool is_med(std::span<const std::byte> bytes);
+
+}  // namespace camber
+
 namespace camber::cgns {
 
 /// The fields that a file has a place for, and their names there.

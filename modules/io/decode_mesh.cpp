@@ -10,6 +10,7 @@ module;
 #include <utility>
 module camber.io;
 import camber.core;
+import :cgns_names;
 
 /// A mesh of whichever format; files of programs that share an ending with another's.
 namespace camber {
@@ -60,6 +61,7 @@ std::optional<Namesake> namesake_of(std::span<const std::byte> bytes) {
     constexpr std::size_t soon = 4096;
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
     const std::string_view line = first_line(text);
+    if (is_med(bytes)) return Namesake{"Salome (.med)", "meshio convert --input-format med FILE NEW.vtu"};
     if (is_freefem(text)) return Namesake{"FreeFEM", "in FreeFEM: savemesh(Th, \"FILE.mesh\")"};
     if (is_fluent(text)) return Namesake{"Fluent", "meshio convert --input-format ansys FILE NEW.vtu, or export CGNS"};
     if (is_ansys(text)) return Namesake{"ANSYS (a .cdb archive)", "export it from ANSYS as CGNS or Nastran (.bdf)"};
@@ -67,7 +69,7 @@ std::optional<Namesake> namesake_of(std::span<const std::byte> bytes) {
         return Namesake{"GiD", "export it from GiD as Gmsh's .msh"};
     if (line.starts_with("mesh3d")) return Namesake{"Netgen (.vol)", "export it from Netgen as Gmsh2 format"};
     if (line.starts_with("*Heading") || line.starts_with("*HEADING") || line.starts_with("*NODE"))
-        return Namesake{"Abaqus (.inp)", "name it so: gmsh FILE.inp -save -format msh41 -o NEW.msh"};
+        return Namesake{"Abaqus (.inp)", "meshio convert --input-format abaqus FILE NEW.vtu"};
     return std::nullopt;
 }
 

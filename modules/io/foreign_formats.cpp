@@ -23,8 +23,8 @@ struct Foreign {
 constexpr std::array foreign{
     Foreign{".step", mesh_it},     Foreign{".stp", mesh_it},     Foreign{".iges", mesh_it},
     Foreign{".igs", mesh_it},      Foreign{".brep", mesh_it},    Foreign{".geo", mesh_it},
-    Foreign{".unv", resave},       Foreign{".med", resave},      Foreign{".bdf", resave},
-    Foreign{".nas", resave},       Foreign{".inp", resave},      Foreign{".diff", resave},
+    Foreign{".unv", resave},       Foreign{".med", by_meshio},   Foreign{".bdf", resave},
+    Foreign{".nas", resave},       Foreign{".inp", by_meshio},   Foreign{".diff", resave},
     Foreign{".obj", by_meshio},    Foreign{".ply", by_meshio},   Foreign{".off", by_meshio},
     Foreign{".vtk", by_meshio},    Foreign{".xdmf", by_meshio},  Foreign{".xmf", by_meshio},
     Foreign{".e", by_meshio},      Foreign{".exo", by_meshio},   Foreign{".ex2", by_meshio},

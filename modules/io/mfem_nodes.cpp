@@ -77,10 +77,6 @@ Outcome<Buffer<Vec<D>>> read_points(Source& source, std::size_t count, bool by_c
             return source.fail_here("coordinate " + std::to_string(i + 1) + " of " + std::to_string(count * D) +
                                     " is missing or malformed");
     }
-    // Without a sign after it the last number may be the beginning of another.
-    if (source.words.at == source.words.end && count > 0)
-        return source.fail_here("the file ends within its last number, or without the end of a line",
-                                "it seems to be cut off; if it is whole, end its last line");
     return points;
 }
 

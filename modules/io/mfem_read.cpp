@@ -34,6 +34,9 @@ listing::Simplices<K>& simplices_of(listing::Mesh<D>& mesh) {
 Outcome<Done> read_end(Source& source, std::vector<Notice>& notices) {
     if (source.has_end && !source.words.next().ends_with("mesh_end"))
         return source.fail_here("\"mfem_mesh_end\" is missing here");
+    // Without a sign after it the last number may be the beginning of another.
+    if (!source.has_end && source.words.at == source.words.end && !is_blank(source.text.back()))
+        notices.push_back({"the last line has no end: the file may be cut off within its last number"});
     if (source.words.find()) notices.push_back({"what follows the vertices was left out"});
     return Done{};
 }

@@ -46,11 +46,15 @@ std::optional<FormatLine> find_format(std::span<const std::byte> bytes) {
 }
 
 std::optional<Generation> generation(const FormatLine& format) {
-    if (format.version == "4.1") return Generation::v41;
-    if (format.version == "4" || format.version == "4.0") return Generation::v40;
-    if (format.version == "1") return Generation::v1;
-    for (const std::string_view version : {"2", "2.0", "2.1", "2.2"})
-        if (format.version == version) return Generation::v2;
+    // A number, which some write with more digits: 2.200000.
+    Words words{format.version.data(), format.version.data() + format.version.size()};
+    double version = 0;
+    if (!read_number(words, version)) return std::nullopt;
+    if (version == 4.1) return Generation::v41;
+    if (version == 4) return Generation::v40;
+    if (version == 1) return Generation::v1;
+    for (const double of_2 : {2.0, 2.1, 2.2})
+        if (version == of_2) return Generation::v2;
     return std::nullopt;
 }
 

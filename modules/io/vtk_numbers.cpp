@@ -92,6 +92,14 @@ Outcome<vtu::Numbers> Source::numbers(const std::string& type, std::uint64_t row
     if (components != 0 && rows > std::numeric_limits<std::uint64_t>::max() / components)
         return wrong("has more numbers than can be counted");
     const std::uint64_t n = rows * components;
+    if (type == "vtktypeint32") return numbers_of<std::int32_t>(*this, n);
+    if (type == "vtktypeuint32") return numbers_of<std::uint32_t>(*this, n);
+    if (type == "vtktypeint16") return numbers_of<std::int16_t>(*this, n);
+    if (type == "vtktypeuint16") return numbers_of<std::uint16_t>(*this, n);
+    if (type == "vtktypeint8") return numbers_of<std::int8_t>(*this, n);
+    if (type == "vtktypeuint8") return numbers_of<std::uint8_t>(*this, n);
+    if (type == "vtktypefloat32") return numbers_of<float>(*this, n);
+    if (type == "vtktypefloat64") return numbers_of<double>(*this, n);
     if (type == "double") return numbers_of<double>(*this, n);
     if (type == "float") return numbers_of<float>(*this, n);
     if (type == "int" || type == "vtkidtype") return numbers_of<std::int32_t>(*this, n);

@@ -197,6 +197,11 @@ TEST_CASE("files of programs that share an ending with another's are told by nam
     CHECK(
         message("(0 \"made by hand\")\n(2 3)\n").starts_with("in.msh: is a mesh of Fluent, which is not read (meshio"));
     CHECK(message("/COM,ANSYS RELEASE 19\n/PREP7\n").starts_with("in.msh: is a mesh of ANSYS (a .cdb archive), which"));
+    CHECK(message("*NODE\n1,0,0,0\n") ==
+          "in.msh: is a mesh of Abaqus (.inp), which is not read (meshio convert "
+          "--input-format abaqus FILE NEW.vtu)");
+    CHECK(message(std::string("\x89HDF\r\n\x1a\n", 8) + std::string(700, '\0') + "INFOS_GENERALES") ==
+          "in.msh: is a mesh of Salome (.med), which is not read (meshio convert --input-format med FILE NEW.vtu)");
     CHECK(message("MESH dimension 3 ElemType Tetrahedra Nnode 4\n").starts_with("in.msh: is a mesh of GiD, which"));
     CHECK(message("\n3 1\n") ==
           "in.msh: line 1: this is no MSH file: it does not begin with $MeshFormat (give a .msh file)");

@@ -387,13 +387,19 @@ TEST_CASE("named meshes of MFEM come back") {
     });
 }
 
-TEST_CASE("every prefix of an MFEM file is an error") {
+TEST_CASE("every prefix of an MFEM file is an error, or reported if it ends within the last number") {
     const std::string straight = written(held(generated::mesh<3>(2, 2)));
     REQUIRE(message(straight) == "no error");
     for (const std::string& text : {square, straight})
         for (std::size_t n = 0; n < text.size(); ++n) {
             CAPTURE(n);
             const auto decoded = read(text.substr(0, n));
+            if (decoded && n > text.find_last_of(" \n", text.size() - 2)) {
+                REQUIRE(decoded->notices.size() == 1);
+                CHECK(decoded->notices[0].what ==
+                      "the last line has no end: the file may be cut off within its last number");
+                continue;
+            }
             REQUIRE(!decoded.has_value());
             REQUIRE(!decoded.error().what.empty());
             REQUIRE(decoded.error().where.starts_with("in.mfem: line "));

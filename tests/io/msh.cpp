@@ -345,6 +345,13 @@ TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of 
     CHECK(tells(mesh, "the mesh is partitioned: the partitions were joined"));
 }
 
+TEST_CASE("versions are numbers, of any number of digits") {
+    const std::string text = triangle_2("$Elements\n1\n3 2 2 5 1 7 100000 9000000000000000000\n$EndElements\n");
+    const auto mesh = decoded(text).mesh;
+    for (const std::string_view version : {"2.200000", "2.20", "2.1000", "2.000000"})
+        CHECK(decoded(of_version(version) + text.substr(of_version("2.2").size())).mesh == mesh);
+}
+
 TEST_CASE("2.2: places of nodes from $ParametricNodes") {
     const auto mesh =
         decoded(of_version("2.2") +

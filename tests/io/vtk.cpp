@@ -71,13 +71,14 @@ TEST_CASE("every kind of array of a legacy VTK file") {
             return text;
         }() +
         "\nCOLOR_SCALARS c 2\n0 0 0 0 0 0 0 0 0 0\nLOOKUP_TABLE table 1\n0 0 0 1\nTEXTURE_COORDINATES tc 2 float\n"
-        "0 0 0 0 0 0 0 0 0 0\nGLOBAL_IDS ids vtkIdType\n0 1 2 3 4\nFIELD FieldData 2\nb 1 5 bit\n0 1 0 1 1\n"
+        "0 0 0 0 0 0 0 0 0 0\nGLOBAL_IDS ids vtkIdType\n0 1 2 3 4\nFIELD FieldData 3\nb 1 5 bit\n0 1 0 1 1\n"
+        "w 1 5 vtktypeint32\n-1 0 1 2 3\n"
         "METADATA\nCOMPONENT_NAMES\nnone\n\nk 1 5 unsigned_char\n1 2 3 4 255\n";
     const auto decoded = read(replaced(old, data, arrays));
     REQUIRE_MESSAGE(decoded.has_value(), message(replaced(old, data, arrays)));
-    for (const std::string name : {"the flow", "n", "t", "ids", "b", "k"})
+    for (const std::string name : {"the flow", "n", "t", "ids", "b", "w", "k"})
         CHECK_MESSAGE(decoded->fields.find(name, Centring::node) != nullptr, name);
-    CHECK(decoded->fields.size() == 6);
+    CHECK(decoded->fields.size() == 7);
     REQUIRE(decoded->notices.size() == 1);
     CHECK(decoded->notices[0].what.starts_with("2 arrays were left out, since they have neither 1, 3, 6 nor 9"));
 }
