@@ -98,7 +98,7 @@ struct GivenGeometry {
 };
 
 /// A name for the simplices of one dimension that share a reference: Gmsh's physical group, a boundary condition or a
-/// marker of a flow solver.
+/// marker of a flow solver. Simplices in several groups have a reference with several names.
 struct Group {
     int dimension = 0;  ///< of the simplices; 0: vertices
     Reference reference = 0;
@@ -122,7 +122,7 @@ struct LinearMesh {
     Simplices<1> edges;
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
     GivenGeometry<D> geometry;
-    Column<Group> groups = {};  ///< no two of one dimension and reference
+    Column<Group> groups = {};  ///< of several with one dimension and reference the first is the main one
 
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
 };

@@ -29,7 +29,8 @@ struct MshOptions {
 /// A Gmsh mesh (.msh, versions 1, 2.0 to 2.2, 4.0 and 4.1, text or binary in either byte order): always one in space, a
 /// 2D mesh has triangles with z = 0. Vertices and simplices stand in the order of their tags.
 /// - The reference of a simplex is its first physical tag, without its sign; its entity is Gmsh's. In a file without
-///   any physical group the references are the entities. Names of groups are kept.
+///   any physical group the references are the entities. Names of groups are kept: of simplices in several groups the
+///   reference has all these names, and sets of groups with the same first tag have other references.
 /// - A node's entity and its parameters there become an association, but for nodes in volumes. Mid nodes lose theirs.
 /// - Point elements give their node its reference.
 /// - Partitions are joined: what lies on a partition's entity is on the parent of that; what is between partitions only
