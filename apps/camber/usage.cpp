@@ -67,7 +67,13 @@ camber::Error error_of(const CLI::ParseError& error, const std::string& help) {
         remedy = what.substr(line + 1);
         what.erase(line);
     }
-    if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch)) what = "a value is missing";
+    constexpr std::string_view too_many = "At Most 1 required but received ";
+    if (what.starts_with(too_many)) {
+        what = "is given " + what.substr(too_many.size()) + " times";
+        remedy = "give it once";
+    } else if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch)) {
+        what = "a value is missing";
+    }
     constexpr std::string_view not_converted = "Could not convert: ";
     if (what.starts_with(not_converted)) {
         const auto equals = what.find(" = ");

@@ -34,6 +34,7 @@ MISTAKES = [
     "check wing.mesh --min-scaled-jacobian 2",
     "remesh wing.mesh -o out.mesh --metric 0,1",
     "remesh wing.mesh -o out.mesh --metric",
+    "remesh wing.mesh -o out.mesh --metric 0.1 --metric 0.2",
     "remesh wing.mesh -o out.mesh --size wall=0.1",
     # files
     "curve my wing.mesh -o out.mesh",

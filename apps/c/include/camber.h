@@ -3,7 +3,8 @@
    A mesh is an opaque handle that never changes. The verbs are those of the program, with its words: camber --help, and
    docs/c.md. Functions that may fail return a status, 0 when all went well; camber_error() then says what is wrong, where,
    and what to do. Arrays go in by a copy and come out into memory of the caller. Calls from several threads at once are
-   allowed; an error's text is the calling thread's. */
+   allowed; an error's text is the calling thread's. An argument that must not be NULL and is NULL is an error, which names
+   the function and the argument: functions with a status return CAMBER_USAGE, the others 0 or NULL. */
 #ifndef CAMBER_H
 #define CAMBER_H
 
@@ -68,15 +69,15 @@ CAMBER_API int64_t camber_count(const camber_mesh* mesh, const char* type); /* c
    where a mesh of degree 2 was given with its vertices not first. */
 CAMBER_API int camber_get_given(const camber_mesh* mesh, int first, int64_t* given);
 
-/* Into arrays of points × dimension, and of cells × nodes of the type; references may be NULL. */
+/* Into arrays of points × dimension, and of cells × nodes of the type; nodes and references may be NULL. */
 CAMBER_API int camber_get_points(const camber_mesh* mesh, double* coordinates);
 CAMBER_API int camber_get_cells(const camber_mesh* mesh, const char* type, int first, int32_t* nodes, int32_t* references);
 
-/* A field: rows of `components` numbers at the vertices, or at all points; it goes along through the verbs. A mesh with
-   one field more is another mesh. */
+/* A field: rows of `components` finite numbers at the vertices, or at all points; it goes along through the verbs. A mesh
+   with one field more is another mesh. */
 CAMBER_API int camber_with_field(const camber_mesh* mesh, const char* name, int components, int64_t rows,
                                  const double* values, camber_mesh** with);
-/* Its rows and components; 0 rows: there is none. Then its values, rows × components. */
+/* Its rows and components, which may be NULL; 0 rows: there is none. Then its values, rows × components. */
 CAMBER_API int64_t camber_field_size(const camber_mesh* mesh, const char* name, int* components);
 CAMBER_API int camber_get_field(const camber_mesh* mesh, const char* name, double* values);
 
@@ -96,13 +97,14 @@ typedef struct camber_options {
    output. A metric of the options is named by no word. `options` may be NULL. */
 CAMBER_API int camber_run(const camber_mesh* mesh, int words, const char* const* word, const camber_options* options,
                           camber_result** result);
-/* A pipeline in JSON (docs/pipelines.md) on that mesh, or on the input that it names where `mesh` is NULL. */
+/* A pipeline in JSON (docs/pipelines.md) on that mesh, or on the input that it names where `mesh` is NULL. A metric of the
+   options goes with none in the pipeline. */
 CAMBER_API int camber_run_config(const camber_mesh* mesh, const char* json, const camber_options* options,
                                  camber_result** result);
 
 CAMBER_API const camber_mesh* camber_result_mesh(const camber_result* result); /* the result's own; NULL: of check */
 CAMBER_API const char* camber_result_report(const camber_result* result);      /* JSON: docs/report.md */
-/* The metric at the vertices of the mesh that was made: its rows and width; 0 rows: none. Then its values. */
+/* The metric at the vertices of the mesh that was made: its rows and width, which may be NULL; 0 rows: none. Then its values. */
 CAMBER_API int64_t camber_result_metric_size(const camber_result* result, int* width);
 CAMBER_API int camber_result_metric(const camber_result* result, double* values);
 CAMBER_API void camber_free_result(camber_result* result);

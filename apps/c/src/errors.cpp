@@ -1,8 +1,11 @@
 // Errors as texts, one a thread.
 #include <exception>
 #include <functional>
+#include <initializer_list>
 #include <new>
+#include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "camber.h"
 #include "handles.hpp"
@@ -30,6 +33,8 @@ int status_of(ErrorKind kind) {
     return CAMBER_INTERNAL;
 }
 
+Error no_memory() { return {ErrorKind::memory, "not enough memory", {}, {}, "give it more, or a smaller mesh"}; }
+
 }  // namespace
 
 int status_of(const Error& error) {
@@ -41,13 +46,29 @@ int guarded_status(const std::function<int()>& f) {
     try {
         return f();
     } catch (const std::bad_alloc&) {
-        return status_of(Error{ErrorKind::memory, "not enough memory", {}, {}, "give it more, or a smaller mesh"});
+        return status_of(no_memory());
+    } catch (const std::length_error&) {  // more than any memory has
+        return status_of(no_memory());
     } catch (const std::exception& error) {
         return status_of(Error{ErrorKind::internal, error.what(), {}, {}, {}});
     }
 }
 
-int missing(const char* argument) { return status_of(Error{ErrorKind::usage, "is NULL", argument, {}, {}}); }
+Error wrong_argument(const std::string& function, const std::string& argument, std::string what, std::string remedy) {
+    return {ErrorKind::usage, std::move(what), function + ": " + argument, {}, std::move(remedy)};
+}
+
+int missing(const char* function, std::initializer_list<Pointer> arguments) {
+    for (const Pointer& argument : arguments)
+        if (argument.value == nullptr) return status_of(wrong_argument(function, argument.name, "is NULL"));
+    return CAMBER_OK;
+}
+
+int wrong_first(const char* function, int first) {
+    if (first == 0 || first == 1) return CAMBER_OK;
+    return status_of(wrong_argument(function, "first", "is " + std::to_string(first),
+                                    "give 0, or 1 where nodes count from 1, as in Fortran and Julia"));
+}
 
 }  // namespace camber::c
 

@@ -2,6 +2,7 @@
 // What stands behind the handles of camber.h.
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <optional>
 #include <string>
 
@@ -35,7 +36,21 @@ inline app::Host nobody() {
     return {.stop = {}, .told = [](const std::string&, double) {}};
 }
 
-/// The error of a null pointer.
-int missing(const char* argument);
+/// A pointer argument of a function of camber.h, by its name there.
+struct Pointer {
+    const char* name;
+    const void* value;
+};
+
+/// The status of the first argument that is NULL, with an error that names the function and the argument; CAMBER_OK if
+/// none is.
+int missing(const char* function, std::initializer_list<Pointer> arguments);
+
+/// The error (usage) of an argument of a function: "camber_make: points: is -1 (…)".
+Error wrong_argument(const std::string& function, const std::string& argument, std::string what,
+                     std::string remedy = {});
+
+/// The status of a number of a first node other than those of C, and of Fortran and Julia.
+int wrong_first(const char* function, int first);
 
 }  // namespace camber::c

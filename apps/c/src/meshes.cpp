@@ -1,8 +1,10 @@
 // Meshes from arrays and to arrays.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -43,11 +45,19 @@ CellArray<Nodes> cell_array(const camber_cells& cells, int first) {
     return out;
 }
 
-/// Whether these can be read at all.
-Outcome<Done> check_cells(const camber_cells& cells) {
-    if (cells.type == nullptr) return fail(ErrorKind::usage, "is NULL", "the type of cells");
-    if (cells.count < 0) return fail(ErrorKind::usage, "has a negative count", cells.type);
-    if (cells.count > 0 && cells.nodes == nullptr) return fail(ErrorKind::usage, "has nodes that are NULL", cells.type);
+/// Errors: cells that cannot be read, or whose type came before.
+Outcome<Done> check_cells(const camber_cells* cells, int t) {
+    const camber_cells& these = cells[t];
+    const std::string place = "cells[" + std::to_string(t) + "].";
+    const auto wrong = [&](const char* member, const std::string& what, const std::string& remedy = {}) {
+        return fail(wrong_argument("camber_make", place + member, what, remedy));
+    };
+    if (these.type == nullptr) return wrong("type", "is NULL");
+    if (these.count < 0) return wrong("count", "is " + std::to_string(these.count));
+    if (these.count > 0 && these.nodes == nullptr) return wrong("nodes", "is NULL");
+    for (int before = 0; before < t; ++before)
+        if (std::string_view(cells[before].type) == these.type)
+            return wrong("type", std::string(these.type) + " comes twice", "give all cells of a type together");
     return Done{};
 }
 
@@ -71,17 +81,18 @@ Outcome<DecodedMesh> made(std::int64_t points, const double* coordinates, int ty
         for (std::size_t d = 0; d < D; ++d) all[p][d] = coordinates[p * D + d];
     MeshArrays<D> arrays{.points = Column<Vec<D>>(std::move(all))};
     for (int t = 0; t < types; ++t) {
-        if (auto sound = check_cells(cells[t]); !sound) return fail(sound.error());
-        for (int before = 0; before < t; ++before)
-            if (std::string_view(cells[before].type) == cells[t].type)
-                return fail(ErrorKind::usage, "comes twice", cells[t].type, {}, "give all cells of a type together");
+        if (auto sound = check_cells(cells, t); !sound) return fail(sound.error());
         bool is_known = put(cells[t], first, arrays.elements) || put(cells[t], first, arrays.facets);
         if constexpr (D == 3) is_known = is_known || put(cells[t], first, arrays.edges);
         if (!is_known)
-            return fail(ErrorKind::input, "is no type of cells of a mesh in " + std::to_string(D) + "D", cells[t].type,
-                        {}, "they are line, triangle, tetra, line3, triangle6 and tetra10");
+            return fail(ErrorKind::input, "is no type of cells of a mesh in " + std::to_string(D) + "D",
+                        "camber_make: " + std::string(cells[t].type), {},
+                        "they are line, triangle, tetra, line3, triangle6 and tetra10");
     }
-    return mesh_of_arrays<D>(std::move(arrays), {});
+    auto mesh = mesh_of_arrays<D>(std::move(arrays), {});
+    if (!mesh)
+        mesh.error().where = "camber_make: " + (mesh.error().where == "points" ? "coordinates" : mesh.error().where);
+    return mesh;
 }
 
 template <class F>
@@ -118,6 +129,39 @@ void copy_cells(const Simplices<K>& simplices, const Column<std::array<EdgeId, e
         for (const auto& row : nodes_of_cells<K>(simplices.vertices, *edges, vertices)) put_row(row);
 }
 
+/// Errors: numbers that no mesh has.
+Outcome<Done> check_counts(int dimension, std::int64_t points, int types) {
+    const auto wrong = [](const char* argument, std::int64_t value, const char* remedy) {
+        return fail(wrong_argument("camber_make", argument, "is " + std::to_string(value), remedy));
+    };
+    if (dimension != 2 && dimension != 3) return wrong("dimension", dimension, "give 2 or 3");
+    if (points < 0) return wrong("points", points, "give the number of points");
+    if (types < 0) return wrong("types", types, "give the number of types of cells");
+    return Done{};
+}
+
+/// Errors: a field that the mesh has no place for, or a value that is not finite.
+Outcome<Done> check_field(const camber_mesh& mesh, int components, std::int64_t rows, const double* values) {
+    const auto wrong = [](const char* argument, const std::string& what, const std::string& remedy) {
+        Error error = wrong_argument("camber_with_field", argument, what, remedy);
+        error.kind = ErrorKind::input;
+        return fail(std::move(error));
+    };
+    const std::int64_t vertices = camber_vertices(&mesh), points = camber_points(&mesh);
+    const int dimension = camber_dimension(&mesh);
+    if (rows != vertices && rows != points)
+        return wrong("rows", "is " + std::to_string(rows),
+                     "give one a vertex, " + std::to_string(vertices) + ", or one a point, " + std::to_string(points));
+    if (components != 1 && components != dimension)
+        return wrong("components", "is " + std::to_string(components), "give 1 or " + std::to_string(dimension));
+    const double* const end = values + rows * components;
+    const double* const bad = std::find_if(values, end, [](double x) { return !std::isfinite(x); });
+    if (bad != end)
+        return wrong("values", "row " + std::to_string((bad - values) / components) + " is not finite",
+                     "give numbers other than NaN and infinity");
+    return Done{};
+}
+
 }  // namespace
 
 }  // namespace camber::c
@@ -125,8 +169,7 @@ void copy_cells(const Simplices<K>& simplices, const Column<std::array<EdgeId, e
 using namespace camber;
 
 int camber_read(const char* path, camber_mesh** mesh) {
-    if (path == nullptr) return c::missing("path");
-    if (mesh == nullptr) return c::missing("mesh");
+    if (const int wrong = c::missing("camber_read", {{"path", path}, {"mesh", mesh}})) return wrong;
     return c::guarded_status([&] {
         auto read = app::read_into_memory(path, config::Flat::plane, {}, c::nobody());
         if (!read) return c::status_of(read.error());
@@ -137,8 +180,7 @@ int camber_read(const char* path, camber_mesh** mesh) {
 }
 
 int camber_write(const camber_mesh* mesh, const char* path, const char* format) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (path == nullptr) return c::missing("path");
+    if (const int wrong = c::missing("camber_write", {{"mesh", mesh}, {"path", path}})) return wrong;
     return c::guarded_status([&] {
         const auto done = app::write_from_memory(mesh->value, app::nodal_fields_of(mesh->value), path,
                                                  format == nullptr ? "" : format, c::nobody());
@@ -148,13 +190,13 @@ int camber_write(const camber_mesh* mesh, const char* path, const char* format) 
 
 int camber_make(int dimension, int64_t points, const double* coordinates, int types, const camber_cells* cells,
                 int first, camber_mesh** mesh) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (coordinates == nullptr && points > 0) return c::missing("coordinates");
-    if (points < 0 || types < 0)
-        return c::status_of(Error{ErrorKind::usage, "is negative", points < 0 ? "points" : "types", {}, {}});
-    if (cells == nullptr && types > 0) return c::missing("cells");
-    if (dimension != 2 && dimension != 3)
-        return c::status_of(Error{ErrorKind::usage, "must be 2 or 3", "dimension", {}, {}});
+    if (const int wrong = c::missing("camber_make", {{"mesh", mesh}})) return wrong;
+    if (const auto sound = c::check_counts(dimension, points, types); !sound) return c::status_of(sound.error());
+    if (points > 0)
+        if (const int wrong = c::missing("camber_make", {{"coordinates", coordinates}})) return wrong;
+    if (types > 0)
+        if (const int wrong = c::missing("camber_make", {{"cells", cells}})) return wrong;
+    if (const int wrong = c::wrong_first("camber_make", first)) return wrong;
     return c::guarded_status([&] {
         auto made = dimension == 2 ? c::made<2>(points, coordinates, types, cells, first)
                                    : c::made<3>(points, coordinates, types, cells, first);
@@ -168,34 +210,33 @@ int camber_make(int dimension, int64_t points, const double* coordinates, int ty
 void camber_free_mesh(camber_mesh* mesh) { delete mesh; }
 
 int camber_dimension(const camber_mesh* mesh) {
-    if (mesh == nullptr) return 0;
+    if (c::missing("camber_dimension", {{"mesh", mesh}})) return 0;
     return std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, mesh->value.mesh);
 }
 int camber_degree(const camber_mesh* mesh) {
-    if (mesh == nullptr) return 0;
+    if (c::missing("camber_degree", {{"mesh", mesh}})) return 0;
     return c::on(*mesh, [](const auto* curved, const auto&) { return curved ? 2 : 1; });
 }
 int64_t camber_vertices(const camber_mesh* mesh) {
-    if (mesh == nullptr) return 0;
+    if (c::missing("camber_vertices", {{"mesh", mesh}})) return 0;
     return c::on(*mesh, [](const auto*, const auto& m) { return static_cast<int64_t>(m.points.size()); });
 }
 int64_t camber_points(const camber_mesh* mesh) {
-    if (mesh == nullptr) return 0;
+    if (c::missing("camber_points", {{"mesh", mesh}})) return 0;
     return c::on(*mesh, [](const auto* curved, const auto& m) {
         return static_cast<int64_t>(m.points.size() + (curved ? curved->mid_nodes.size() : 0));
     });
 }
 int64_t camber_count(const camber_mesh* mesh, const char* type) {
+    if (c::missing("camber_count", {{"mesh", mesh}, {"type", type}})) return 0;
     int64_t count = 0;
-    if (mesh == nullptr || type == nullptr) return 0;
     c::on_type(*mesh, type,
                [&](const auto& simplices, const auto*) { count = static_cast<int64_t>(simplices.size()); });
     return count;
 }
 
 int camber_get_points(const camber_mesh* mesh, double* coordinates) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (coordinates == nullptr) return c::missing("coordinates");
+    if (const int wrong = c::missing("camber_get_points", {{"mesh", mesh}, {"coordinates", coordinates}})) return wrong;
     c::on(*mesh, [&](const auto* curved, const auto& linear) {
         for (const auto& p : linear.points) coordinates = std::copy(p.c.begin(), p.c.end(), coordinates);
         if (curved)
@@ -207,8 +248,8 @@ int camber_get_points(const camber_mesh* mesh, double* coordinates) {
 }
 
 int camber_get_given(const camber_mesh* mesh, int first, int64_t* given) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (given == nullptr) return c::missing("given");
+    if (const int wrong = c::missing("camber_get_given", {{"mesh", mesh}, {"given", given}})) return wrong;
+    if (const int wrong = c::wrong_first("camber_get_given", first)) return wrong;
     const auto points = static_cast<std::size_t>(camber_points(mesh));
     for (std::size_t p = 0; p < points; ++p)
         given[p] = first + (mesh->given_as.empty() ? static_cast<int64_t>(p) : int64_t{mesh->given_as[p]} - 1);
@@ -216,16 +257,18 @@ int camber_get_given(const camber_mesh* mesh, int first, int64_t* given) {
 }
 
 int camber_get_cells(const camber_mesh* mesh, const char* type, int first, int32_t* nodes, int32_t* references) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (type == nullptr) return c::missing("type");
+    if (const int wrong = c::missing("camber_get_cells", {{"mesh", mesh}, {"type", type}})) return wrong;
+    if (const int wrong = c::wrong_first("camber_get_cells", first)) return wrong;
     const auto vertices = static_cast<std::size_t>(camber_vertices(mesh));
     return c::guarded_status([&] {
         const bool found = c::on_type(*mesh, type, [&](const auto& simplices, const auto* edges) {
             if (nodes != nullptr) c::copy_cells(simplices, edges, vertices, first, nodes);
             if (references != nullptr) std::copy(simplices.references.begin(), simplices.references.end(), references);
         });
-        return found ? int{CAMBER_OK}
-                     : c::status_of(Error{ErrorKind::usage, "is no type of cells that this mesh has", type, {}, {}});
+        return found
+                   ? int{CAMBER_OK}
+                   : c::status_of(c::wrong_argument("camber_get_cells", "type",
+                                                    "\"" + std::string(type) + "\" is no type of cells of this mesh"));
     });
 }
 
@@ -240,21 +283,12 @@ const MeshField* field_of(const camber_mesh* mesh, const char* name) {
 
 int camber_with_field(const camber_mesh* mesh, const char* name, int components, int64_t rows, const double* values,
                       camber_mesh** with) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (name == nullptr) return c::missing("name");
-    if (values == nullptr) return c::missing("values");
-    if (with == nullptr) return c::missing("with");
-    const bool at_vertices = rows == camber_vertices(mesh);
-    if (!at_vertices && rows != camber_points(mesh))
-        return c::status_of(Error{
-            ErrorKind::input, "has " + std::to_string(rows) + " rows", name, {}, "give one a vertex, or one a point"});
-    if (components != 1 && components != camber_dimension(mesh))
-        return c::status_of(Error{ErrorKind::input,
-                                  "has " + std::to_string(components) + " components",
-                                  name,
-                                  {},
-                                  "give 1, or as many as the mesh has dimensions"});
+    const std::initializer_list<c::Pointer> pointers{
+        {"mesh", mesh}, {"name", name}, {"values", values}, {"with", with}};
+    if (const int wrong = c::missing("camber_with_field", pointers)) return wrong;
     return c::guarded_status([&] {
+        if (auto sound = c::check_field(*mesh, components, rows, values); !sound) return c::status_of(sound.error());
+        const bool at_vertices = rows == camber_vertices(mesh);
         const run::NamedField field{name, components == 1 ? FieldKind::scalar : FieldKind::vector,
                                     TransferField{components, at_vertices ? 1 : 2,
                                                   Column<double>(Buffer<double>(values, values + rows * components))}};
@@ -269,19 +303,23 @@ int camber_with_field(const camber_mesh* mesh, const char* name, int components,
 }
 
 int64_t camber_field_size(const camber_mesh* mesh, const char* name, int* components) {
-    const MeshField* const field = mesh == nullptr || name == nullptr ? nullptr : field_of(mesh, name);
+    const bool is_complete = c::missing("camber_field_size", {{"mesh", mesh}, {"name", name}}) == CAMBER_OK;
+    const MeshField* const field = is_complete ? field_of(mesh, name) : nullptr;
     const int width = field == nullptr ? 0 : values_per_vertex(field->kind, camber_dimension(mesh));
     if (components != nullptr) *components = width;
     return field == nullptr ? 0 : static_cast<int64_t>(field->size()) / width;
 }
 
 int camber_get_field(const camber_mesh* mesh, const char* name, double* values) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (name == nullptr) return c::missing("name");
-    if (values == nullptr) return c::missing("values");
-    const MeshField* const field = field_of(mesh, name);
-    if (field == nullptr) return c::status_of(Error{ErrorKind::usage, "is no field of this mesh", name, {}, {}});
-    const auto& column = std::get<Column<double>>(field->values);
-    std::copy(column.begin(), column.end(), values);
-    return CAMBER_OK;
+    if (const int wrong = c::missing("camber_get_field", {{"mesh", mesh}, {"name", name}, {"values", values}}))
+        return wrong;
+    return c::guarded_status([&] {
+        const MeshField* const field = field_of(mesh, name);
+        if (field == nullptr)
+            return c::status_of(c::wrong_argument("camber_get_field", "name",
+                                                  "\"" + std::string(name) + "\" is no field of this mesh"));
+        const auto& column = std::get<Column<double>>(field->values);
+        std::copy(column.begin(), column.end(), values);
+        return int{CAMBER_OK};
+    });
 }

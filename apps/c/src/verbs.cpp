@@ -6,6 +6,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -40,14 +41,17 @@ app::Host host_of(const camber_options* options, std::stop_source stop) {
     return host;
 }
 
-Outcome<std::optional<Solution>> metric_of(const camber_mesh* mesh, const camber_options* options) {
+/// The metric of the options.
+Outcome<std::optional<Solution>> metric_of(const camber_mesh* mesh, const camber_options* options,
+                                           const char* function) {
     if (options == nullptr || options->metric == nullptr) return std::nullopt;
-    if (mesh == nullptr) return fail(ErrorKind::usage, "is of no mesh", "metric", {}, "give the mesh too");
+    if (mesh == nullptr)
+        return fail(c::wrong_argument(function, "options.metric", "is of no mesh", "give the mesh too"));
     const int dimension = camber_dimension(mesh), width = options->metric_width;
     const int tensor = values_per_vertex(FieldKind::symmetric_tensor, dimension);
     if (width != 1 && width != tensor)
-        return fail(ErrorKind::usage, "is " + std::to_string(width), "metric_width", {},
-                    "give 1, a size, or " + std::to_string(tensor) + ", a tensor");
+        return fail(c::wrong_argument(function, "options.metric_width", "is " + std::to_string(width),
+                                      "give 1, a size, or " + std::to_string(tensor) + ", a tensor"));
     const auto rows = static_cast<std::size_t>(camber_vertices(mesh));
     Buffer<double> values(options->metric, options->metric + rows * static_cast<std::size_t>(width));
     return std::optional(Solution{dimension,
@@ -57,6 +61,50 @@ Outcome<std::optional<Solution>> metric_of(const camber_mesh* mesh, const camber
 }
 
 constexpr const char *mesh_name = "memory:mesh", *metric_name = "memory:metric.sol";
+
+/// The status of an error that names the argument where it names its place in memory.
+int status_in(const char* function, Error error) {
+    constexpr std::string_view metric = "memory:metric", mesh = mesh_name;
+    if (error.where.starts_with(metric)) error.where = std::string(function) + ": options.metric";
+    if (error.where.starts_with(mesh)) error.where = std::string(function) + ": mesh" + error.where.substr(mesh.size());
+    return c::status_of(error);
+}
+
+/// Whether a word is that option, with its value or before it.
+bool is_option(std::string_view word, std::string_view option) {
+    return word.starts_with(option) && (word.size() == option.size() || word[option.size()] == '=');
+}
+
+/// The words of camber_run, the verb first. Errors (usage): one that is NULL; a verb without a mesh in memory; an
+/// option for which the function has an argument, or returns what it writes.
+Outcome<std::vector<std::string>> words_of(int count, const char* const* word, bool has_metric) {
+    const auto wrong = [](int w, const std::string& what, const std::string& remedy) {
+        return fail(c::wrong_argument("camber_run", "word[" + std::to_string(w) + "]", what, remedy));
+    };
+    if (count < 1)
+        return fail(c::wrong_argument("camber_run", "words", "is " + std::to_string(count), "give at least the verb"));
+    for (int w = 0; w < count; ++w)
+        if (word[w] == nullptr) return wrong(w, "is NULL", "words is the number of words");
+    const std::vector<std::string> words(word, word + count);
+    const std::string& verb = words.front();
+    if (verb != "curve" && verb != "remesh" && verb != "repair" && verb != "adapt" && verb != "check")
+        return wrong(0, "\"" + verb + "\" is no verb over a mesh in memory",
+                     "give curve, remesh, repair, adapt or check");
+    if (has_metric && verb == "repair")
+        return fail(c::wrong_argument("camber_run", "options.metric", "does not go with repair", "give none"));
+    for (int w = 1; w < count; ++w) {
+        const std::string_view at = words[static_cast<std::size_t>(w)];
+        if (has_metric && is_option(at, "--metric"))
+            return wrong(w, "--metric and options.metric are two metrics", "give one of them");
+        if (verb == "check" && is_option(at, "--metric"))
+            return wrong(w, "--metric does not go with a check in memory", "give options.metric");
+        if (at.starts_with("-o") || is_option(at, "--output"))
+            return wrong(w, "the result is returned, no file is written", "use camber_write");
+        if (verb == "check" && (is_option(at, "--vtu") || is_option(at, "--page")))
+            return wrong(w, "a check in memory writes no file", "use the program");
+    }
+    return words;
+}
 
 /// What arguments gave is as sound as what a config says; nobody is there who could run a solver.
 Outcome<config::Pipeline> adapting(const app::Verb& verb) {
@@ -72,9 +120,7 @@ Outcome<config::Pipeline> pipeline_of(const app::Verb& verb, const std::string& 
     if (name == "curve") return app::pipeline_of(verb.curve);
     if (name == "remesh") return app::pipeline_of(verb.remesh);
     if (name == "repair") return app::pipeline_of(verb.repair);
-    if (name == "adapt") return adapting(verb);
-    return fail(ErrorKind::usage, "is no verb over a mesh in memory", name, {},
-                "give curve, remesh, repair, adapt or check");
+    return adapting(verb);
 }
 
 int finish(app::MadeInMemory made, camber_result** result) {
@@ -84,22 +130,22 @@ int finish(app::MadeInMemory made, camber_result** result) {
 }
 
 int run_pipeline(config::Pipeline pipeline, int degree, const camber_mesh* mesh, std::optional<Solution> metric,
-                 const camber_options* options, camber_result** result) {
+                 const camber_options* options, const char* function, camber_result** result) {
     app::Host host = host_of(options, {});
     if (mesh != nullptr) host.given.meshes[mesh_name] = mesh->value;
     if (metric) host.given.metrics[metric_name] = std::move(*metric);
     if (pipeline.adapt.is_asked()) {
         auto made = app::adapt_in_memory(std::move(pipeline), degree, {}, std::move(host));
-        return made ? finish(std::move(made->last), result) : c::status_of(made.error());
+        return made ? finish(std::move(made->last), result) : status_in(function, made.error());
     }
     auto made = app::run_in_memory(std::move(pipeline), std::move(host));
-    return made ? finish(std::move(*made), result) : c::status_of(made.error());
+    return made ? finish(std::move(*made), result) : status_in(function, made.error());
 }
 
 int check(const camber_mesh* mesh, const app::Verb& verb, std::optional<Solution> metric, const camber_options* options,
           camber_result** result) {
     auto found = app::check_in_memory(mesh->value, metric, verb.check.options, host_of(options, {}));
-    if (!found) return c::status_of(found.error());
+    if (!found) return status_in("camber_run", found.error());
     *result = new camber_result{{}, std::move(found->report), {}};
     return found->all_good ? CAMBER_OK : CAMBER_NOT_CERTIFIED;
 }
@@ -108,14 +154,14 @@ int check(const camber_mesh* mesh, const app::Verb& verb, std::optional<Solution
 
 int camber_run(const camber_mesh* mesh, int count, const char* const* word, const camber_options* options,
                camber_result** result) {
-    if (mesh == nullptr) return c::missing("mesh");
-    if (word == nullptr || count < 1) return c::missing("word");
-    if (result == nullptr) return c::missing("result");
+    if (const int wrong = c::missing("camber_run", {{"mesh", mesh}, {"word", word}, {"result", result}})) return wrong;
     prepare();
     return c::guarded_status([&] {
-        auto metric = metric_of(mesh, options);
+        auto metric = metric_of(mesh, options, "camber_run");
         if (!metric) return c::status_of(metric.error());
-        std::vector<std::string> words(word, word + count);
+        auto checked = words_of(count, word, metric->has_value());
+        if (!checked) return c::status_of(checked.error());
+        std::vector<std::string> words = std::move(*checked);
         const std::string name = words.front();
         words.insert(words.begin() + 1, mesh_name);
         if (name != "check") words.insert(words.end(), {"-o", mesh_name});
@@ -126,38 +172,49 @@ int camber_run(const camber_mesh* mesh, int count, const char* const* word, cons
         auto pipeline = pipeline_of(**verb, name);
         if (!pipeline) return c::status_of(pipeline.error());
         const int degree = name == "adapt" && (*verb)->adapt.degree == 1 ? 1 : 0;
-        return run_pipeline(std::move(*pipeline), degree, mesh, std::move(*metric), options, result);
+        return run_pipeline(std::move(*pipeline), degree, mesh, std::move(*metric), options, "camber_run", result);
     });
 }
 
 int camber_run_config(const camber_mesh* mesh, const char* json, const camber_options* options,
                       camber_result** result) {
-    if (json == nullptr) return c::missing("json");
-    if (result == nullptr) return c::missing("result");
+    if (const int wrong = c::missing("camber_run_config", {{"json", json}, {"result", result}})) return wrong;
     prepare();
     return c::guarded_status([&] {
-        auto metric = metric_of(mesh, options);
+        auto metric = metric_of(mesh, options, "camber_run_config");
         if (!metric) return c::status_of(metric.error());
         const std::vector<std::string> input =
             mesh != nullptr ? std::vector<std::string>{std::string("input={\"mesh\": \"") + mesh_name + "\"}"}
                             : std::vector<std::string>{};
         auto pipeline = config::read_pipeline(json, "config", input);
         if (!pipeline) return c::status_of(pipeline.error());
+        if (*metric && pipeline->metric != config::Pipeline{}.metric)
+            return c::status_of(c::wrong_argument("camber_run_config", "json",
+                                                  "\"metric\" and options.metric are two metrics", "give one of them"));
         if (*metric) pipeline->metric = config::FilePath{metric_name};
-        return run_pipeline(std::move(*pipeline), 0, mesh, std::move(*metric), options, result);
+        return run_pipeline(std::move(*pipeline), 0, mesh, std::move(*metric), options, "camber_run_config", result);
     });
 }
 
-const camber_mesh* camber_result_mesh(const camber_result* result) { return result->mesh ? &*result->mesh : nullptr; }
-const char* camber_result_report(const camber_result* result) { return result->report.c_str(); }
+const camber_mesh* camber_result_mesh(const camber_result* result) {
+    if (c::missing("camber_result_mesh", {{"result", result}})) return nullptr;
+    return result->mesh ? &*result->mesh : nullptr;
+}
+const char* camber_result_report(const camber_result* result) {
+    if (c::missing("camber_result_report", {{"result", result}})) return nullptr;
+    return result->report.c_str();
+}
 int64_t camber_result_metric_size(const camber_result* result, int* width) {
-    if (width != nullptr) *width = result->metric ? static_cast<int>(row_width(*result->metric)) : 0;
-    return result->metric ? static_cast<int64_t>(result->metric->rows) : 0;
+    const bool has_metric =
+        c::missing("camber_result_metric_size", {{"result", result}}) == CAMBER_OK && result->metric;
+    if (width != nullptr) *width = has_metric ? static_cast<int>(row_width(*result->metric)) : 0;
+    return has_metric ? static_cast<int64_t>(result->metric->rows) : 0;
 }
 int camber_result_metric(const camber_result* result, double* values) {
-    if (result == nullptr) return c::missing("result");
-    if (values == nullptr) return c::missing("values");
-    if (!result->metric) return c::status_of(Error{ErrorKind::usage, "no metric was made", "result", {}, {}});
+    if (const int wrong = c::missing("camber_result_metric", {{"result", result}, {"values", values}})) return wrong;
+    if (!result->metric)
+        return c::status_of(
+            c::wrong_argument("camber_result_metric", "result", "has no metric", "see camber_result_metric_size"));
     std::copy(result->metric->values.begin(), result->metric->values.end(), values);
     return CAMBER_OK;
 }

@@ -144,7 +144,7 @@ std::string transfer_json(const TransferReport& r) {
                 {"spread", s.spread},
                 {"unkept_materials", s.unkept},
                 {"integrals", std::move(integrals)}}
-        .dump();
+        .dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace camber::run
