@@ -38,10 +38,11 @@ CLI::Validator within(const camber::Limits& limits) {
             std::string with_point = text;
             std::ranges::replace(with_point, ',', '.');
             const bool has_comma = with_point != text && CLI::detail::lexical_cast(with_point, x);
-            return with_remedy("\"" + text + "\" is no number", has_comma ? "write it with a point: " + with_point
-                                                                          : "give one in digits, such as 0.5 or 1e-3");
+            return with_remedy(in_quotes(text) + " is no number", has_comma
+                                                                      ? "write it with a point: " + with_point
+                                                                      : "give one in digits, such as 0.5 or 1e-3");
         }
-        if (std::is_integral_v<T> && x != std::floor(x)) return "must be a whole number, got " + text;
+        if (std::is_integral_v<T> && x != std::floor(x)) return "must be a whole number, got " + shortened(text);
         return limits.hold(x) ? std::string() : camber::out_of_limits(limits, text);
     };
     return CLI::Validator(check, limits.interval());
@@ -65,7 +66,7 @@ inline CLI::Validator one_of(const std::vector<std::string>& names) {
     return CLI::Validator(
         [names](const std::string& text) -> std::string {
             if (std::ranges::find(names, text) != names.end()) return {};
-            return with_remedy("\"" + text + "\" is none of its words", suggestion(text, names));
+            return with_remedy(in_quotes(text) + " is none of its words", suggestion(text, names));
         },
         "");
 }

@@ -78,7 +78,7 @@ camber::Error error_of(const CLI::ParseError& error, const std::string& help) {
     if (what.starts_with(not_converted)) {
         const auto equals = what.find(" = ");
         where = what.substr(not_converted.size(), equals - not_converted.size());
-        what = "\"" + what.substr(equals + 3) + "\" is no whole number";
+        what = in_quotes(what.substr(equals + 3)) + " is no whole number";
     }
     if (const auto excludes = what.find(" excludes "); excludes != std::string::npos) {
         where = what.substr(0, excludes);
@@ -118,15 +118,22 @@ camber::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
     const auto option =
         std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with("--"); });
     if (!has_verb && !words.front().starts_with('-'))
-        return {camber::ErrorKind::usage, "is no command", words.front(), {}, suggestion(words.front(), verbs_of(app))};
+        return {camber::ErrorKind::usage,
+                "is no command",
+                shortened(words.front()),
+                {},
+                suggestion(words.front(), verbs_of(app))};
     if (option != words.end())
         return {camber::ErrorKind::usage,
                 "is no option",
-                *option,
+                shortened(*option),
                 {},
                 suggestion(option->substr(0, option->find('=')), options_of(verb))};
-    return {
-        camber::ErrorKind::usage, "is one argument too many", words.front(), {}, "quote what has spaces; see " + help};
+    return {camber::ErrorKind::usage,
+            "is one argument too many",
+            shortened(words.front()),
+            {},
+            "quote what has spaces; see " + help};
 }
 
 }  // namespace camber::app

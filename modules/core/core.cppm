@@ -3,6 +3,7 @@ export module camber.core;
 export import :vec;
 export import :sym;
 export import :cubic_form;
+export import :quoted;
 export import :outcome;
 export import :option;
 export import :words;

@@ -37,7 +37,7 @@ std::string Limits::interval() const {
 }
 
 std::string out_of_limits(const Limits& limits, std::string_view got) {
-    return "must be " + limits.text() + ", got " + std::string(got);
+    return "must be " + limits.text() + ", got " + shortened(got);
 }
 
 Outcome<Done> check_limits(std::string_view name, double value, const Limits& limits) {

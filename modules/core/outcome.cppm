@@ -1,10 +1,12 @@
 module;
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
 #include <tl/expected.hpp>
 export module camber.core:outcome;
+import :quoted;
 
 export namespace camber {
 
@@ -51,13 +53,14 @@ struct Done {};
     return tl::unexpected<Error>(Error{kind, std::move(what), std::move(where), std::move(entity), std::move(remedy)});
 }
 
-/// One line: `where: entity: what (remedy)`.
+/// One line: `where: entity: what (remedy)`. Each part is at most 4096 bytes long, as paths are.
 [[nodiscard]] inline std::string describe(const Error& e) {
+    constexpr std::size_t longest = 4096;
     std::string line;
-    if (!e.where.empty()) line += e.where + ": ";
+    if (!e.where.empty()) line += shortened(e.where, longest) + ": ";
     if (e.entity) line += e.entity->kind + " " + std::to_string(e.entity->number) + ": ";
-    line += e.what;
-    if (!e.remedy.empty()) line += " (" + e.remedy + ")";
+    line += shortened(e.what, longest);
+    if (!e.remedy.empty()) line += " (" + shortened(e.remedy, longest) + ")";
     return line;
 }
 

@@ -7,8 +7,10 @@ module;
 #include <memory>
 #include <new>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <muParser.h>
@@ -23,13 +25,25 @@ constexpr const char* remedy =
     "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions as sqrt, exp, log, sin, "
     "tanh, atan2, abs, min, max";
 
-/// As much of a text as a message has place for.
-std::string shortened(const std::string& text) {
-    std::size_t most = 80;
-    if (text.size() <= most) return text;
-    const auto continues = [](char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; };
-    while (most > 0 && continues(text[most])) --most;  // whole letters of UTF-8
-    return text.substr(0, most) + "…";
+/// A character that no formula of the coordinates has: a byte that ends the text for the parser, or an assignment. The
+/// parser takes both.
+struct Intruder {
+    std::size_t position;  ///< from 0
+    const char* what;
+    const char* remedy;
+};
+std::optional<Intruder> intruder_of(std::string_view text) {
+    constexpr std::string_view compared = "=<>!";  // before the = of a comparison
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '\0') return Intruder{i, "has a NUL character", "end it there"};
+        const bool is_comparison =
+            i + 1 < text.size() && text[i + 1] == '=' && compared.find(text[i]) != std::string_view::npos;
+        if (is_comparison)
+            ++i;
+        else if (text[i] == '=')
+            return Intruder{i, "assigns with \"=\"", "write == to compare; a formula changes no variable"};
+    }
+    return std::nullopt;
 }
 
 /// An expression bound to a place of its own; neither copied nor moved, since the parser holds addresses.
@@ -71,13 +85,18 @@ void evaluate(Evaluator<D>& evaluator, std::span<const Vec<D>> points, std::span
 
 }  // namespace
 
-std::string quoted_expression(const std::string& text) { return "the expression \"" + shortened(text) + "\""; }
+std::string quoted_expression(const std::string& text) { return "the expression " + in_quotes(text); }
 
 template <int D>
 ScalarExpression<D>::ScalarExpression(std::string text) : text_(std::move(text)) {}
 
 template <int D>
 Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
+    if (const auto intruder = intruder_of(text))
+        return fail(
+            ErrorKind::usage,
+            quoted_expression(text) + " " + intruder->what + " at position " + std::to_string(intruder->position + 1),
+            {}, {}, intruder->remedy);
     try {
         Evaluator<D> evaluator(text);
         static_cast<void>(evaluator(Vec<D>{}));
@@ -91,7 +110,7 @@ Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
         const auto position = static_cast<long>(error.GetPos());
         std::string what = quoted_expression(text) + " cannot be read";
         if (position >= 0) what += " at position " + std::to_string(position + 1);
-        if (!error.GetToken().empty()) what += ", at \"" + shortened(error.GetToken()) + "\"";
+        if (!error.GetToken().empty()) what += ", at " + in_quotes(error.GetToken());
         return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
     } catch (const std::bad_alloc&) {
         throw;  // no fault of the expression: guarded names it

@@ -51,7 +51,7 @@ struct ConditionReader {
             return fail(bearable.error());
         Condition condition{name.data(), {}, std::vector<cgsize_t>(static_cast<std::size_t>(n))};
         if (n > 0 && of.lib.boco_read_(of.file, 1, of.zone, bc, condition.items.data(), nullptr) != CG_OK)
-            return of.broken("the points of boundary condition \"" + condition.name + "\" cannot be read");
+            return of.broken("the points of boundary condition " + in_quotes(condition.name) + " cannot be read");
         if (of.lib.goto_(of.file, 1, "Zone_t", of.zone, "ZoneBC_t", 1, "BC_t", bc, "end") == CG_OK)
             condition.reference = of.described_reference();
         condition.is_range = set == CGNS_ENUMV(PointRange) || set == CGNS_ENUMV(ElementRange);
@@ -155,7 +155,8 @@ struct ConditionReader {
             if (mark(condition, reference))
                 name_group(of.cell_dimension - 1, reference, condition.name);
             else
-                of.notices.push_back({"the boundary condition \"" + condition.name + "\" has no face of the mesh"});
+                of.notices.push_back(
+                    {"the boundary condition " + in_quotes(condition.name) + " has no face of the mesh"});
         }
         if (listed_again > 0)
             of.notices.push_back({std::to_string(listed_again) +

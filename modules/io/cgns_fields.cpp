@@ -66,8 +66,8 @@ Outcome<Done> read_fields(Reader<D>& of) {
                                  of.lib.sol_size_(of.file, 1, of.zone, s, &dimensions, sizes) == CG_OK &&
                                  dimensions == 1 && static_cast<std::size_t>(sizes[0]) == of.mesh.points.size();
         if (!at_vertices && fields > 0) {
-            of.notices.push_back({"the " + std::to_string(fields) + " fields of the solution \"" +
-                                  std::string(name.data()) + "\" are not at all vertices and were skipped"});
+            of.notices.push_back({"the " + std::to_string(fields) + " fields of the solution " +
+                                  in_quotes(name.data()) + " are not at all vertices and were skipped"});
             continue;
         }
         for (int f = 1; f <= fields; ++f) {
@@ -83,13 +83,12 @@ Outcome<Done> read_fields(Reader<D>& of) {
                 return of.broken("field " + std::to_string(f) + " cannot be read");
             if (type != CGNS_ENUMV(RealDouble) && type != CGNS_ENUMV(RealSingle) && type != CGNS_ENUMV(Integer) &&
                 type != CGNS_ENUMV(LongInteger)) {
-                of.notices.push_back(
-                    {"the field \"" + std::string(field.data()) + "\" is not of real numbers: left out"});
+                of.notices.push_back({"the field " + in_quotes(field.data()) + " is not of real numbers: left out"});
                 continue;
             }
             if (scalars.contains(field.data()))
                 of.notices.push_back(
-                    {"the field \"" + std::string(field.data()) + "\" is in several solutions: the last was taken"});
+                    {"the field " + in_quotes(field.data()) + " is in several solutions: the last was taken"});
             else
                 order.emplace_back(field.data());
             scalars.insert_or_assign(field.data(), Column<double>(std::move(values)));

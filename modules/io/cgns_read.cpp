@@ -173,8 +173,8 @@ Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::strin
     if (lib.zone_type_(file, 1, number, &type) != CG_OK || lib.zone_read_(file, 1, number, text.data(), size) != CG_OK)
         return broken();
     if (type != CGNS_ENUMV(Unstructured))
-        return fail(ErrorKind::unsupported, "the zone \"" + std::string(text.data()) + "\" is structured", file_name,
-                    {}, "give a mesh of triangles or tetrahedra");
+        return fail(ErrorKind::unsupported, "the zone " + in_quotes(text.data()) + " is structured", file_name, {},
+                    "give a mesh of triangles or tetrahedra");
     if (size[0] < 0 || static_cast<std::uint64_t>(size[0]) > max_entities)
         return fail(ErrorKind::unsupported, "has more vertices than 32 bits can number", file_name);
     zone.name = text.data();
@@ -214,7 +214,7 @@ Outcome<Zones> zones_of(const Library& lib, int file, const std::string& wanted,
         zones.chosen.push_back(std::move(*zone));
     }
     if (zones.chosen.empty())
-        return fail(ErrorKind::input, wanted.empty() ? "has no zone" : "has no zone \"" + wanted + "\"", name, {},
+        return fail(ErrorKind::input, wanted.empty() ? "has no zone" : "has no zone " + in_quotes(wanted), name, {},
                     names.empty() ? "the file is damaged" : "its zones are " + names);
     if (vertices > max_entities) return fail(ErrorKind::unsupported, "has more vertices than 32 bits can number", name);
     return zones;

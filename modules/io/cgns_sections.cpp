@@ -147,7 +147,7 @@ struct SectionReader {
         return at == numbers.size() ? Outcome<Done>(Done{}) : damaged(section, n);
     }
     [[nodiscard]] Outcome<Done> damaged(const Section& section, std::size_t element) const {
-        return fail(ErrorKind::input, "the mixed section \"" + section.name + "\" is damaged", of.mesh.name,
+        return fail(ErrorKind::input, "the mixed section " + in_quotes(section.name) + " is damaged", of.mesh.name,
                     Entity{"element", element}, "try cgnscheck on it");
     }
 };

@@ -134,7 +134,7 @@ class Writer {
         if (lib_.section_write_(file_, 1, 1, name.c_str(), element_type<K, Grid<Mesh>::degree>, range[0], range[1], 0,
                                 numbers.data(), &s) != CG_OK ||
             lib_.goto_(file_, 1, "Zone_t", 1, "Elements_t", s, "end") != CG_OK || !described(reference))
-            return broken("the section \"" + name + "\" cannot be written");
+            return broken("the section " + in_quotes(name) + " cannot be written");
         return with_condition ? condition(names_.conditions.at({K, reference}), range, reference) : Done{};
     }
     [[nodiscard]] bool described(Reference reference) const {
@@ -148,7 +148,7 @@ class Writer {
                              range.data(), &bc) != CG_OK ||
             lib_.boco_gridlocation_write_(file_, 1, 1, bc, location) != CG_OK ||
             lib_.goto_(file_, 1, "Zone_t", 1, "ZoneBC_t", 1, "BC_t", bc, "end") != CG_OK || !described(reference))
-            return broken("the boundary condition \"" + name + "\" cannot be written");
+            return broken("the boundary condition " + in_quotes(name) + " cannot be written");
         return Done{};
     }
 
@@ -160,7 +160,8 @@ class Writer {
         for (const MeshField& field : fields_) {
             const int width = values_per_vertex(field.kind, D);
             if (field.size() != grid_.nodes() * static_cast<std::size_t>(width))
-                return fail(ErrorKind::usage, "the field \"" + field.name + "\" does not have one row for each node");
+                return fail(ErrorKind::usage,
+                            "the field " + in_quotes(field.name) + " does not have one row for each node");
             for (int c = 0; c < width; ++c)
                 if (auto done = component(field, c); !done) return done;
         }
@@ -180,7 +181,7 @@ class Writer {
         const std::string name = field.kind == FieldKind::vector ? field.name + "XYZ"[c] : field.name;
         int f = 0;
         if (lib_.field_write_(file_, 1, 1, 1, CGNS_ENUMV(RealDouble), name.c_str(), column.data(), &f) != CG_OK)
-            return broken("the field \"" + name + "\" cannot be written");
+            return broken("the field " + in_quotes(name) + " cannot be written");
         return Done{};
     }
 

@@ -14,9 +14,9 @@ template <int D>
         const bool is_of_nodes = field.centring == Centring::node;
         const std::size_t rows = is_of_nodes ? nodes : cells;
         if (field.size() != rows * static_cast<std::size_t>(values_per_vertex(field.kind, D)))
-            return fail(ErrorKind::usage, "the field \"" + field.name + "\" does not have one row for each of the " +
-                                              std::to_string(rows) + (is_of_nodes ? " nodes" : " cells") +
-                                              " of the mesh");
+            return fail(ErrorKind::usage, "the field " + in_quotes(field.name) +
+                                              " does not have one row for each of the " + std::to_string(rows) +
+                                              (is_of_nodes ? " nodes" : " cells") + " of the mesh");
     }
     return Done{};
 }

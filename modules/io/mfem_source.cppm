@@ -44,7 +44,7 @@ struct Source {
 
     [[nodiscard]] Outcome<Done> expect(std::string_view word) {
         if (words.next() == word) return Done{};
-        return fail_here("\"" + std::string(word) + "\" is missing here",
+        return fail_here(in_quotes(word) + " is missing here",
                          "the sections of MFEM's files have one order; " + std::string(damaged));
     }
     [[nodiscard]] Outcome<std::int64_t> number(const std::string& what) {

@@ -48,14 +48,14 @@ MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
     for (const Field& field : file.fields) {
         const auto kind = kind_of(field.components);
         if (!kind) {
-            notices.push_back(
-                {"the field \"" + field.name + "\" has " + std::to_string(field.components) + " components: left out"});
+            notices.push_back({"the field " + in_quotes(field.name) + " has " + std::to_string(field.components) +
+                               " components: left out"});
             continue;
         }
         auto values = by_row(field, field.of_nodes ? file.nodes.index : cells,
                              field.of_nodes ? file.nodes.tags.size() : cell_tags.size());
         if (!values)
-            notices.push_back({"the field \"" + field.name + "\" does not have a value for each " +
+            notices.push_back({"the field " + in_quotes(field.name) + " does not have a value for each " +
                                (field.of_nodes ? "node" : "simplex") + ": left out"});
         else
             fields.push_back({field.name, field.of_nodes ? Centring::node : Centring::cell, *kind,

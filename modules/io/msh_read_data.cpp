@@ -91,7 +91,7 @@ Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Executi
     const RowShape shape{1, 4, head.components};
     if (!source.has_room(head.rows, shape))
         return source.error(
-            "the field \"" + head.name + "\" announces " + std::to_string(head.rows) + " rows, more than follow",
+            "the field " + in_quotes(head.name) + " announces " + std::to_string(head.rows) + " rows, more than follow",
             "the file is cut off or damaged");
     Field field{head.name, of_nodes, head.components, Buffer<std::uint64_t>(head.rows),
                 Buffer<double>(head.rows * head.components)};

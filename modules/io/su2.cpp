@@ -205,7 +205,7 @@ Outcome<Zones> chosen(const File& file, const std::string& wanted) {
         if (wanted.empty() || wanted == number) zones.push_back(&zone);
     }
     if (!zones.empty()) return zones;
-    return fail(ErrorKind::input, "has no zone \"" + wanted + "\"", file.zones.front().name, {},
+    return fail(ErrorKind::input, "has no zone " + in_quotes(wanted), file.zones.front().name, {},
                 "its zones are " + numbers);
 }
 

@@ -111,8 +111,7 @@ Outcome<vtu::Numbers> Source::numbers(const std::string& type, std::uint64_t row
     if (type == "unsigned_char") return numbers_of<std::uint8_t>(*this, n);
     if (type == "char" || type == "signed_char") return numbers_of<std::int8_t>(*this, n);
     if (type == "bit") return bits(*this, n);
-    return refused("has an array of the type \"" + vtu::printable(type) + "\", which is none of numbers",
-                   "write it as .vtu");
+    return refused("has an array of the type " + in_quotes(type) + ", which is none of numbers", "write it as .vtu");
 }
 
 }  // namespace camber::vtk

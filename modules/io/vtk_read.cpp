@@ -226,7 +226,7 @@ class Parser {
         if (key == "tensors6") return keep(name, 6, lower(source_.word()));
         if (key == "global_ids" || key == "pedigree_ids" || key == "edge_flags")
             return keep(name, 1, lower(source_.word()));
-        return source_.wrong("\"" + vtu::printable(key) + "\" is no keyword of VTK");
+        return source_.wrong(in_quotes(key) + " is no keyword of VTK");
     }
 
     Outcome<Done> scalars(const std::string& name) {

@@ -293,9 +293,10 @@ class MeshReader {
             array_of_references_ = array;
             return std::move(**references);
         }
-        return fail(ErrorKind::input,
-                    "no array of cells \"" + options_.reference_array + "\" has a whole number of 32 bits for each",
-                    file_.name, {}, names.empty() ? "it has no arrays of cells" : "its arrays of cells are " + names);
+        return fail(
+            ErrorKind::input,
+            "no array of cells " + in_quotes(options_.reference_array) + " has a whole number of 32 bits for each",
+            file_.name, {}, names.empty() ? "it has no arrays of cells" : "its arrays of cells are " + names);
     }
 
     Outcome<Done> entities_of_cells(const DataArray& array, Buffer<Reference>& entities) {

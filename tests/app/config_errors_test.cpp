@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 import camber.core;
 import camber.config;
 
@@ -116,6 +118,48 @@ TEST_CASE("duplicate keys are refused with their path") {
     CHECK(
         error_with(R"("stages": ["elevate", {"curve": {"iterations": 1, "objective": "energy", "iterations": 2}}])") ==
         "config.json: /stages/1/curve/iterations: the key appears twice");
+}
+
+TEST_CASE("an object with more keys than any part has is refused, however many they are") {
+    std::string keys;
+    for (int i = 0; i < 200000; ++i) keys += (i > 0 ? ", \"k" : "\"k") + std::to_string(i) + "\": 1";
+    CHECK(error_of("{" + keys + "}") == "config.json: the object has more than 1000 keys");
+    CHECK(error_with("\"stages\": [\"elevate\", {\"curve\": {" + keys + "}}]") ==
+          "config.json: /stages/1/curve: the object has more than 1000 keys");
+}
+
+TEST_CASE("errors are short whatever the values are") {
+    using Json = nlohmann::ordered_json;
+    const std::string megabyte(std::size_t{1} << 20U, 'x');
+    const Json defaults = Json::parse(write_pipeline({})), flat = defaults.flatten();
+    const std::string base = R"({"input": {"mesh": "a.mesh"}, )";
+    std::vector<std::string> configs{megabyte,
+                                     "\"" + megabyte,
+                                     "{\"" + megabyte + "\": 1}",
+                                     "[\"" + megabyte + "\"]",
+                                     base + "\"stages\": [\"" + megabyte + "\"]}",
+                                     base + "\"stages\": [{\"curve\": {\"" + megabyte + "\": 1}}]}",
+                                     base + "\"stages\": [{\"curve\": {\"objective\": \"" + megabyte + "\"}}]}",
+                                     base + "\"threads\": " + std::string(megabyte.size(), '9') + "}"};
+    for (const auto& [path, value] : flat.items()) {
+        for (const Json& wrong : {Json(megabyte), Json{{megabyte, 1}}, Json::array({megabyte})}) {
+            Json config = defaults;
+            config["input"] = {{"mesh", "a.mesh"}};
+            config[Json::json_pointer(path)] = wrong;
+            configs.push_back(config.dump());
+        }
+    }
+    for (const std::string& config : configs) {
+        const std::string error = error_of(config);
+        CAPTURE(error.substr(0, 200));
+        CHECK(error.size() < 1000);
+    }
+    for (const std::string& setting : {megabyte, megabyte + "=1", "threads=" + megabyte, "stages/" + megabyte + "=1",
+                                       "stages/0/" + megabyte + "/x=1", "output/" + megabyte + "=" + megabyte}) {
+        const auto pipeline = read_pipeline(base + R"("stages": ["elevate"]})", "config.json", std::vector{setting});
+        REQUIRE_FALSE(pipeline.has_value());
+        CHECK(describe(pipeline.error()).size() < 1000);
+    }
 }
 
 TEST_CASE("syntax errors give line and column") {

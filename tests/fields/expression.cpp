@@ -1,13 +1,20 @@
 // Metric fields by expressions: values against formulas, and what is said of a wrong one.
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <doctest/doctest.h>
+#include <rapidcheck.h>
 
 #include "dice.hpp"
 #include "meshes.hpp"
+#include "property.hpp"
 
 import camber.core;
 import camber.fields;
@@ -34,7 +41,94 @@ std::string error_of(const MetricExpression& expression, const std::vector<Vec<D
     return describe(made.error());
 }
 
+/// A formula of the coordinates with operators, functions, comparisons and choices, as deep as `depth`.
+std::string formula(Dice& dice, int depth) {
+    constexpr std::array<const char*, 6> leaves{"x", "y", "z", "pi", "0.5", "2"};
+    if (depth == 0) return leaves[dice.below(leaves.size())];
+    const auto part = [&] { return formula(dice, depth - 1); };
+    switch (dice.below(6)) {
+        case 0: return "(" + part() + ")+(" + part() + ")";
+        case 1: return "sin(" + part() + ")";
+        case 2: return "max(" + part() + ", " + part() + ")";
+        case 3: return "((" + part() + ")<=(" + part() + ") ? " + part() + " : " + part() + ")";
+        case 4: return "((" + part() + ")==(" + part() + "))";
+        default: return "-(" + part() + ")";
+    }
+}
+
+/// Words of the parser one after the other, which seldom are a formula.
+std::string words_at_random(Dice& dice) {
+    constexpr std::array<std::string_view, 24> words{
+        "x", "y", "z", "1",  "0.5", "+", "-",    "*",    "/", "^",  "(",     ")",
+        "?", ":", "=", "==", "<",   ",", "max(", "sin(", ";", "pi", "\"a\"", "<="};
+    std::string text;
+    for (std::size_t n = 1 + dice.below(8); n > 0; --n) text += words[dice.below(words.size())];
+    return text;
+}
+
+std::uint64_t value_at(const ScalarExpression<3>& expression, const std::vector<Vec<3>>& points, std::size_t of) {
+    std::vector<double> values(points.size());
+    expression.evaluator()(points, values);
+    return std::bit_cast<std::uint64_t>(values[of]);
+}
+
 }  // namespace
+
+TEST_CASE("an assignment is refused with its position and the comparison") {
+    const auto points = places<3>(3);
+    for (const auto& [text, position] : std::vector<std::pair<std::string, int>>{{"x=0.5 ? 1 : 0", 2},
+                                                                                 {"x = 0.5", 3},
+                                                                                 {"(x=1)+y", 3},
+                                                                                 {"max(x=1,2)", 6},
+                                                                                 {"x==y=z", 5},
+                                                                                 {"x<=y = z", 6},
+                                                                                 {"x===y", 4},
+                                                                                 {"x := 1", 4},
+                                                                                 {"x += 1", 4},
+                                                                                 {"x = y = 1", 3},
+                                                                                 {"1 + (pi = 3)", 9}}) {
+        CAPTURE(text);
+        const std::string error = error_of<3>(SizeExpression{text}, points);
+        CHECK(error.find("assigns with \"=\" at position " + std::to_string(position)) != std::string::npos);
+        CHECK(error.find("write ==") != std::string::npos);
+    }
+}
+
+TEST_CASE("statements, texts and calls that change a variable are no formulas") {
+    const auto points = places<3>(3);
+    for (const std::string text :
+         {"x; y", "x = 1; x", "var a := 1; a", "return 1", "for (x; 1; 2) 1", "while (1) 1", "'text'", "\"text\"",
+          "{x}", "[x]", "x++", "++x", "swap(x, y)", "x <=> y", "1, 2", "(1, 2)", "x // y", "# x"}) {
+        CAPTURE(text);
+        CHECK_FALSE(log_metrics_of<3>(SizeExpression{text}, points, alone).has_value());
+    }
+    CHECK(error_of<3>(SizeExpression{std::string("1\0 + x", 6)}, points).find("has a NUL character at position 2") !=
+          std::string::npos);
+}
+
+TEST_CASE("a formula stays one until a statement is put into it") {
+    property("a formula is read, and none with an assignment or a statement anywhere in it", [](std::uint64_t seed) {
+        Dice dice(seed);
+        std::string text = formula(dice, 3);
+        RC_ASSERT(ScalarExpression<3>::parsed(text).has_value());
+        constexpr std::array<std::string_view, 6> intruders{" = 1", " = ", ";", " := 1 ", "'a'", "{"};
+        text.insert(dice.below(text.size() + 1), intruders[dice.below(intruders.size())]);
+        RC_ASSERT(!ScalarExpression<3>::parsed(text).has_value());
+    });
+}
+
+TEST_CASE("an expression that is read changes nothing") {
+    property("its value at a point is the same before and after others",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto expression = ScalarExpression<3>::parsed(words_at_random(dice));
+                 if (!expression) return;
+                 const Vec<3> p = dice.vector<3>(), q = dice.vector<3>();
+                 RC_ASSERT(value_at(*expression, {p, q, p}, 0) == value_at(*expression, {p, q, p}, 2));
+                 RC_ASSERT(value_at(*expression, {p}, 0) == value_at(*expression, {q, p}, 1));
+             },
+             {.count = 3000});
+}
 
 TEST_CASE("expressions give the metrics of their formulas") {
     const auto points = places<3>(10000);

@@ -249,6 +249,8 @@ CASES = [
          lambda: plain(block)() | {"m.solb": binary_file(block(), 2)}, WITH_METRIC),
     Case("Metrics", "cut off", "refused", 3, "cut off",
          lambda: plain(block)() | {"m.solb": metric()()["m.solb"][:-9]}, WITH_METRIC),
+    Case("Metrics", "an assignment in a formula", "refused", 2, "at position 2 (write == to compare", plain(block),
+         CURVE + ("--metric", '{"expression": {"size": "x=0.5 ? 1 : 2"}}')),
     Case("Metrics", "no such file", "refused", 3, "m.solb: cannot be read", plain(block), WITH_METRIC),
 
     # ------------------------------------------------ files and configs
@@ -290,6 +292,7 @@ CASES = [
           '{"cad": {"file": "shell.brep", "references": [99]}}'), needs=bad_moments.no_cad),
     Case("CAD models", "a model and another geometry", "refused", 2, "--geometry", plain(block),
          CURVE + ("--cad", "m.step", "--geometry", "straight")),
+
 
     # ------------------------------------------------ output
     Case("Output", "below a file instead of a folder", "refused", 3, "its folder in.mesh/deep lies below a file", plain(block),

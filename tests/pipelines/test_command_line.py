@@ -3,6 +3,7 @@
     python3 tests/pipelines/test_command_line.py build/bin/camber [unittest arguments]
 """
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -441,6 +442,23 @@ class CommandLine(unittest.TestCase):
             done = self.camber("curve", "two.mesh", "-o", name)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn(name, self.folder.files())
+
+    def test_messages_are_short_whatever_the_arguments_are(self):
+        long = "x" * 100_000
+        verbs = re.findall(r"^  ([a-z]+)  ", self.folder.camber("--help").stdout.split("Subcommands:")[1], flags=re.M)
+        self.assertIn("remesh", verbs)
+        for verb in verbs:
+            text = self.folder.camber(verb, "--help").stdout
+            options = re.findall(r"--([a-z-]+)(?= [A-Za-z]+[^a-z])", "\n".join(
+                line for line in text.splitlines() if line.startswith("  -")))
+            values = {"metric": ['{"' + long + '": 1}', '{"file": "' + long + '"}'], "geometry": ['{"' + long + '": 1}'],
+                      "set": [long + "=1", "threads=" + long], "size": ["1=" + long]}
+            for words in ([long], ["--" + long], *(["two.mesh", "-o", "o.mesh", "--" + option, value] for option in options
+                                                   for value in [long, *values.get(option, [])])):
+                with self.subTest(verb=verb, words=[word[:30] for word in words]):
+                    done = self.folder.camber(verb, *words)
+                    self.assertIn(done.returncode, (0, 1, 2, 3), done.stderr[:400])
+                    self.assertLess(len(done.stderr), 6000)
 
     def test_misspelt_words_are_explained(self):
         self.fails(2, 'camber: cuvre: is no command (did you mean "curve"?)', "cuvre", "two.mesh", "-o", "o.mesh")

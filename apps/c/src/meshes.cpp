@@ -265,10 +265,9 @@ int camber_get_cells(const camber_mesh* mesh, const char* type, int first, int32
             if (nodes != nullptr) c::copy_cells(simplices, edges, vertices, first, nodes);
             if (references != nullptr) std::copy(simplices.references.begin(), simplices.references.end(), references);
         });
-        return found
-                   ? int{CAMBER_OK}
-                   : c::status_of(c::wrong_argument("camber_get_cells", "type",
-                                                    "\"" + std::string(type) + "\" is no type of cells of this mesh"));
+        return found ? int{CAMBER_OK}
+                     : c::status_of(c::wrong_argument("camber_get_cells", "type",
+                                                      in_quotes(type) + " is no type of cells of this mesh"));
     });
 }
 
@@ -316,8 +315,8 @@ int camber_get_field(const camber_mesh* mesh, const char* name, double* values) 
     return c::guarded_status([&] {
         const MeshField* const field = field_of(mesh, name);
         if (field == nullptr)
-            return c::status_of(c::wrong_argument("camber_get_field", "name",
-                                                  "\"" + std::string(name) + "\" is no field of this mesh"));
+            return c::status_of(
+                c::wrong_argument("camber_get_field", "name", in_quotes(name) + " is no field of this mesh"));
         const auto& column = std::get<Column<double>>(field->values);
         std::copy(column.begin(), column.end(), values);
         return int{CAMBER_OK};

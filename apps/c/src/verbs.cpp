@@ -88,7 +88,7 @@ Outcome<std::vector<std::string>> words_of(int count, const char* const* word, b
     const std::vector<std::string> words(word, word + count);
     const std::string& verb = words.front();
     if (verb != "curve" && verb != "remesh" && verb != "repair" && verb != "adapt" && verb != "check")
-        return wrong(0, "\"" + verb + "\" is no verb over a mesh in memory",
+        return wrong(0, in_quotes(verb) + " is no verb over a mesh in memory",
                      "give curve, remesh, repair, adapt or check");
     if (has_metric && verb == "repair")
         return fail(c::wrong_argument("camber_run", "options.metric", "does not go with repair", "give none"));

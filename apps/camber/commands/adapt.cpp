@@ -29,7 +29,7 @@ constexpr int usual_cycles = 8;
 Outcome<Done> check_given(const AdaptArguments& a) {
     for (const std::string& setting : a.settings)
         if (setting.starts_with("adapt"))
-            return fail(ErrorKind::usage, "\"" + setting + "\" is the verb's own argument", "--set", {},
+            return fail(ErrorKind::usage, in_quotes(setting) + " is the verb's own argument", "--set", {},
                         "give --cycles and the like, or use camber run");
     const config::Adaptation& adapt = a.adapt;
     if (a.solution.given.empty() && !a.metric.metric && adapt.solve.empty() && adapt.exact.empty())

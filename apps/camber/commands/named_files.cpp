@@ -66,8 +66,8 @@ Outcome<Done> check_pair(const NamedFile& earlier, const NamedFile& later) {
 Outcome<Done> check_path(const NamedFile& file) {
     const auto end = file.path.find('\0');
     if (end == std::string::npos) return Done{};
-    return fail(ErrorKind::usage, "the path has a NUL character after \"" + file.path.substr(0, end) + "\"", file.word,
-                {}, "no file's name can hold it: take \\u0000 out");
+    return fail(ErrorKind::usage, "the path has a NUL character after " + in_quotes(file.path.substr(0, end)),
+                file.word, {}, "no file's name can hold it: take \\u0000 out");
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
 }
 
 auto no_such(std::string_view option, const std::string& text, std::string remedy) {
-    return fail(ErrorKind::usage, "\"" + text + "\" is not understood", std::string(option), {}, std::move(remedy));
+    return fail(ErrorKind::usage, in_quotes(text) + " is not understood", std::string(option), {}, std::move(remedy));
 }
 
 Outcome<Done> read_size(const std::string& text, run::PictureChoice& choice) {

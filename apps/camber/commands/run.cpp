@@ -69,7 +69,7 @@ Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArgum
     // Settings are made on the default pipeline; the arguments of their own come after.
     for (const std::string& setting : arguments.settings)
         if (setting.starts_with("input") || setting.starts_with("output/mesh"))
-            return fail(ErrorKind::usage, "\"" + setting + "\" is the verb's own argument", "--set", {},
+            return fail(ErrorKind::usage, in_quotes(setting) + " is the verb's own argument", "--set", {},
                         "give the mesh, --flat and -o, or use camber run");
     auto pipeline = config::read_pipeline(base, "command line", arguments.settings);
     if (!pipeline) return pipeline;

@@ -46,7 +46,7 @@ Outcome<ReferenceSize> size_of(const std::string& text) {
     if (is_sound) return out;
     std::string kinds;
     for (const std::string& word : all_words<ReferencesOf>()) kinds += (kinds.empty() ? "" : ", ") + word;
-    return fail(ErrorKind::usage, "is no size by reference", "--size " + text, {},
+    return fail(ErrorKind::usage, "is no size by reference", "--size " + shortened(text), {},
                 "write REFERENCE=SIZE, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with one of " + kinds);
 }
 

@@ -26,7 +26,7 @@ bool has(const std::vector<std::string>& words, std::string_view part) {
 /// What is wrong with the name of a file within a folder.
 std::string wrong_name(const char* what, const std::string& name) {
     if (name.empty() || name.find('/') != std::string::npos || name.front() == '.')
-        return "\"" + std::string(what) + "\" is the name of a file within a cycle's folder, got \"" + name + "\"";
+        return in_quotes(what) + " is the name of a file within a cycle's folder, got " + in_quotes(name);
     return {};
 }
 
@@ -39,7 +39,7 @@ std::string wrong_with(const Adaptation& a) {
     if (auto wrong = wrong_name("solution", a.solution); !wrong.empty()) return wrong;
     if (a.mesh == a.solution) return "\"mesh\" and \"solution\" are one file";
     if (!format_to_write(mesh_formats(), a.mesh))
-        return "\"mesh\" must end in " + camber::listed(endings_written(mesh_formats())) + ", got \"" + a.mesh + "\"";
+        return "\"mesh\" must end in " + camber::listed(endings_written(mesh_formats())) + ", got " + in_quotes(a.mesh);
     return {};
 }
 

@@ -95,7 +95,7 @@ const Description<Output>& Described<Output>::get() {
         [](const Output& o) -> std::string {
             const auto names = names_written(mesh_formats());
             if (o.format.empty() || std::ranges::find(names, o.format) != names.end()) return {};
-            return "\"format\": \"" + o.format + "\" is no format that is written (" +
+            return "\"format\": " + in_quotes(o.format) + " is no format that is written (" +
                    suggestion(o.format, {names.begin(), names.end()}) + ")";
         }};
     return description;

@@ -202,7 +202,8 @@ struct Codec<S> {
         for (const auto& key : field.keys) {
             if (!json.contains(key)) continue;
             if (!found.empty())
-                return bad(place.at(key), "only one of \"" + found + "\" and \"" + key + "\" may be given");
+                return bad(place.at(key),
+                           "only one of " + in_quotes(found) + " and " + in_quotes(key) + " may be given");
             found = key;
         }
         if (!found.empty()) return field.read(json, found, place, field.limits, value);
@@ -250,7 +251,7 @@ struct Codec<V> {
     /// The alternative of this key; null stands for the bare key.
     static Outcome<V> read_key(const std::string& key, const Json& options, const Place& place, const Limits& limits) {
         Outcome<V> result =
-            bad(place, options.is_null() ? "unknown word \"" + key + "\"" : "unknown key", suggestion(key, keys()));
+            bad(place, options.is_null() ? "unknown word " + in_quotes(key) : "unknown key", suggestion(key, keys()));
         each_alternative<V>([&](auto index, auto sample) {
             using T = decltype(sample);
             if (key != choice().alternatives[index].key) return;

@@ -19,11 +19,21 @@ namespace camber::config {
 
 namespace {
 
-/// Follows the parser to name the first key that an object has twice.
-class DuplicateKeys {
+/// Keys of an object that are read. Objects of the parser are lists, in which each key is looked for.
+constexpr std::size_t most_keys = 1000;
+
+/// Follows the parser to name the first key that an object has twice, and the first object with more than `most_keys`.
+class Keys {
   public:
-    void see(nlohmann::detail::parse_event_t event, const Json& parsed) {
+    /// The first of these faults.
+    struct Fault {
+        std::string pointer, what;
+    };
+
+    /// False for what the parser needs not keep: there is a fault.
+    [[nodiscard]] bool see(nlohmann::detail::parse_event_t event, const Json& parsed) {
         using Event = nlohmann::detail::parse_event_t;
+        if (fault_) return false;
         if (event == Event::key) {
             key(parsed.get<std::string>());
         } else if (event == Event::object_start || event == Event::array_start) {
@@ -32,8 +42,9 @@ class DuplicateKeys {
             if (event != Event::value) frames_.pop_back();
             if (!frames_.empty() && frames_.back().is_array) ++frames_.back().index;
         }
+        return !fault_;
     }
-    [[nodiscard]] const std::optional<std::string>& found() const { return found_; }
+    [[nodiscard]] const std::optional<Fault>& fault() const { return fault_; }
 
   private:
     struct Frame {
@@ -43,13 +54,18 @@ class DuplicateKeys {
         std::size_t index;
     };
     void key(std::string name) {
-        frames_.back().current = name;
-        if (frames_.back().keys.insert(std::move(name)).second || found_) return;
-        found_.emplace();
-        for (const Frame& f : frames_) *found_ += "/" + (f.is_array ? std::to_string(f.index) : f.current);
+        Frame& object = frames_.back();
+        object.current = name;
+        const bool is_new = object.keys.insert(std::move(name)).second;
+        if (is_new && object.keys.size() <= most_keys) return;
+        Place place;
+        for (const Frame& f : frames_)
+            if (!is_new || &f != &object) place = f.is_array ? place.at(f.index) : place.at(f.current);
+        fault_ = Fault{place.pointer, is_new ? "the object has more than " + std::to_string(most_keys) + " keys"
+                                             : "the key appears twice"};
     }
     std::vector<Frame> frames_;
-    std::optional<std::string> found_;
+    std::optional<Fault> fault_;
 };
 
 /// Line and column (from 1; columns in bytes) of a byte counted from 1, as the parser counts.
@@ -61,12 +77,14 @@ std::string line_and_column(std::string_view text, std::size_t byte) {
     return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-/// The parser's sentence without its own account of the place.
+/// The parser's sentence without its own account of the place. It ends with the text that was read last.
 std::string reason(std::string_view message) {
+    constexpr std::size_t longest = 200;
     for (const std::string_view mark : {"syntax error", "number overflow", "invalid string"})
-        if (const auto at = message.find(mark); at != std::string_view::npos) return std::string(message.substr(at));
+        if (const auto at = message.find(mark); at != std::string_view::npos)
+            return shortened(message.substr(at), longest);
     const auto at = message.find("] ");
-    return std::string(at == std::string_view::npos ? message : message.substr(at + 2));
+    return shortened(at == std::string_view::npos ? message : message.substr(at + 2), longest);
 }
 
 /// Letters to insert, delete, replace or swap (optimal string alignment).
@@ -124,21 +142,20 @@ std::string kind_of(const Json& json) {
         case Json::value_t::null: return "null";
         case Json::value_t::object: return "an object";
         case Json::value_t::array: return "an array";
-        case Json::value_t::string: return "the string " + json.dump(-1, ' ', false, Json::error_handler_t::replace);
+        case Json::value_t::string:
+            return "the string " + shortened(json.dump(-1, ' ', false, Json::error_handler_t::replace));
         case Json::value_t::boolean: return json.dump();
         default: return json.dump();
     }
 }
 
 Outcome<Json> parse_json(std::string_view text, std::string_view name) {
-    DuplicateKeys duplicates;
+    Keys keys;
     try {
-        Json json =
-            Json::parse(text.begin(), text.end(), [&](int, nlohmann::detail::parse_event_t event, Json& parsed) {
-                duplicates.see(event, parsed);
-                return true;
-            });
-        if (duplicates.found()) return bad({std::string(name), *duplicates.found()}, "the key appears twice");
+        Json json = Json::parse(
+            text.begin(), text.end(),
+            [&](int, nlohmann::detail::parse_event_t event, Json& parsed) { return keys.see(event, parsed); });
+        if (keys.fault()) return bad({std::string(name), keys.fault()->pointer}, keys.fault()->what);
         return json;
     } catch (const nlohmann::json::parse_error& e) {
         return fail(ErrorKind::usage, reason(e.what()), std::string(name) + ": " + line_and_column(text, e.byte));
@@ -148,11 +165,10 @@ Outcome<Json> parse_json(std::string_view text, std::string_view name) {
 }
 
 Outcome<Done> override_value(Json& json, std::string_view assignment) {
-    const Place place{"", std::string(assignment)};
     const auto equals = assignment.find('=');
     if (equals == std::string_view::npos || equals == 0)
         return fail(ErrorKind::usage, "expected path=value, for example stages/curve/objective=length",
-                    std::string(assignment));
+                    shortened(assignment));
     std::vector<std::string> path(1);
     for (const char letter : assignment.substr(0, equals)) {
         if (letter == '/')
@@ -166,8 +182,8 @@ Outcome<Done> override_value(Json& json, std::string_view assignment) {
         const Json* const before = at;
         at = step(*at, path[k], k + 1 == path.size());
         if (at == nullptr)
-            return fail(ErrorKind::usage, "the path leads nowhere: there is no \"" + path[k] + "\"",
-                        std::string(assignment), {}, suggestion(path[k], words_of(*before)));
+            return fail(ErrorKind::usage, "the path leads nowhere: there is no " + in_quotes(path[k]),
+                        shortened(assignment), {}, suggestion(path[k], words_of(*before)));
     }
     const std::string value(assignment.substr(equals + 1));
     auto parsed = Json::parse(value, nullptr, false);

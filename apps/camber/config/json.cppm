@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 struct Place {
     std::string file, pointer;
 
-    [[nodiscard]] Place at(std::string_view key) const { return {file, pointer + "/" + std::string(key)}; }
+    [[nodiscard]] Place at(std::string_view key) const { return {file, pointer + "/" + shortened(key)}; }
     [[nodiscard]] Place at(std::size_t index) const { return at(std::to_string(index)); }
     [[nodiscard]] std::string text() const {
         if (pointer.empty()) return file.empty() ? "/" : file;

@@ -62,6 +62,11 @@ Histogram histogram_of(Quantity quantity, const Json& json) {
     return h;
 }
 
+/// Whether the parser keeps a key of a report. Its objects are lists, in which each key is looked for.
+bool keep_histograms(int depth, nlohmann::detail::parse_event_t event, const Json& parsed) {
+    return depth != 1 || event != nlohmann::detail::parse_event_t::key || parsed == "histograms";
+}
+
 bool is_sound(const Histogram& h) {
     if (h.limits.empty() || h.series.empty()) return false;
     for (std::size_t i = 1; i < h.limits.size(); ++i)
@@ -98,7 +103,7 @@ std::string histograms_json(const std::vector<Histogram>& histograms) {
 
 std::optional<std::vector<Histogram>> histograms_of_report(std::string_view text) {
     try {
-        const Json json = Json::parse(text.begin(), text.end());
+        const Json json = Json::parse(text.begin(), text.end(), keep_histograms);
         const Json& all = json.at("histograms");
         std::vector<Histogram> histograms;
         for (std::size_t q = 0; q < quantity_count; ++q) {

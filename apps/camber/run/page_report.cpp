@@ -13,7 +13,8 @@ namespace camber::run {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+/// Sorted: keys are found at once, however many a file has.
+using Json = nlohmann::json;
 
 /// A number of the report; none: null.
 Json at(const Json& report, const char* path) {
