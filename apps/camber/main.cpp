@@ -4,6 +4,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <span>
 
 #include "program.hpp"
 import camber.app_shell;
@@ -13,8 +14,11 @@ int main(int argc, char** argv) {
     using namespace camber::app;
     hold_standard_streams();
     try {
-        if (const auto code = other_task({argv, static_cast<std::size_t>(argc)})) return *code;
-        return run_program({argv, static_cast<std::size_t>(argc)}, camber::one_rank());
+        const std::span<char*> arguments(argv, static_cast<std::size_t>(argc));
+        return with_usual_stack([&] {
+            if (const auto code = other_task(arguments)) return *code;
+            return run_program(arguments, camber::one_rank());
+        });
     } catch (const std::bad_alloc&) {
         std::fputs("camber: not enough memory (give it more memory, or a smaller mesh)\n", stderr);
     } catch (const std::exception& error) {

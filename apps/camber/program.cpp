@@ -74,8 +74,8 @@ int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, co
     }
     if (auto one = check_ranks(app, *ranks); !one) return report_error(one.error());
     return dispatch(app, verb, ranks, partition);
-} catch (const std::bad_alloc&) {
-    return report_error({ErrorKind::memory, "not enough memory", {}, {}, "give it more memory, or a smaller mesh"});
+} catch (const std::bad_alloc& failure) {
+    return report_error(out_of_memory(failure));
 } catch (const std::exception& error) {
     return report_error({ErrorKind::internal, std::string("internal error: ") + error.what(), {}, {}, {}});
 }

@@ -9,7 +9,9 @@ import camber.mpi;
 
 int main(int argc, char** argv) {
     camber::app::hold_standard_streams();
-    if (const auto code = camber::app::other_task({argv, static_cast<std::size_t>(argc)})) return *code;
-    const std::shared_ptr<camber::Ranks> ranks = camber::mpi_ranks(argc, argv);
-    return camber::app::run_program({argv, static_cast<std::size_t>(argc)}, ranks, camber::parts_of_graph);
+    return camber::app::with_usual_stack([&] {
+        if (const auto code = camber::app::other_task({argv, static_cast<std::size_t>(argc)})) return *code;
+        const std::shared_ptr<camber::Ranks> ranks = camber::mpi_ranks(argc, argv);
+        return camber::app::run_program({argv, static_cast<std::size_t>(argc)}, ranks, camber::parts_of_graph);
+    });
 }

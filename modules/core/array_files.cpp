@@ -44,6 +44,14 @@ ArrayFiles& files() {
 /// -1: errno says why.
 int open_nameless(const std::string& folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
 
+/// The blocks of a file: a page that has none when it is first written to ends the process on a full disk (SIGBUS).
+/// Returns 0, or the system's error number.
+int reserve(int file, std::size_t bytes) {
+    int error = EINTR;
+    while (error == EINTR) error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes));
+    return error;
+}
+
 /// Each array keeps its file open.
 void allow_many_files() {
     rlimit limit{};
@@ -76,10 +84,12 @@ void* allocate_in_file(std::size_t bytes) {
     }
     if (folder.empty()) return nullptr;
     const int file = open_nameless(folder);
-    if (file < 0) throw std::bad_alloc();
-    void* array = MAP_FAILED;
-    if (::ftruncate(file, static_cast<off_t>(bytes)) == 0)
-        array = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    if (file < 0) throw NoFileForArray(folder, errno);
+    if (const int error = reserve(file, bytes); error != 0) {
+        ::close(file);
+        throw NoFileForArray(folder, error);
+    }
+    void* const array = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
     if (array == MAP_FAILED) {
         ::close(file);
         throw std::bad_alloc();

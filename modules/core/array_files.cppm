@@ -1,8 +1,10 @@
 module;
 #include <cstddef>
+#include <new>
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 export module camber.core:array_files;
 
 export namespace camber {
@@ -25,6 +27,18 @@ void fill_array(std::span<T> array, std::span<const std::type_identity_t<T>> fro
 /// Lets the system have the memory of all arrays in files: what they hold stays.
 void give_back_arrays();
 
+/// Thrown for an array whose file cannot be made or cannot have its size, on a full disk for example.
+class NoFileForArray : public std::bad_alloc {
+  public:
+    NoFileForArray(std::string folder, int error) : folder_(std::move(folder)), error_(error) {}
+    [[nodiscard]] const std::string& folder() const { return folder_; }
+    [[nodiscard]] int error() const { return error_; }  ///< the system's error number
+
+  private:
+    std::string folder_;
+    int error_;
+};
+
 /// Bytes of arrays in files, whether in memory or not.
 [[nodiscard]] std::size_t bytes_in_files();
 
@@ -32,7 +46,7 @@ void give_back_arrays();
 
 namespace camber {
 
-/// Memory in such a file; null where arrays do not lie in files, or this one is small. Throws std::bad_alloc.
+/// Memory in such a file; null where arrays do not lie in files, or this one is small. Throws NoFileForArray.
 [[nodiscard]] void* allocate_in_file(std::size_t bytes);
 /// Whether it was one of these.
 [[nodiscard]] bool release_in_file(void* array);

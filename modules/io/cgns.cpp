@@ -1,10 +1,12 @@
 module;
 #include <algorithm>
+#include <cerrno>
 #include <cstddef>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 module camber.io;
@@ -200,12 +202,23 @@ Error no_folder(std::string_view root) {
 }
 
 Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name) {
+    const int failure = errno;
     const std::string_view words = said != nullptr ? said : "";
     const bool says_something = !words.empty() && !words.starts_with("no CGNS error");
     const std::string reason = says_something ? ": " + std::string(words) : std::string();
-    const char* const remedy =
-        kind == ErrorKind::input ? "the file is damaged, or no CGNS file: try cgnscheck on it" : "";
-    return {kind, std::string(doing) + reason, std::string(name), {}, remedy};
+    if (kind == ErrorKind::input)
+        return {kind,
+                std::string(doing) + reason,
+                std::string(name),
+                {},
+                "the file is damaged, or no CGNS file: try cgnscheck on it"};
+    // The library tells the failed call; why the system refused it, errno does.
+    const bool has_no_place = failure == EFBIG || failure == ENOSPC || failure == EDQUOT;
+    const std::string of_system = has_no_place ? ": " + std::generic_category().message(failure) : std::string();
+    const char* const remedy = failure == EFBIG ? "raise the limit (ulimit -f)"
+                               : has_no_place   ? "set TMPDIR to a folder with room for the file"
+                                                : "";
+    return {kind, std::string(doing) + of_system + reason, std::string(name), {}, remedy};
 }
 
 Error no_library(std::string_view why) {

@@ -1,14 +1,26 @@
 #include "cgns_library.hpp"
 
 #include <dlfcn.h>
+#include <sys/mman.h>
 
+#include <cstddef>
 #include <mutex>
+#include <new>
 #include <string>
 #include <type_traits>
 
 namespace camber::cgns {
 
 namespace {
+
+/// The libraries of CGNS and HDF5 crash where memory that they need is not to be had. Throws std::bad_alloc where the
+/// process has not place for them and their work.
+void require_room() {
+    constexpr std::size_t room = std::size_t{48} << 20U;
+    void* const probe = mmap(nullptr, room, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (probe == MAP_FAILED) throw std::bad_alloc();
+    munmap(probe, room);
+}
 
 void* open_library() {
     // Where it was when Camber was built; else wherever the loader finds one of the same version.
@@ -51,6 +63,7 @@ Library loaded() {
 }  // namespace
 
 const Library& library() {
+    require_room();
     static const Library lib = loaded();
     return lib;
 }

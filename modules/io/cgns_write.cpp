@@ -4,6 +4,7 @@ module;
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstddef>
 #include <cstdint>
 #include <fstream>
@@ -204,6 +205,7 @@ Outcome<Chunks> encode(const Mesh& mesh, const MeshFields& fields, const Executi
     if (folder.file().empty()) return fail(no_folder(folder.root()));
     const std::string& path = folder.file();
     int file = 0;
+    errno = 0;
     if (lib.open_(path.c_str(), CG_MODE_WRITE, &file) != CG_OK)
         return fail(error_of(lib.get_error_(), ErrorKind::write, "the temporary file cannot be made", path));
     auto written = guarded([&] { return Writer<Mesh>(lib, file, mesh, fields, execution).write(); });

@@ -12,12 +12,14 @@
 #include <filesystem>
 #include <iterator>
 #include <limits>
+#include <new>
 #include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 import camber.core;
@@ -105,7 +107,7 @@ TEST_CASE("a write that fails half-way leaves the old file and nothing else") {
     REQUIRE(write(folder / "a", {"old"}).has_value());
     const pid_t child = ::fork();
     if (child == 0) {
-        (void)stop_on_signals();
+        hold_standard_streams();
         const struct rlimit small{100000, 100000};
         ::setrlimit(RLIMIT_FSIZE, &small);
         const auto failed = write(folder / "a", {std::string(90000, 'x'), std::string(90000, 'y')});
@@ -169,6 +171,70 @@ TEST_CASE("a silent or full pipe does not hold whoever wants to stop; nothing is
     REQUIRE_FALSE(written.has_value());
     CHECK(written.error().kind == ErrorKind::stopped);
     CHECK_FALSE(fs::exists(folder / "plain"));
+}
+
+TEST_CASE("a stream is read up to the bound that its first bytes give, and a plain file whatever its size") {
+    const Folder folder;
+    const std::string pipe = folder / "pipe";
+    REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+    hold_standard_streams();
+    constexpr std::size_t bound = 100000;
+    std::size_t seen = 0;
+    const StreamBound of_letters = [&](std::span<const std::byte> beginning) -> Outcome<std::size_t> {
+        seen = beginning.size();
+        if (as_text(beginning).starts_with("x")) return bound;
+        return fail(ErrorKind::input, "is no file of letters", "pipe");
+    };
+    for (const auto& [size, letter] : {std::pair{std::size_t{0}, 'x'}, std::pair{std::size_t{7}, 'x'},
+                                       std::pair{bound, 'x'}, std::pair{bound + 1, 'x'}, std::pair{50 * bound, 'x'},
+                                       std::pair{std::size_t{7}, 'y'}, std::pair{50 * bound, 'y'}}) {
+        CAPTURE(size);
+        const std::string text(size, letter);
+        std::thread writer([&] { (void)write(pipe, {text}); });
+        const auto read = read_file(pipe, {}, of_letters);
+        writer.join();
+        CHECK(read.has_value() == (letter == 'x' && size > 0 && size <= bound));
+        CHECK(seen <= beginning_of_stream);
+        if (read) CHECK(as_text(*read) == text);
+        if (!read && letter == 'x' && size > 0)
+            CHECK(describe(read.error()) ==
+                  pipe + ": is a stream of more than 0.1 MiB, the most that is read of it (give a plain file)");
+        if (!read && letter == 'y') CHECK(read.error().what == "is no file of letters");
+        REQUIRE(write(folder / "plain", {text}).has_value());
+        CHECK(text_of(folder / "plain") == text);
+        CHECK(read_file(folder / "plain", {}, of_letters).has_value());
+    }
+    CHECK(describe(read_file("/dev/zero").error()) ==
+          "/dev/zero: is a stream of more than 64.0 MiB, the most that is read of it (give a plain file)");
+}
+
+TEST_CASE("work has a usual stack where the process has a small one") {
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const rlimit small{64 << 10, 64 << 10};
+        ::setrlimit(RLIMIT_STACK, &small);
+        const auto touch = [] {
+            volatile char large[std::size_t{6} << 20U];
+            large[0] = 1;
+            large[sizeof(large) - 1] = 1;
+            return large[0] - large[sizeof(large) - 1];
+        };
+        int on_thread = 1;
+        const int code = with_usual_stack([&] {
+            std::thread([&] { on_thread = touch(); }).join();
+            return touch();
+        });
+        bool passes = false;
+        try {
+            (void)with_usual_stack([]() -> int { throw std::bad_alloc(); });
+        } catch (const std::bad_alloc&) {
+            passes = true;
+        }
+        ::_exit(code == 0 && on_thread == 0 && passes ? 0 : 1);
+    }
+    int status = -1;
+    ::waitpid(child, &status, 0);
+    CHECK(status == 0);
 }
 
 TEST_CASE("the least limit of a group and those that hold it") {

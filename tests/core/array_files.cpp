@@ -1,7 +1,12 @@
 // Arrays that lie in files: what is in them stays there, whoever has the memory.
 #include <doctest/doctest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <csignal>
 #include <cstddef>
 #include <filesystem>
 #include <numeric>
@@ -41,4 +46,30 @@ TEST_CASE("arrays in files keep what is written, and are made in memory again wh
         CHECK(std::ranges::equal(in_memory, given));
     }
     CHECK(bytes_in_files() == 0);
+}
+
+TEST_CASE("an array without place in its file is an error with the system's reason, and no signal") {
+    const std::string folder = std::filesystem::temp_directory_path().string();
+    if (keep_arrays_in_files(folder) != 0) return;
+    CHECK(keep_arrays_in_files("") == 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const rlimit small{1 << 20, 1 << 20};
+        ::setrlimit(RLIMIT_FSIZE, &small);
+        std::signal(SIGXFSZ, SIG_IGN);
+        bool is_right = keep_arrays_in_files(folder) == 0;
+        const auto made = guarded([]() -> Outcome<double> {
+            Buffer<double> array(std::size_t{1} << 18U);
+            array.back() = 1;
+            return array.back();
+        });
+        is_right = is_right && !made && made.error().kind == ErrorKind::write && made.error().where == folder &&
+                   made.error().what.find("File too large") != std::string::npos &&
+                   made.error().remedy.find("ulimit -f") != std::string::npos && bytes_in_files() == 0;
+        ::_exit(is_right ? 0 : 1);
+    }
+    int status = 0;
+    REQUIRE(::waitpid(child, &status, 0) == child);
+    CHECK(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
 }

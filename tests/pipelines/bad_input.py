@@ -258,6 +258,10 @@ CASES = [
     Case("Files", "a folder as the mesh", "refused", 3, "in.mesh: cannot be read", lambda: {"in.mesh": None}),
     Case("Files", "a mesh that may not be read", "refused", 3, "in.mesh: cannot be read", plain(block),
          as_nobody=True, setup=lambda folder: os.chmod(folder / "in.mesh", 0)),
+    Case("Files", "a device without an end", "refused", 3, "begins as no known format", lambda: {},
+         ("curve", "/dev/zero", "-o", "out.mesh")),
+    Case("Files", "a device without an end that is named as a mesh", "refused", 3, "a stream of more than 64.0 MiB", lambda: {},
+         setup=lambda folder: os.symlink("/dev/zero", folder / "in.mesh")),
     Case("Files", "no such config", "refused", 2, "run.json: cannot be read", lambda: {}, RUN),
     Case("Files", "a folder as the config", "refused", 2, "run.json: cannot be read", lambda: {"run.json": None}, RUN),
     Case("Files", "a config that may not be read", "refused", 2, "run.json: cannot be read", config(), RUN,
@@ -293,6 +297,8 @@ CASES = [
     Case("CAD models", "a model and another geometry", "refused", 2, "--geometry", plain(block),
          CURVE + ("--cad", "m.step", "--geometry", "straight")),
 
+    Case("CAD models", "a device without an end", "refused", 3, "is no plain file", plain(block), CURVE + ("--cad", "m.step"),
+         setup=lambda folder: os.symlink("/dev/zero", folder / "m.step"), needs=bad_moments.no_cad),
 
     # ------------------------------------------------ output
     Case("Output", "below a file instead of a folder", "refused", 3, "its folder in.mesh/deep lies below a file", plain(block),
@@ -307,6 +313,10 @@ CASES = [
          setup=lambda folder: os.symlink("/dev/full", folder / "out.mesh")),
     Case("Output", "beyond the largest size of a file (ulimit -f)", "refused", 3, "File too large", plain(block),
          limits=((resource.RLIMIT_FSIZE, 512),)),
+    Case("Output", "temporary files of arrays beyond the largest size of a file (--memory, ulimit -f)", "refused", 3,
+         "temporary files of arrays cannot be written: File too large", lambda: {"in.meshb": binary_file(cube(20), 2)},
+         ("curve", "in.meshb", "-o", "out.meshb", "--memory", "50"),
+         limits=((resource.RLIMIT_FSIZE, 300 << 10),)),
     Case("Output", "a full disk", "refused", 3, "No space left on device", plain(lambda: cube(6)),
          ("curve", "in.mesh", "-o", "disk/out.mesh"), run=bad_moments.on_a_full_disk, needs=bad_moments.no_disk),
 

@@ -33,8 +33,6 @@ int status_of(ErrorKind kind) {
     return CAMBER_INTERNAL;
 }
 
-Error no_memory() { return {ErrorKind::memory, "not enough memory", {}, {}, "give it more, or a smaller mesh"}; }
-
 }  // namespace
 
 int status_of(const Error& error) {
@@ -45,10 +43,10 @@ int status_of(const Error& error) {
 int guarded_status(const std::function<int()>& f) {
     try {
         return f();
-    } catch (const std::bad_alloc&) {
-        return status_of(no_memory());
+    } catch (const std::bad_alloc& failure) {
+        return status_of(out_of_memory(failure));
     } catch (const std::length_error&) {  // more than any memory has
-        return status_of(no_memory());
+        return status_of(out_of_memory(std::bad_alloc()));
     } catch (const std::exception& error) {
         return status_of(Error{ErrorKind::internal, error.what(), {}, {}, {}});
     }

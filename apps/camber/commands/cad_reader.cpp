@@ -36,6 +36,14 @@ ChildLimits limits_of(const config::Cad& cad) {
             static_cast<std::size_t>(memory)};
 }
 
+/// Errors: a pipe or a device, which may have no end. A file that is not there is for the reader to tell.
+Outcome<Done> check_plain(const std::string& path) {
+    std::error_code ignored;
+    const auto status = std::filesystem::status(path, ignored);
+    if (!std::filesystem::is_other(status)) return Done{};
+    return fail(ErrorKind::input, "is no plain file, as a CAD model must be", path, {}, "copy it into one");
+}
+
 /// An error as bytes: 'E', its kind, and its parts, each ended by a zero byte. A model's bytes begin with 'M'.
 std::string as_bytes_of(const Error& error) {
     std::string bytes = "E" + std::to_string(static_cast<int>(error.kind));
@@ -101,6 +109,7 @@ std::optional<int> cad_reader(std::span<const char* const> arguments) {
 
 Outcome<CadModel> read_cad_apart(const config::Cad& cad, const Execution& execution) {
     return guarded([&]() -> Outcome<CadModel> {
+        if (auto plain = check_plain(cad.file.path); !plain) return fail(plain.error());
         if (!can_start_itself()) return read_cad(cad.file.path, {cad.unit});
         const ChildLimits limits = limits_of(cad);
         const auto result = run_self(

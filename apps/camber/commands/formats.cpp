@@ -25,9 +25,24 @@ namespace {
 constexpr double of_encoding = 0.3, of_decoding = 0.5;
 
 Outcome<Done> write_chunks(const Outcome<Chunks>& chunks, const std::string& path, const Execution& execution) {
-    if (!chunks) return fail(chunks.error());
+    if (!chunks) {
+        Error error = chunks.error();
+        if (error.where.empty()) error.where = called_output(path);
+        return fail(std::move(error));
+    }
     const std::vector<std::span<const std::byte>> parts(chunks->begin(), chunks->end());
     return write_file(path, parts, part_of(execution, of_encoding, 1));
+}
+
+/// `refuse(beginning)`: the decoder, whose error names a beginning that is of no format.
+template <class Format, class Refuse>
+StreamBound bound_by(std::span<const Format> formats, const std::string& path, Refuse refuse) {
+    return [=](std::span<const std::byte> beginning) -> Outcome<std::size_t> {
+        if (format_with_content(formats, beginning)) return memory_limit().bytes / 4;
+        if (format_with_ending(formats, path)) return bound_of_text(beginning);
+        if (const auto decoded = refuse(beginning); !decoded) return fail(decoded.error());
+        return bound_of_text(beginning);
+    };
 }
 
 /// Standard output has no ending that could tell a format.
@@ -77,8 +92,17 @@ Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solut
     return write_chunks(format.encode(solution, part_of(execution, 0, of_encoding)), path, execution);
 }
 
+StreamBound bound_of_mesh(const std::string& path) {
+    return bound_by(mesh_formats(), path, [path](std::span<const std::byte> beginning) {
+        return decode_mesh(beginning, called_input(path), {}, {});
+    });
+}
+
 Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution) {
-    auto bytes = read_file(path, part_of(execution, 0, 1 - of_decoding));
+    const StreamBound bound = bound_by(solution_formats(), path, [&](std::span<const std::byte> beginning) {
+        return decode_solution(beginning, called_input(path), {});
+    });
+    auto bytes = read_file(path, part_of(execution, 0, 1 - of_decoding), bound);
     if (!bytes) return fail(bytes.error());
     return decode_solution(*bytes, called_input(path), part_of(execution, 1 - of_decoding, 1));
 }

@@ -5,6 +5,7 @@ module;
 #include <vector>
 module camber.commands:formats;
 import camber.core;
+import camber.app_shell;
 import camber.io;
 import camber.run;
 import :ending;
@@ -40,6 +41,10 @@ void tell_renames(const MeshFormat& format, const MeshFields& fields);
 
 /// Gives the mesh the names of references that it had before it was in a file without any.
 void name_references(AnyMesh& mesh, const run::Groups& groups);
+
+/// The bound of a stream that should be a mesh: a quarter of the memory if it begins as a format does; that of a text
+/// if its name alone says so; none is read that does neither.
+[[nodiscard]] StreamBound bound_of_mesh(const std::string& path);
 
 /// A solution file's content, in whichever format it is.
 [[nodiscard]] Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution);

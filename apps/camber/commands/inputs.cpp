@@ -193,7 +193,7 @@ DecodeOptions with_files_beside(const std::string& path, DecodeOptions options, 
 Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
                                const Execution& execution) {
     constexpr double of_reading = 0.4;  // of the time; 0.5 of a straight mesh, 0.3 of a curved one
-    auto bytes = read_file(path, part_of(execution, 0, of_reading));
+    auto bytes = read_file(path, part_of(execution, 0, of_reading), bound_of_mesh(path));
     if (!bytes) {
         Error error = bytes.error();
         if (const std::string near = suggested_file(path); !near.empty()) error.remedy = near;

@@ -10,6 +10,7 @@ export import :interrupt;
 export import :memory;
 export import :meter;
 export import :progress;
+export import :stack;
 export import :standard_output;
 export import :terminal;
 export import :voice;

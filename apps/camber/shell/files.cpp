@@ -13,6 +13,7 @@ module;
 #include <cstdlib>
 #include <filesystem>
 #include <new>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <stop_token>
@@ -24,6 +25,8 @@ module;
 module camber.app_shell;
 import camber.core;
 import :descriptor;
+import :files;
+import :memory;
 
 namespace camber::app {
 
@@ -130,6 +133,30 @@ bool is_special(const std::string& path) {
     return ::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
 }
 
+/// Keeps a stream to its bound; a plain file has none.
+class Watch {
+  public:
+    Watch(std::string name, const StreamBound* bound) : name_(std::move(name)), bound_(bound) {}
+
+    /// Errors: input, for a stream that is not read, or not to its end.
+    Outcome<Done> allows(std::span<const std::byte> bytes, bool has_ended) {
+        if (bound_ == nullptr) return Done{};
+        if (!most_ && (has_ended || bytes.size() >= beginning_of_stream)) {
+            const auto most = (*bound_)(bytes.first(std::min(bytes.size(), beginning_of_stream)));
+            if (!most) return fail(most.error());
+            most_ = *most;
+        }
+        if (!most_ || bytes.size() <= *most_) return Done{};
+        return fail(ErrorKind::input, "is a stream of more than " + readable(*most_) + ", the most that is read of it",
+                    name_, {}, "give a plain file");
+    }
+
+  private:
+    std::string name_;
+    const StreamBound* bound_;
+    std::optional<std::size_t> most_;
+};
+
 /// The folder of a path, told as it was given; fails where it is none.
 Outcome<Done> check_folder_of(const std::string& path) {
     const std::string target = target_of(path);
@@ -162,7 +189,10 @@ Outcome<Done> make_folder(const std::string& folder) {
     return fail(ErrorKind::write, "the folder cannot be made: " + error.message(), folder, {}, "take another place");
 }
 
-Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution) try {
+Outcome<std::size_t> bound_of_text(std::span<const std::byte>) { return std::size_t{64} << 20U; }
+
+Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution,
+                                     const StreamBound& bound) try {
     const auto unreadable = [&](int error = errno) {
         return fail_by_system(ErrorKind::input, called_input(path), "read", error);
     };
@@ -176,8 +206,10 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
     if (S_ISDIR(status.st_mode)) return unreadable(EISDIR);
     // One byte more than expected, to see the end; pipes tell no size and grow.
     Buffer<std::byte> bytes(static_cast<std::size_t>(std::max<off_t>(status.st_size, 65535)) + 1);
+    Watch watch(called_input(path), S_ISREG(status.st_mode) ? nullptr : &bound);
     std::size_t size = 0;
     while (true) {
+        if (auto allowed = watch.allows(std::span(bytes).first(size), false); !allowed) return fail(allowed.error());
         if (size == bytes.size()) bytes.resize(2 * size);
         if (!wait_for(file.get(), POLLIN, execution.stop))
             return fail(ErrorKind::stopped, "stopped on request", called_input(path));
@@ -189,6 +221,7 @@ Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& e
         camber::report_progress(execution, size, std::max(size, bytes.size() - 1));
     }
     bytes.resize(size);
+    if (auto allowed = watch.allows(bytes, true); !allowed) return fail(allowed.error());
     return bytes;
 } catch (const std::bad_alloc&) {
     return fail(ErrorKind::memory, "not enough memory to read the file", called_input(path), {}, "give it more memory");

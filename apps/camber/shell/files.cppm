@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,9 +15,18 @@ inline constexpr std::string_view standard_stream = "-";
 [[nodiscard]] std::string called_input(const std::string& path);
 [[nodiscard]] std::string called_output(const std::string& path);
 
-/// The whole file (or pipe, or standard input). Errors: input, with the system's reason; memory; stopped, also while a
-/// pipe is silent.
-[[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution = {});
+/// Decides by the first bytes of a stream (a pipe, a device), at most `beginning_of_stream`, how many may follow: a
+/// stream has no size, and may have no end. Errors: those of a stream that is not read at all.
+using StreamBound = std::function<Outcome<std::size_t>(std::span<const std::byte> beginning)>;
+inline constexpr std::size_t beginning_of_stream = std::size_t{1} << 16U;
+
+/// The bound of texts: configs, reports, tables.
+[[nodiscard]] Outcome<std::size_t> bound_of_text(std::span<const std::byte> beginning);
+
+/// The whole file (or pipe, or standard input). A plain file is read whatever its size. Errors: input, with the
+/// system's reason, or a stream beyond its bound; memory; stopped, also while a pipe is silent.
+[[nodiscard]] Outcome<Buffer<std::byte>> read_file(const std::string& path, const Execution& execution = {},
+                                                   const StreamBound& bound = bound_of_text);
 
 [[nodiscard]] inline std::string_view as_text(std::span<const std::byte> bytes) {
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};

@@ -48,8 +48,6 @@ std::stop_token stop_on_signals() {
     sigemptyset(&once.sa_mask);
     sigaction(SIGINT, &once, nullptr);
     sigaction(SIGTERM, &once, nullptr);
-    std::signal(SIGPIPE, SIG_IGN);
-    std::signal(SIGXFSZ, SIG_IGN);
     return token;
 }
 

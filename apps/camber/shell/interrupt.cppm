@@ -8,8 +8,8 @@ export module camber.app_shell:interrupt;
 
 export namespace camber::app {
 
-/// Ctrl-C and SIGTERM become the request to stop; a second one ends the process as if nobody had listened. Writing to a
-/// closed pipe or past a file-size limit becomes an error of that write. Call once, before the work.
+/// Ctrl-C and SIGTERM become the request to stop; a second one ends the process as if nobody had listened. Call once,
+/// before the work.
 [[nodiscard]] std::stop_token stop_on_signals();
 
 /// While it lives, the request to stop by a signal unlinks this file at once: who waits for other processes may be

@@ -15,6 +15,7 @@ namespace camber::app {
 
 void hold_standard_streams() {
     std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
     int fd = 0;  // the lowest that is free; opened for reading only, so that writing fails as on a closed one
     while (fd >= 0 && fd <= STDERR_FILENO) fd = ::open("/dev/null", O_RDONLY);
     if (fd > STDERR_FILENO) ::close(fd);

@@ -7,8 +7,9 @@ import camber.core;
 
 export namespace camber::app {
 
-/// Once, before anything is opened or printed: writing to a closed pipe becomes an error of that write, and a standard
-/// stream that the caller closed stays unwritable instead of becoming the next file that is opened.
+/// Once, before anything is opened or printed: writing to a closed pipe, or beyond the limit of the size of files,
+/// becomes an error of that write, and a standard stream that the caller closed stays unwritable instead of becoming
+/// the next file that is opened.
 void hold_standard_streams();
 
 /// Standard output, under one rule for all verbs: a reader that goes before all is said (`| head`) is no failure;
