@@ -20,9 +20,9 @@ namespace {
 
 /// Where along an edge half of its length is: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
 double half_of_length(double a, double b) {
-    const double log_ratio = std::log(b / a);
+    const double log_ratio = log(b / a);
     if (!std::isfinite(log_ratio) || std::abs(log_ratio) < 1e-6) return 0.5;
-    return std::clamp(std::log((1 + b / a) / 2) / log_ratio, 0.2, 0.8);
+    return std::clamp(log((1 + b / a) / 2) / log_ratio, 0.2, 0.8);
 }
 
 template <int D>

@@ -29,7 +29,7 @@ static LinearMesh<2> hexagon() {
     Buffer<SimplexVertices<2>> triangles(6);
     for (std::size_t i = 0; i < 6; ++i) {
         const double angle = std::numbers::pi / 3 * static_cast<double>(i);
-        points[i + 1] = {{std::cos(angle), std::sin(angle)}};
+        points[i + 1] = {{camber::cos(angle), camber::sin(angle)}};
         triangles[i] = {VertexId(std::size_t{0}), VertexId(i + 1), VertexId((i + 1) % 6 + 1)};
     }
     mesh.points = std::move(points);

@@ -16,7 +16,7 @@ int main() {
     std::vector<Box<2>> boxes;
     for (int i = 0; i < 10000; ++i) {
         const double angle = 0.05 * i;
-        points.push_back({{angle * std::cos(angle), angle * std::sin(angle)}});
+        points.push_back({{angle * camber::cos(angle), angle * camber::sin(angle)}});
         boxes.emplace_back().include(points.back());
     }
     const BoxTree<2> tree{std::span<const Box<2>>(boxes)};

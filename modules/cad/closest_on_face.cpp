@@ -42,12 +42,12 @@ ClosedFoot closed_foot(const occ::ClosedForm& form, const Vec<3>& p) {
     const Vec<3> q = (1 / form.scale) * p - vec(form.origin);
     const double x = dot(q, vec(form.x)), y = dot(q, vec(form.y)), z = dot(q, vec(form.z));
     if (form.kind == Kind::plane) return {form.scale * std::abs(z), {x, y}};
-    const double around = std::atan2(y, x), off_axis = std::hypot(x, y);
+    const double around = atan2(y, x), off_axis = hypot(x, y);
     if (form.kind == Kind::cylinder) return {form.scale * std::abs(off_axis - form.major), {around, z}};
     if (form.kind == Kind::sphere)
-        return {form.scale * std::abs(std::hypot(off_axis, z) - form.major), {around, std::atan2(z, off_axis)}};
+        return {form.scale * std::abs(hypot(off_axis, z) - form.major), {around, atan2(z, off_axis)}};
     const double off_circle = off_axis - form.major;
-    return {form.scale * std::abs(std::hypot(off_circle, z) - form.minor), {around, std::atan2(z, off_circle)}};
+    return {form.scale * std::abs(hypot(off_circle, z) - form.minor), {around, atan2(z, off_circle)}};
 }
 
 Parameters clamped(const Parameters& uv, const Cell& within) {

@@ -1,6 +1,5 @@
 module;
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -180,8 +179,7 @@ VirtualFaces virtual_curves(const occ::Kernel& kernel) {
             for (std::size_t j = i + 1; j < ends.size(); ++j) {
                 const auto& [a, a_first] = ends[i];
                 const auto& [b, b_first] = ends[j];
-                if (a == b ||
-                    !(dot(leaving(kernel, a, a_first), leaving(kernel, b, b_first)) <= -std::cos(smooth_angle)))
+                if (a == b || !(dot(leaving(kernel, a, a_first), leaving(kernel, b, b_first)) <= -cos(smooth_angle)))
                     continue;
                 beside[a].push_back(b);
                 beside[b].push_back(a);

@@ -1,6 +1,5 @@
 // camber.cavity: a point put into a wheel of ten triangles. What holds it is found and taken out, and what is left
 // open is joined to the point.
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <numbers>
@@ -17,7 +16,7 @@ int main() {
     Buffer<SimplexVertices<1>> rim(10);
     for (std::size_t i = 0; i < 10; ++i) {
         const double angle = static_cast<double>(i) * std::numbers::pi / 5;
-        points[i] = {{std::cos(angle), std::sin(angle)}};
+        points[i] = {{camber::cos(angle), camber::sin(angle)}};
         rim[i] = {VertexId(i), VertexId((i + 1) % 10)};
         triangles[i] = {VertexId(10), rim[i][0], rim[i][1]};
     }

@@ -14,6 +14,7 @@ export import :array_files;
 export import :execution;
 export import :around;
 export import :pack;
+export import :elementary;
 export import :each;
 export import :mesh;
 export import :shape_functions;

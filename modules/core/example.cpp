@@ -16,7 +16,7 @@ static LinearMesh<2> polygon(std::size_t n) {
     Buffer<SimplexVertices<2>> triangles(n);
     for (std::size_t i = 0; i < n; ++i) {
         const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
-        points[i + 1] = {{std::cos(angle), std::sin(angle)}};
+        points[i + 1] = {{camber::cos(angle), camber::sin(angle)}};
         triangles[i] = {VertexId(std::size_t{0}), VertexId(i + 1), VertexId((i + 1) % n + 1)};
     }
     LinearMesh<2> mesh;
@@ -44,7 +44,7 @@ static Outcome<bool> example(const Execution& execution) {
         [](double left, double right) { return left + right; });
     if (!area) return fail(area.error());
 
-    const double exact = 0.5 * static_cast<double>(n) * std::sin(2 * std::numbers::pi / static_cast<double>(n));
+    const double exact = 0.5 * static_cast<double>(n) * camber::sin(2 * std::numbers::pi / static_cast<double>(n));
     std::printf("%zu vertices, %zu edges, %zu triangles\n", mesh.points.size(), edges->size(), mesh.elements.size());
     std::printf("triangles at the centre: %zu\narea: %.15f (formula: %.15f)\n", (*around)[0].size(), *area, exact);
     const bool euler = mesh.points.size() + mesh.elements.size() == edges->size() + 1;  // V − E + F = 1

@@ -16,7 +16,7 @@ namespace camber {
 struct Weighting {
     double mean = 1, stiffening = 0;
 
-    [[nodiscard]] double of(double volume) const { return std::min(std::pow(mean / volume, stiffening), 1e12); }
+    [[nodiscard]] double of(double volume) const { return std::min(pow(mean / volume, stiffening), 1e12); }
 };
 
 template <int D>

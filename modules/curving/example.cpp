@@ -1,6 +1,5 @@
 // camber.curving: a ring whose layers are thinner than its boundary edges bulge. Boundary edges go onto their circles;
 // straight inner edges would then invert elements, and the boundary's displacement extended into the volume does not.
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
@@ -21,7 +20,7 @@ static LinearMesh<2> ring() {
     for (std::size_t k = 0; k < points.size(); ++k) {
         const std::size_t layer = k / 16, next = k % 16 == 15 ? k - 15 : k + 1;
         const double angle = std::numbers::pi / 8 * static_cast<double>(k % 16);
-        points[k] = (1 + static_cast<double>(layer * layer) / 64) * Vec<2>{{std::cos(angle), std::sin(angle)}};
+        points[k] = (1 + static_cast<double>(layer * layer) / 64) * Vec<2>{{camber::cos(angle), camber::sin(angle)}};
         if (layer == 8) continue;
         triangles.push_back({VertexId(k), VertexId(k + 16), VertexId(next + 16)});
         triangles.push_back({VertexId(k), VertexId(next + 16), VertexId(next)});

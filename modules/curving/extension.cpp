@@ -1,6 +1,5 @@
 module;
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <limits>
@@ -27,8 +26,8 @@ class Headway {
     Headway(double first, double tolerance, const Execution& execution)
         : first_(first), tolerance_(tolerance), execution_(execution) {}
     void after_step(const ExtensionSums& sums) {
-        const double gained = 0.5 * std::log(first_ / sums.by_residual);  // in all steps, of the norm
-        const double missing = std::log(sums.largest / tolerance_);
+        const double gained = 0.5 * log(first_ / sums.by_residual);  // in all steps, of the norm
+        const double missing = log(sums.largest / tolerance_);
         if (gained > 0 && missing < std::numeric_limits<double>::infinity())
             share_ = std::max(share_, gained / (gained + std::max(missing, 0.0)));
         constexpr std::size_t fine = 1000;

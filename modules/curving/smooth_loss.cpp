@@ -133,9 +133,9 @@ class Histogram {
     double low = -160, high = 128;  // of log2 c
     for (int i = 0; i < 40; ++i) {
         const double middle = (low + high) / 2;
-        (histogram.sum(std::exp2(middle)) <= budget ? low : high) = middle;
+        (histogram.sum(exp2(middle)) <= budget ? low : high) = middle;
     }
-    return std::exp2(low);
+    return exp2(low);
 }
 
 /// Numbers of all parts, always as many a part or a run, one's after the other's: of_part(part) → Outcome of a vector.

@@ -36,7 +36,7 @@ std::uint64_t weight_of(const AdaptationRows<D>& rows, const AdaptedSimplex<D>& 
         points[i] = v.point;
         density *= v.metric.measure.density_root;
     }
-    const double elements = std::abs(scaled_volume(points)) * density / (scaled_unit_volume<D> * std::pow(coarser, D));
+    const double elements = std::abs(scaled_volume(points)) * density / (scaled_unit_volume<D> * pow(coarser, D));
     constexpr double most = 1ULL << 32U;
     constexpr auto one = static_cast<double>(ElementWeights::one);
     // What is no number counts as one element.

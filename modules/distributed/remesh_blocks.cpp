@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -144,7 +143,7 @@ Outcome<SharedRows<D>> grown(SharedRows<D> shared, const AdaptationGoal<D>& goal
         const BlockTurn turn{.shift = shift_of<D>(k),
                              .rounds = 1,
                              .lengths = BlockTurn::Lengths::loose,
-                             .coarser = std::pow(now->growth() / wanted, 1.0 / D)};
+                             .coarser = pow(now->growth() / wanted, 1.0 / D)};
         auto made = turn_by_blocks(std::move(shared), goal, options, by, turn, statistics, around);
         if (!made) return fail(made.error());
         shared = std::move(*made);

@@ -51,12 +51,11 @@ Theme theme_of(Background background) {
 
 double ColourRange::place_of(double value) const {
     if (!(high > low)) return 0.5;
-    const double place =
-        spacing == Spacing::linear ? (value - low) / (high - low) : std::log(value / low) / std::log(high / low);
+    const double place = spacing == Spacing::linear ? (value - low) / (high - low) : log(value / low) / log(high / low);
     return std::clamp(place, 0.0, 1.0);
 }
 double ColourRange::value_at(double place) const {
-    return spacing == Spacing::linear ? low + place * (high - low) : low * std::pow(high / low, place);
+    return spacing == Spacing::linear ? low + place * (high - low) : low * pow(high / low, place);
 }
 
 Colour colour_at(Ramp ramp, double place) { return along(ramp == Ramp::plain ? plain_ramp : quality_ramp, place); }

@@ -46,7 +46,7 @@ void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std:
 /// To a thousandth of the range, so that what is nearly 0 reads as 0.
 double rounded(double value, const ColourRange& range) {
     if (range.spacing == Spacing::logarithmic || !(range.high > range.low)) return value;
-    const double step = std::pow(10, std::floor(std::log10((range.high - range.low) / 1000)));
+    const double step = pow(10, std::floor(log10((range.high - range.low) / 1000)));
     const double steps = std::round(value / step);
     return steps == 0 ? 0 : steps * step;
 }

@@ -30,7 +30,7 @@ class Brush {
     void operator()(const RingMark& m) {
         const double reach = m.radius + m.width;
         each_pixel(m.x - reach, m.y - reach, m.x + reach, m.y + reach, [&](double x, double y) {
-            const double away = std::abs(std::hypot(x - m.x, y - m.y) - m.radius);
+            const double away = std::abs(hypot(x - m.x, y - m.y) - m.radius);
             return std::pair(m.colour, m.width / 2 + 0.5 - away);
         });
     }
@@ -53,7 +53,7 @@ class Brush {
                    std::fmax(a.y, b.y) + width, [&](double x, double y) {
                        const double t =
                            squared > 0 ? std::clamp(((x - a.x) * ux + (y - a.y) * uy) / squared, 0.0, 1.0) : 0;
-                       const double away = std::hypot(x - a.x - t * ux, y - a.y - t * uy);
+                       const double away = hypot(x - a.x - t * ux, y - a.y - t * uy);
                        return std::pair(colour, width / 2 + 0.5 - away);
                    });
     }

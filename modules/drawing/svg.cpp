@@ -159,7 +159,7 @@ double opacity_of_lines(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
         const Vec<3> u = patch.nodes[(i + 1) % 3] - patch.nodes[i];
-        longest = std::fmax(longest, std::hypot(u[0], u[1]));
+        longest = std::fmax(longest, hypot(u[0], u[1]));
     }
     const Vec<3> u = patch.nodes[1] - patch.nodes[0], v = patch.nodes[2] - patch.nodes[0];
     const double height = longest > 0 ? std::abs(u[0] * v[1] - u[1] * v[0]) / longest : 0;

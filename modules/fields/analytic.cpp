@@ -19,8 +19,8 @@ namespace {
 /// Size `along` on a unit direction, `across` elsewhere.
 template <int D>
 LogMetric<D> two_sizes(const Vec<D>& direction, double along, double across) {
-    const double base = -2 * std::log(across);
-    const double difference = -2 * std::log(along) - base;
+    const double base = -2 * log(across);
+    const double difference = -2 * log(along) - base;
     LogMetric<D> out{base * Sym<D>::identity()};
     for (int i = 0; i < D; ++i)
         for (int j = 0; j <= i; ++j) out.l(i, j) += difference * direction[i] * direction[j];
@@ -43,7 +43,7 @@ struct Polar {
 template <int D>
 Polar<D> polar(const Vec<D>& x) {
     Polar<D> p;
-    p.r = std::hypot(x[0], x[1]);
+    p.r = hypot(x[0], x[1]);
     p.radial[0] = p.r > 0 ? x[0] / p.r : 1;
     p.radial[1] = p.r > 0 ? x[1] / p.r : 0;
     p.tangential[0] = -p.radial[1];
@@ -57,8 +57,8 @@ double layer_size(double least, double far, double distance_to_layer) {
 }
 
 double shock_size(double least, double far, double s, double width) {
-    const double u = std::tanh(s / width);
-    return far * std::pow(least / far, 1 - u * u);
+    const double u = tanh(s / width);
+    return far * pow(least / far, 1 - u * u);
 }
 
 template <int D>
@@ -103,8 +103,8 @@ template <int D>
 LogMetric<D> at(const RotatingField& f, const Vec<D>& x) {
     const double angle = 2 * std::numbers::pi * x[0] / f.period;
     Vec<D> n;
-    n[0] = std::cos(angle);
-    n[1] = std::sin(angle);
+    n[0] = cos(angle);
+    n[1] = sin(angle);
     return two_sizes(n, f.min_size, f.size);
 }
 

@@ -1,4 +1,5 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <exception>
@@ -46,15 +47,48 @@ std::optional<Intruder> intruder_of(std::string_view text) {
     return std::nullopt;
 }
 
+/// Replaces the functions that the parser takes from the C library, so that an expression has the same values on every
+/// processor (`core:elementary`).
+void define_functions(mu::Parser& parser) {
+    struct Function {
+        const char* name;
+        double (*of)(double);
+    };
+    constexpr std::array functions{
+        Function{"exp", exp},     Function{"ln", log},    Function{"log", log},     Function{"log2", log2},
+        Function{"log10", log10}, Function{"sin", sin},   Function{"cos", cos},     Function{"tan", tan},
+        Function{"asin", asin},   Function{"acos", acos}, Function{"atan", atan},   Function{"sinh", sinh},
+        Function{"cosh", cosh},   Function{"tanh", tanh}, Function{"asinh", asinh}, Function{"acosh", acosh},
+        Function{"atanh", atanh},
+    };
+    for (const Function& f : functions) parser.DefineFun(f.name, f.of);
+    parser.DefineFun("atan2", static_cast<double (*)(double, double)>(atan2));
+}
+
+/// The sign of a power for the parser, which lets nobody replace its own operator, a function of the C library too.
+constexpr char power_sign = '\x7f';
+
+void define_power(mu::Parser& parser) {
+    parser.DefineOprtChars((std::string(parser.ValidOprtChars()) + power_sign).c_str());
+    parser.DefineOprt(std::string(1, power_sign), pow, mu::prPOW, mu::oaRIGHT, true);
+}
+
+std::string with_replaced(std::string text, char from, char to) {
+    std::ranges::replace(text, from, to);
+    return text;
+}
+
 /// An expression bound to a place of its own; neither copied nor moved, since the parser holds addresses.
 template <int D>
 class Evaluator {
   public:
     explicit Evaluator(const std::string& expression) {
+        define_functions(parser_);
+        define_power(parser_);
         constexpr std::array names{"x", "y", "z"};
         for (std::size_t i = 0; i < D; ++i) parser_.DefineVar(names[i], &place_[i]);
         parser_.DefineConst("pi", std::numbers::pi);
-        parser_.SetExpr(expression);
+        parser_.SetExpr(with_replaced(expression, '^', power_sign));
     }
     [[nodiscard]] double operator()(const Vec<D>& x) {
         place_ = x.c;
@@ -110,7 +144,8 @@ Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
         const auto position = static_cast<long>(error.GetPos());
         std::string what = quoted_expression(text) + " cannot be read";
         if (position >= 0) what += " at position " + std::to_string(position + 1);
-        if (!error.GetToken().empty()) what += ", at " + in_quotes(error.GetToken());
+        if (!error.GetToken().empty())
+            what += ", at " + in_quotes(with_replaced(error.GetToken(), power_sign, '^'));
         return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
     } catch (const std::bad_alloc&) {
         throw;  // no fault of the expression: guarded names it

@@ -1,7 +1,6 @@
 // camber.interpolation: is a curved mesh the better one for a function whose level sets are circles? A ring cut into
 // triangles, its nodes on the circles, against the straight triangles of the same vertices.
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <numbers>
@@ -25,7 +24,7 @@ static LinearMesh<2> ring() {
         for (std::size_t s = 0; s < sectors; ++s) {
             const double r = 1 + static_cast<double>(l) / layers;
             const double angle = 2 * std::numbers::pi * static_cast<double>(s) / sectors;
-            points.push_back({{r * std::cos(angle), r * std::sin(angle)}});
+            points.push_back({{r * camber::cos(angle), r * camber::sin(angle)}});
             if (l == layers) continue;
             triangles.push_back({at(l, s), at(l + 1, s), at(l + 1, s + 1)});
             triangles.push_back({at(l, s), at(l + 1, s + 1), at(l, s + 1)});
@@ -40,7 +39,7 @@ static LinearMesh<2> ring() {
 /// A layer: steep along the radius, constant along circles.
 static PointFunction<2> layer() {
     return [](std::span<const Vec<2>> points, std::span<double> values) {
-        for (std::size_t i = 0; i < points.size(); ++i) values[i] = std::exp(-(norm(points[i]) - 1) / 0.3);
+        for (std::size_t i = 0; i < points.size(); ++i) values[i] = camber::exp(-(norm(points[i]) - 1) / 0.3);
     };
 }
 

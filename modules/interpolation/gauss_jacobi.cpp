@@ -3,6 +3,7 @@ module;
 #include <numbers>
 #include <vector>
 module camber.interpolation;
+import camber.core;
 
 namespace camber {
 
@@ -32,7 +33,7 @@ GaussJacobi gauss_jacobi(int n, int power) {
     GaussJacobi rule;
     std::vector<double> roots;
     for (int i = 0; i < n; ++i) {
-        double x = -std::cos(std::numbers::pi * (2 * i + 1) / (2 * n));
+        double x = -cos(std::numbers::pi * (2 * i + 1) / (2 * n));
         if (i > 0) x = (x + roots.back()) / 2;
         for (int step = 0; step < 100; ++step) {
             const Jacobi p = jacobi(n, power, x);

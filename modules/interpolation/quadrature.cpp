@@ -95,7 +95,7 @@ bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
     auto values = static_cast<double>(evaluations());
     for (const std::uint32_t row : active)
         if (const int depth = depth_of(states_[row].level + 1); depth > 0)
-            values += static_cast<double>(rules_[divided_rule].count) * std::pow(1U << D, depth);
+            values += static_cast<double>(rules_[divided_rule].count) * pow(1U << D, depth);
     return values <= values_at_least + values_an_element * static_cast<double>(mesh_.linear.elements.size());
 }
 

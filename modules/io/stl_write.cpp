@@ -36,7 +36,7 @@ Vec<3> normal_of(const Triangle& triangle) {
         v[i] /= most;
     }
     const Vec<3> n = cross(u, v);
-    const double length = std::hypot(n[0], n[1], n[2]);
+    const double length = norm(n);
     Vec<3> normal{};
     for (int i = 0; i < 3 && length > 0; ++i) normal[i] = n[i] / length;
     return normal;

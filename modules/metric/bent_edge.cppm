@@ -56,7 +56,7 @@ template <int D>
     double l_m = 0;
     for (int i = 0; i < D; ++i) {
         const double along = dot(middle.vectors.column[i], chord);
-        l_m += std::exp(middle.values[i]) * along * along;
+        l_m += exp(middle.values[i]) * along * along;
     }
     l_m = std::sqrt(l_m);
     return logarithmic_mean(l_a, l_b) + 2.0 / 3.0 * (l_m - std::sqrt(l_a * l_b));

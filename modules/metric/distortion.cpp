@@ -201,11 +201,11 @@ double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& ver
     double square = 0;
     for (int i = 0; i < D; ++i)
         for (int k = 0; k < D; ++k) {
-            a(i, k) = std::exp(e.values[i] / 2) * dot(e.vectors.column[i], j.column[k]);
+            a(i, k) = exp(e.values[i] / 2) * dot(e.vectors.column[i], j.column[k]);
             square += a(i, k) * a(i, k);
         }
     const double determinant = det(a);
-    const double size = D == 2 ? std::abs(determinant) : std::cbrt(determinant * determinant);
+    const double size = D == 2 ? std::abs(determinant) : cbrt(determinant * determinant);
     const double quality = std::copysign(D * size / square, determinant);
     return std::isfinite(quality) ? quality : 0;
 }

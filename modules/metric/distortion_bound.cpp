@@ -52,7 +52,7 @@ SeenPart<D> seen(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vert
     for (int i = 0; i <= D; ++i) {
         part.jacobians[i] = axes * regular_jacobian<D>(nodes, corners[i]);
         for (Vec<D>& column : part.jacobians[i].column)
-            for (int a = 0; a < D; ++a) column[a] *= std::exp(e.values[a] / 2);
+            for (int a = 0; a < D; ++a) column[a] *= exp(e.values[a] / 2);
         part.logs[i] = congruence(axes, shape_between<D>(vertices, corners[i]));
     }
     return part;
@@ -75,7 +75,7 @@ Sym<D> largest_metric(const SeenPart<D>& part) {
     Sym<D> m;
     for (int a = 0; a < D; ++a)
         for (int b = 0; b <= a; ++b)
-            m(a, b) = exponential(a, b) * std::exp(least - (part.log_values[a] + part.log_values[b]) / 2);
+            m(a, b) = exponential(a, b) * exp(least - (part.log_values[a] + part.log_values[b]) / 2);
     return m;
 }
 
@@ -138,7 +138,7 @@ double change_along(const SeenPart<D>& part, int i, int j) {
             // By the derivative of exp, see spd.
             const double half = (part.log_values[a] - part.log_values[b]) / 2;
             const double change =
-                (part.logs[i](a, b) - part.logs[j](a, b)) * (std::abs(half) < 1e-4 ? 1 : std::sinh(half) / half);
+                (part.logs[i](a, b) - part.logs[j](a, b)) * (std::abs(half) < 1e-4 ? 1 : sinh(half) / half);
             of_m += change * change;
         }
     return (size > 0 ? of_a / size : 0) + of_m / D;
@@ -170,7 +170,7 @@ Part<D> bounded(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& verti
     const SeenPart<D> part = seen<D>(nodes, vertices, corners);
     const double least = min_determinant<D>(part);
     const double square = largest_square<D>(part, largest_metric<D>(part));
-    const double size = D == 2 ? least : std::cbrt(least * least);
+    const double size = D == 2 ? least : cbrt(least * least);
     const double bound = D * size / square;
     return {corners, least > 0 && bound >= 0 ? bound : -1, bent_edge<D>(part)};
 }

@@ -23,9 +23,9 @@ DistortionByShape<D> distortion_by_shape(const QuadraticNodes<D>& nodes, const V
     const Mat<D> j = regular_jacobian<D>(nodes, xi);
     Mat<D> a;  // along the axes of M, by the roots of its values
     for (int i = 0; i < D; ++i)
-        for (int k = 0; k < D; ++k) a(i, k) = std::exp(e.values[i] / 2) * dot(e.vectors.column[i], j.column[k]);
+        for (int k = 0; k < D; ++k) a(i, k) = exp(e.values[i] / 2) * dot(e.vectors.column[i], j.column[k]);
     const double determinant = det(a);
-    const double size = D == 2 ? std::abs(determinant) : std::cbrt(determinant * determinant);
+    const double size = D == 2 ? std::abs(determinant) : cbrt(determinant * determinant);
     // D exp(S)[P] along the axes: (e^x − e^y)/(x − y) P_ab = (A Aᵀ)_ab sinh(h)/h, h = (x − y)/2. The large entries of P
     // never meet the small ones.
     DistortionByShape<D> out;
@@ -35,7 +35,7 @@ DistortionByShape<D> distortion_by_shape(const QuadraticNodes<D>& nodes, const V
             double square = 0;
             for (int c = 0; c < D; ++c) square += a(i, c) * a(k, c);
             const double half = (e.values[i] - e.values[k]) / 2;
-            along_axes(i, k) = square * (std::abs(half) < 1e-4 ? 1 + half * half / 6 : std::sinh(half) / half);
+            along_axes(i, k) = square * (std::abs(half) < 1e-4 ? 1 + half * half / 6 : sinh(half) / half);
             if (i == k) out.distortion += square / (D * size);
         }
     out.by_shape = (1 / (D * size)) * congruence(e.vectors, along_axes);

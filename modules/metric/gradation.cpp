@@ -71,9 +71,9 @@ Outcome<Buffer<EigenSystem<D>>> decomposed(const Column<LogMetric<D>>& field, co
 template <int D>
 EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& turn, const Vec<D>& pq,
                               const GradationOptions& options) {
-    const double growth = std::log(options.ratio);
+    const double growth = log(options.ratio);
     const double metric_length = std::sqrt(SpectralMetric<D>(turned(at_p, turn.by(0.5))).length_squared(pq));
-    const double metric_part = std::log1p(metric_length * growth);
+    const double metric_part = log1p(metric_length * growth);
     const double share = options.space == GradationSpace::metric     ? 0
                          : options.space == GradationSpace::physical ? 1
                                                                      : options.physical_share;
@@ -81,7 +81,7 @@ EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& tur
     const double distance_in_space = norm(pq);
     for (double& log_value : out.values.c) {
         // h grows by a factor g: λ = h⁻², so log λ falls by 2 log g.
-        const double physical_part = share > 0 ? std::log1p(distance_in_space * std::exp(log_value / 2) * growth) : 0;
+        const double physical_part = share > 0 ? log1p(distance_in_space * exp(log_value / 2) * growth) : 0;
         log_value -= 2 * (share * physical_part + (1 - share) * metric_part);
     }
     return out;

@@ -1,6 +1,5 @@
 module;
 #include <algorithm>
-#include <cmath>
 export module camber.metric:intersection;
 import camber.core;
 import :eigen;
@@ -22,7 +21,7 @@ template <int D>
     Mat<D> c;
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
-            c(i, j) = std::exp((b.values[j] - a.values[i]) / 2) * dot(a.vectors.column[i], b.vectors.column[j]);
+            c(i, j) = exp((b.values[j] - a.values[i]) / 2) * dot(a.vectors.column[i], b.vectors.column[j]);
     const EigenSystem<D> s = left_singular(c);
     const auto [low, high] = std::minmax_element(s.values.c.begin(), s.values.c.end());
     if (*high <= 1) return a;
@@ -31,10 +30,9 @@ template <int D>
     Mat<D> f;
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
-            f.column[j] +=
-                std::exp(a.values[i] / 2) * s.vectors(i, j) * std::max(1.0, s.values[j]) * a.vectors.column[i];
+            f.column[j] += exp(a.values[i] / 2) * s.vectors(i, j) * std::max(1.0, s.values[j]) * a.vectors.column[i];
     EigenSystem<D> out = left_singular(f);
-    for (double& x : out.values.c) x = 2 * std::log(x);
+    for (double& x : out.values.c) x = 2 * log(x);
     return out;
 }
 
@@ -51,10 +49,10 @@ template <int D>
     Mat<D> c;
     for (int j = 0; j < D; ++j)
         for (int i = 0; i < D; ++i)
-            c(i, j) = std::exp((outer.values[j] - inner.values[i]) / 2) *
-                      dot(inner.vectors.column[i], outer.vectors.column[j]);
+            c(i, j) =
+                exp((outer.values[j] - inner.values[i]) / 2) * dot(inner.vectors.column[i], outer.vectors.column[j]);
     const Vec<D> values = left_singular(c).values;
-    return std::log(*std::max_element(values.c.begin(), values.c.end()));
+    return log(*std::max_element(values.c.begin(), values.c.end()));
 }
 template <int D>
 [[nodiscard]] inline double size_excess(const LogMetric<D>& inner, const LogMetric<D>& outer) {

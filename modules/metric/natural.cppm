@@ -30,7 +30,7 @@ template <int D>
     Mat<D> j;
     for (int i = 0; i < D; ++i) j.column[i] = p[i + 1] - p[0];
     EigenSystem<D> s = left_singular(j * inverse(regular_simplex<D>()));
-    for (int i = 0; i < D; ++i) s.values[i] = -2 * std::log(s.values[i]);
+    for (int i = 0; i < D; ++i) s.values[i] = -2 * log(s.values[i]);
     return {composed(s)};
 }
 

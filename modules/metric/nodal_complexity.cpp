@@ -54,7 +54,7 @@ Outcome<double> complexity(const QuadraticMesh<D>& mesh, const NodalLogs<D>& log
             for (int i = 0; i <= D; ++i) half_trace += vertex_shape(xi[i]) * 0.5 * trace(logs.vertices[v[i]].l);
             for (int k = 0; k < edges_per_simplex<D>; ++k)
                 half_trace += edge_shape<D>(xi, k) * 0.5 * trace(logs.mid_nodes[mesh.edges.of_elements[e][k]].l);
-            sum += weight * std::exp(half_trace) * std::abs(det(jacobian_at(element, xi)));
+            sum += weight * exp(half_trace) * std::abs(det(jacobian_at(element, xi)));
         }
         return sum;
     });

@@ -54,7 +54,7 @@ double exp_divided(std::array<double, M> x) {
         sum += h[k] / factorial;
         factorial *= static_cast<double>(k + M);
     }
-    return std::exp(mean) * sum;
+    return exp(mean) * sum;
 }
 
 /// The same of packs: by the series where all lanes are near.
@@ -142,12 +142,12 @@ std::string check(const MetricBounds& b) {
 /// The size of a metric that is out of range, or is no number; none where all are in it.
 template <int D>
 std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
-    const double least = -2 * std::log(max_length), most = -2 * std::log(min_length);
+    const double least = -2 * log(max_length), most = -2 * log(min_length);
     // The norm bounds every eigenvalue; the slack is rounding's, for sizes at the very end.
     constexpr double slack = 1e-12;
     if (norm(log_metric.l) < std::fmin(-least, most)) return {};
     for (const double x : eigen_system(log_metric.l).values.c)
-        if (!(x > least * (1 + slack) && x < most * (1 + slack))) return std::exp(-x / 2);
+        if (!(x > least * (1 + slack) && x < most * (1 + slack))) return exp(-x / 2);
     return {};
 }
 
@@ -178,8 +178,8 @@ Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& ex
 template <int D>
 LogMetric<D> apply_bounds(const LogMetric<D>& log_metric, const MetricBounds& bounds) {
     EigenSystem<D> e = eigen_system(log_metric.l);
-    const double least = -2 * std::log(bounds.max_size);
-    const double most = -2 * std::log(bounds.min_size);
+    const double least = -2 * log(bounds.max_size);
+    const double most = -2 * log(bounds.min_size);
     bool changed = false;
     for (double& x : e.values.c) {
         const double clamped = std::clamp(x, least, most);
@@ -188,7 +188,7 @@ LogMetric<D> apply_bounds(const LogMetric<D>& log_metric, const MetricBounds& bo
     }
     const double top = *std::max_element(e.values.c.begin(), e.values.c.end());
     for (double& x : e.values.c) {
-        const double raised = std::max(x, top - 2 * std::log(bounds.max_anisotropy));
+        const double raised = std::max(x, top - 2 * log(bounds.max_anisotropy));
         changed = changed || raised != x;
         x = raised;
     }
@@ -217,7 +217,7 @@ double log_density(const LogMetric<3>& log_metric, const TriangleFrame& frame) {
     const Sym<3> m = exp(log_metric).m;
     const auto& [s, t] = frame.tangents;
     const double st = dot(s, m * t);
-    return std::log(dot(s, m * s) * dot(t, m * t) - st * st) / 2;
+    return log(dot(s, m * s) * dot(t, m * t) - st * st) / 2;
 }
 
 /// Of a surface alone: the same formula in each triangle, of the metric on its plane.
@@ -268,7 +268,7 @@ Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Exec
         },
         [](double a, double b) { return std::max(a, b); }, 512);
     if (!spread) return fail(spread.error());
-    return std::exp(*spread / 2);
+    return exp(*spread / 2);
 }
 
 template <int D>
@@ -282,7 +282,7 @@ Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh, con
         return fail(ErrorKind::usage, "the metric's complexity is " + std::to_string(*now) + ": it cannot be scaled",
                     {}, {}, "bound its sizes first");
     const int dimension = is_surface_alone(mesh) ? 2 : D;
-    const Sym<D> shift = 2.0 / dimension * std::log(target / *now) * Sym<D>::identity();
+    const Sym<D> shift = 2.0 / dimension * log(target / *now) * Sym<D>::identity();
     return as_column<D>(map_each(part_of(execution, 0.9, 1), field.size(),
                                  [&](std::size_t v) { return LogMetric<D>{field[v].l + shift}; }));
 }

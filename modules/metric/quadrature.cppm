@@ -4,6 +4,7 @@ module;
 #include <numbers>
 #include <vector>
 export module camber.metric:quadrature;
+import camber.core;
 
 export namespace camber {
 
@@ -17,7 +18,7 @@ struct Quadrature {
 [[nodiscard]] inline Quadrature gauss_legendre(int n) {
     Quadrature rule{std::vector<double>(static_cast<std::size_t>(n)), std::vector<double>(static_cast<std::size_t>(n))};
     for (int i = 0; i < n; ++i) {
-        double x = std::cos(std::numbers::pi * (i + 0.75) / (n + 0.5));
+        double x = cos(std::numbers::pi * (i + 0.75) / (n + 0.5));
         double slope = 1;
         for (int newton = 0; newton < 100; ++newton) {
             // P_n and P_n' by the three-term recurrence.

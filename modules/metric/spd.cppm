@@ -35,7 +35,7 @@ struct SpectralMetric {
 
     explicit SpectralMetric(const LogMetric<D>& log_metric) : SpectralMetric(eigen_system(log_metric.l)) {}
     explicit SpectralMetric(const EigenSystem<D>& e) : log_values(e.values), vectors(e.vectors) {
-        for (int i = 0; i < D; ++i) values[i] = std::exp(e.values[i]);
+        for (int i = 0; i < D; ++i) values[i] = exp(e.values[i]);
     }
 
     /// vᵀ M v.
@@ -65,8 +65,8 @@ struct SpectralMetric {
 /// δ = (a − b)/2.
 [[nodiscard]] inline double exp_divided_difference(double a, double b) {
     const double delta = (a - b) / 2;
-    const double ratio = std::abs(delta) < 1e-4 ? 1 + delta * delta / 6 : std::sinh(delta) / delta;
-    return std::exp((a + b) / 2) * ratio;
+    const double ratio = std::abs(delta) < 1e-4 ? 1 + delta * delta / 6 : sinh(delta) / delta;
+    return exp((a + b) / 2) * ratio;
 }
 
 /// The same from e^a and e^b already at hand; no exponential unless the two are near.
@@ -100,7 +100,7 @@ template <int D>
 template <int D>
 [[nodiscard]] inline Metric<D> exp(const LogMetric<D>& log_metric) {
     EigenSystem<D> e = eigen_system(log_metric.l);
-    for (int i = 0; i < D; ++i) e.values[i] = std::exp(e.values[i]);
+    for (int i = 0; i < D; ++i) e.values[i] = exp(e.values[i]);
     return {composed(e)};
 }
 
@@ -108,7 +108,7 @@ template <int D>
 template <int D>
 [[nodiscard]] inline LogMetric<D> log(const Metric<D>& metric) {
     EigenSystem<D> e = eigen_system(metric.m);
-    for (int i = 0; i < D; ++i) e.values[i] = std::log(e.values[i]);
+    for (int i = 0; i < D; ++i) e.values[i] = log(e.values[i]);
     return {composed(e)};
 }
 
@@ -116,7 +116,7 @@ template <int D>
 template <int D>
 [[nodiscard]] inline LogMetric<D> log_metric_of_sizes(const Vec<D>& sizes, const Mat<D>& axes = Mat<D>::identity()) {
     EigenSystem<D> e{.values = {}, .vectors = axes};
-    for (int i = 0; i < D; ++i) e.values[i] = -2 * std::log(sizes[i]);
+    for (int i = 0; i < D; ++i) e.values[i] = -2 * log(sizes[i]);
     return {composed(e)};
 }
 
@@ -125,7 +125,7 @@ template <int D>
 [[nodiscard]] inline double anisotropy(const LogMetric<D>& log_metric) {
     const Vec<D> values = eigen_system(log_metric.l).values;
     const auto [low, high] = std::minmax_element(values.c.begin(), values.c.end());
-    return std::exp((*high - *low) / 2);
+    return exp((*high - *low) / 2);
 }
 
 }  // namespace camber

@@ -13,8 +13,8 @@ namespace {
 /// log M = λ_t I + (λ_n − λ_t) n nᵀ with λ = −2 log h.
 template <int D>
 LogMetric<D> thin_along(const Vec<D>& normal, double tangent_size, double normal_size) {
-    const double tangential = -2 * std::log(tangent_size);
-    const double difference = -2 * std::log(normal_size) - tangential;
+    const double tangential = -2 * log(tangent_size);
+    const double difference = -2 * log(normal_size) - tangential;
     LogMetric<D> out{tangential * Sym<D>::identity()};
     for (int i = 0; i < D; ++i)
         for (int j = 0; j <= i; ++j) out.l(i, j) += difference * normal[i] * normal[j];
@@ -31,7 +31,7 @@ Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normal
     if (!(volume_size > 0) || !std::isfinite(volume_size))
         return fail(ErrorKind::usage, "volume_size must be a finite number above 0");
     auto logs = map_each(execution, normals.size(), [&](std::size_t v) {
-        LogMetric<D> out{-2 * std::log(volume_size) * Sym<D>::identity()};
+        LogMetric<D> out{-2 * log(volume_size) * Sym<D>::identity()};
         bool on_boundary = false;
         for (const Vec<D>& given : normals[v]) {
             const double length = norm(given);

@@ -71,7 +71,7 @@ TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric
             value = rounding[i];
             state = TensorState::floored;
         }
-        value = std::log(value);
+        value = log(value);
     }
     if (has_zero_row(m)) return TensorState::singular;
     out.l = composed(e);

@@ -15,15 +15,14 @@ struct AxesTurn {
 
     [[nodiscard]] Vec<D> operator()(const Vec<D>& v) const {
         if constexpr (D == 2) {
-            const double c = std::cos(about[0]), s = std::sin(about[0]);
+            const double c = cos(about[0]), s = sin(about[0]);
             return {{c * v[0] - s * v[1], s * v[0] + c * v[1]}};
         } else {
             // Rodrigues.
             const double angle = norm(about);
             if (!(angle > 0)) return v;
             const Vec<3> axis = about / angle;
-            return std::cos(angle) * v + std::sin(angle) * cross(axis, v) +
-                   ((1 - std::cos(angle)) * dot(axis, v)) * axis;
+            return cos(angle) * v + sin(angle) * cross(axis, v) + ((1 - cos(angle)) * dot(axis, v)) * axis;
         }
     }
     [[nodiscard]] AxesTurn by(double share) const { return {share * about}; }
@@ -48,8 +47,8 @@ template <int D>
             for (int b = 0; b < D; ++b) off += mean.vectors(a, i) * change(a, b) * mean.vectors(b, j);
         const double x = mean.values[i] - mean.values[j];
         if (off == 0 || x == 0) return 0.0;
-        const double theta = std::atan(off / x), unlike = 1 - std::exp(-std::abs(x));
-        return theta * unlike * unlike / (1 + std::pow(theta / 0.9, 8));
+        const double theta = atan(off / x), unlike = 1 - exp(-std::abs(x));
+        return theta * unlike * unlike / (1 + pow(theta / 0.9, 8));
     };
     if constexpr (D == 2) {
         // The frame may be a reflection, in which axis 0 turns the other way.

@@ -27,10 +27,10 @@ struct MeasuringMetric {
         const EigenSystem<D> e = eigen_system(log_metric.l);
         double trace = 0;
         for (int i = 0; i < D; ++i) {
-            rows[i] = std::exp(e.values[i] / 2) * e.vectors.column[i];
+            rows[i] = exp(e.values[i] / 2) * e.vectors.column[i];
             trace += e.values[i];
         }
-        density_root = std::exp(trace / (2 * (D + 1)));
+        density_root = exp(trace / (2 * (D + 1)));
         log_sizes = e.values;
         std::ranges::sort(log_sizes.c);
     }
@@ -54,7 +54,7 @@ struct MeasuringMetric {
     const double d = (a - b) / sum;
     // (a + b)/2 · d/artanh d, with its series where that cancels.
     if (std::abs(d) < 1e-3) return sum / 2 * (1 - d * d / 3);
-    return (a - b) / std::log(a / b);
+    return (a - b) / log(a / b);
 }
 template <int D>
 [[nodiscard]] double edge_length(const MeasuringMetric<D>& from, const MeasuringMetric<D>& to, const Vec<D>& edge) {
@@ -88,7 +88,7 @@ template <int D>
 /// Mean ratio in the metric, with the sign of the volume: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l²; 1 for the regular
 /// simplex. See metric_shape.
 [[nodiscard]] inline double quality_of_shape(double shape, int dimension) {
-    return dimension == 2 ? shape : std::copysign(std::cbrt(shape * shape), shape);
+    return dimension == 2 ? shape : std::copysign(cbrt(shape * shape), shape);
 }
 [[nodiscard]] inline double shape_of_quality(double quality, int dimension) {
     return dimension == 2 ? quality : std::copysign(std::abs(quality) * std::sqrt(std::abs(quality)), quality);
@@ -109,7 +109,7 @@ template <int D>
         squares += metrics[a]->length_squared(edge) + metrics[b]->length_squared(edge);
     }
     squares /= 2;
-    return squares > 0 ? shape_of_quality(2 * std::sqrt(3.0) * std::cbrt(areas) / squares, 3) : 0;
+    return squares > 0 ? shape_of_quality(2 * std::sqrt(3.0) * cbrt(areas) / squares, 3) : 0;
 }
 template <int D>
 [[nodiscard]] double metric_quality(const std::array<Vec<D>, D + 1>& corners,

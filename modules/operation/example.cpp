@@ -1,6 +1,5 @@
 // camber.operation: one operation by itself. The hub of a wheel of ten triangles is asked to go to its place in the
 // metric: what would be made is joined, judged, and put in place.
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <numbers>
@@ -21,7 +20,7 @@ int main() {
     Buffer<SimplexVertices<1>> rim(10);
     for (std::size_t i = 0; i < 10; ++i) {
         const double angle = static_cast<double>(i) * std::numbers::pi / 5;
-        points[i] = {{std::cos(angle), std::sin(angle)}};
+        points[i] = {{camber::cos(angle), camber::sin(angle)}};
         rim[i] = {VertexId(i), VertexId((i + 1) % 10)};
         triangles[i] = {VertexId(10), rim[i][0], rim[i][1]};
     }

@@ -1,6 +1,5 @@
 // camber.recipes: a ring of straight triangles becomes curved, is brought to its own metric, and is checked: three
 // calls.
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <utility>
@@ -21,7 +20,7 @@ static LinearMesh<2> ring(std::size_t n) {
     for (const double radius : {1.0, 1.5})
         for (std::size_t i = 0; i < n; ++i) {
             const double angle = step * static_cast<double>(i);
-            points.push_back({{radius * std::cos(angle), radius * std::sin(angle)}});
+            points.push_back({{radius * camber::cos(angle), radius * camber::sin(angle)}});
         }
     for (std::size_t i = 0; i < n; ++i) {
         const std::size_t next = (i + 1) % n;

@@ -33,7 +33,7 @@ static LinearMesh<2> square(std::size_t n) {
     return mesh;
 }
 
-static double bump(const Vec<2>& x) { return std::exp(-2 * norm_squared(x)); }
+static double bump(const Vec<2>& x) { return camber::exp(-2 * norm_squared(x)); }
 static double bump_xxx(const Vec<2>& x) { return (48 * x[0] - 64 * x[0] * x[0] * x[0]) * bump(x); }
 
 static Outcome<double> largest_error(const Execution& execution) {

@@ -53,7 +53,7 @@ double unstructured(const ShellOptions<D>& o) {
 }
 
 /// How far a number of elements is from the one that is wanted, as a factor.
-double off(double elements, double wanted) { return std::abs(std::log(elements / wanted)); }
+double off(double elements, double wanted) { return std::abs(log(elements / wanted)); }
 
 /// Cells along each axis about `ideal`, rounded up or down so that elements({cells}) is next to `wanted`.
 template <std::size_t N, class Elements>
@@ -103,8 +103,8 @@ template <int D>
 ShellOptions<D> with_elements(ShellOptions<D> options, double count) {
     const auto scaled = [&](double log_factor) {
         ShellOptions<D> o = options;
-        o.inner_size *= std::exp(log_factor);
-        o.outer_size *= std::exp(log_factor);
+        o.inner_size *= exp(log_factor);
+        o.outer_size *= exp(log_factor);
         return o;
     };
     double fine = -40, coarse = 40;  // the logarithms of factors
@@ -118,7 +118,7 @@ ShellOptions<D> with_elements(ShellOptions<D> options, double count) {
 
 template <int D>
 BoxOptions<D> with_elements(BoxOptions<D> options, double count) {
-    const double factor = std::pow(count / expected_elements(options), 1.0 / D);
+    const double factor = pow(count / expected_elements(options), 1.0 / D);
     std::array<double, D> ideal{};
     std::array<int, D> least{};
     for (int i = 0; i < D; ++i) {

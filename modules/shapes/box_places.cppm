@@ -30,8 +30,8 @@ template <int D>
         for (int k = 0; k <= cells; ++k) at[k] = static_cast<double>(k) / cells;
         return at;
     }
-    const double log_ratio = std::log(grading) / (cells - 1);
-    for (int k = 0; k <= cells; ++k) at[k] = std::expm1(k * log_ratio) / std::expm1(cells * log_ratio);
+    const double log_ratio = log(grading) / (cells - 1);
+    for (int k = 0; k <= cells; ++k) at[k] = expm1(k * log_ratio) / expm1(cells * log_ratio);
     at.back() = 1;
     return at;
 }
@@ -62,7 +62,7 @@ class BoxPlaces {
         if (lattice_.on_boundary(v)) return p;
         const auto place = lattice_.place(v);
         double move = options_.warp;
-        for (int i = 0; i < D; ++i) move *= std::sin(2 * std::numbers::pi * axes_[i][place[i]]);
+        for (int i = 0; i < D; ++i) move *= sin(2 * std::numbers::pi * axes_[i][place[i]]);
         return p + move * (options_.high - options_.low);
     }
     /// A vertex at p moved at random, on a side along it.

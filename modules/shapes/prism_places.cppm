@@ -1,6 +1,5 @@
 module;
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -40,7 +39,7 @@ template <int D>
 
 /// The radii of the spheres that the vertices of rows of prisms lie on.
 [[nodiscard]] inline std::vector<double> row_radii(const ShellSizes& sizes, std::size_t rows) {
-    const double step = std::pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
+    const double step = pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
     std::vector<double> radii{sizes.inner_radius};
     while (radii.size() <= rows) radii.push_back(radii.back() * step);
     radii.back() = sizes.outer_radius;

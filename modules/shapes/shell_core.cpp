@@ -230,7 +230,7 @@ PrismCounts prism_counts(const ShellSizes& sizes) {
                                : 1.2046 * sizes.inner_radius / sizes.inner_size;
     // The same triangles at each radius: a step's height follows from their size there.
     const double ratio = 1 + 0.8 * sizes.inner_size / sizes.inner_radius;
-    const double rows = std::log(sizes.outer_radius / sizes.inner_radius) / std::log(ratio);
+    const double rows = log(sizes.outer_radius / sizes.inner_radius) / log(ratio);
     return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};
 }
 

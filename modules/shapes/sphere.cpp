@@ -37,7 +37,7 @@ Buffer<Vec<2>> circle(std::size_t n, double start) {
     Buffer<Vec<2>> points(n);
     for (std::size_t i = 0; i < n; ++i) {
         const double angle = 2 * std::numbers::pi * (static_cast<double>(i) + start) / static_cast<double>(n);
-        points[i] = normalised(Vec<2>{{std::cos(angle), std::sin(angle)}});
+        points[i] = normalised(Vec<2>{{cos(angle), sin(angle)}});
     }
     return points;
 }
@@ -128,7 +128,7 @@ template <>
 Buffer<Vec<3>> spread_points<3>(std::size_t n, const Noise& noise) {
     const auto axes = random_axes(noise);
     const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
-    const double c = std::cos(golden_angle), s = std::sin(golden_angle);
+    const double c = cos(golden_angle), s = sin(golden_angle);
     Buffer<Vec<3>> points(n);
     double x = 1, y = 0;
     for (std::size_t i = 0; i < n; ++i) {

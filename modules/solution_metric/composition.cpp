@@ -75,7 +75,7 @@ class Composition {
     }
 
     [[nodiscard]] Outcome<Done> set_fixed(const Column<LogMetric<D>>& fixed) {
-        const LogMetric<D> largest{-2 * std::log(bounds_.max_size) * Sym<D>::identity()};
+        const LogMetric<D> largest{-2 * log(bounds_.max_size) * Sym<D>::identity()};
         Outcome<Column<LogMetric<D>>> whole = Column<LogMetric<D>>(Buffer<LogMetric<D>>(mesh_.points.size(), largest));
         if (!fixed.empty()) {
             whole = intersection(*whole, fixed, execution_);
@@ -129,10 +129,10 @@ class Composition {
         Column<LogMetric<D>> column(std::move(*field));
         const auto now = put(grade == Graded::yes ? graded(column) : Outcome<Column<LogMetric<D>>>(std::move(column)));
         if (!now) return fail(now.error());
-        return std::log(*now);
+        return log(*now);
     }
     [[nodiscard]] Outcome<ScaleFound> searched(double from, double tolerance, Graded grade) {
-        return search_scale(from, std::log(out_.asked), 0.5 * D, tolerance, options_.max_evaluations,
+        return search_scale(from, log(out_.asked), 0.5 * D, tolerance, options_.max_evaluations,
                             [&](double t) { return evaluated(t, grade); });
     }
 
@@ -143,7 +143,7 @@ class Composition {
     }
     [[nodiscard]] Outcome<SolutionMetric<D>> finished() {
         constexpr double near = 1e-6;
-        const double least = -2 * std::log(bounds_.max_size) + near, most = -2 * std::log(bounds_.min_size) - near;
+        const double least = -2 * log(bounds_.max_size) + near, most = -2 * log(bounds_.min_size) - near;
         const auto counts = reduce_each(
             execution_, out_.log_metrics.size(), std::array<std::size_t, 2>{},
             [&](auto& count, std::size_t v) {

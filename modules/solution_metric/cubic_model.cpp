@@ -35,7 +35,7 @@ struct Bounded {
     [[nodiscard]] double value(const Vec<D>& y) const { return trilinear(here, y, y, y); }
     [[nodiscard]] double log_bound(const Vec<D>& y) const {
         const double of_t = std::max(std::abs(value(y)), tiny);
-        return std::max(2.0 / 3 * std::log(of_t), std::log(std::max(floor_at(y), tiny)));
+        return std::max(2.0 / 3 * log(of_t), log(std::max(floor_at(y), tiny)));
     }
 };
 
@@ -111,7 +111,7 @@ class Search {
     Search(const Directions<D>& directions, const CubicForm<D>& t, double max_anisotropy)
         : directions_(directions), bounded_(t), max_anisotropy_(max_anisotropy) {
         log_bounds(directions_, bounded_, programme_.least);
-        bounded_.floor = std::exp(largest_of_table()) / (max_anisotropy * max_anisotropy);
+        bounded_.floor = exp(largest_of_table()) / (max_anisotropy * max_anisotropy);
         bounded_.set_frame(bounded_.to_space);
     }
 
@@ -126,15 +126,15 @@ class Search {
         for (int round = 0; round < rounds; ++round) {
             bounded_.set_frame(bounded_.to_space * eigen_system(contracted_twice(bounded_.here)).vectors);
             for (int c = 0; c < cubic_size<D>; ++c)
-                programme.set_least(c, std::log(std::max(std::abs(bounded_.here.c[c]), tiny)));
+                programme.set_least(c, log(std::max(std::abs(bounded_.here.c[c]), tiny)));
             for (int i = 0; i < D; ++i) {
                 const int c = CubicForm<D>::index(i, i, i);
-                const double low = 1.5 * std::log(std::max(bounded_.floor_here(i, i), tiny));
+                const double low = 1.5 * log(std::max(bounded_.floor_here(i, i), tiny));
                 programme.set_least(c, std::max(programme.least_of(c), low));
             }
             const auto l = programme.solve();
             Mat<D> g = bounded_.to_space;
-            for (int i = 0; i < D; ++i) g.column[i] *= std::exp(-l[i] / 2);
+            for (int i = 0; i < D; ++i) g.column[i] *= exp(-l[i] / 2);
             bounded_.set_frame(g);
             log_bounds(directions_, bounded_, programme_.least);
             const double most = largest_of_table(), now = log_det_of(most);
@@ -201,7 +201,7 @@ class Search {
     /// Q = G⁻ᵀ G⁻¹ from the singular values of G.
     [[nodiscard]] EigenSystem<D> logs() const {
         EigenSystem<D> out = left_singular(bounded_.to_space);
-        for (double& x : out.values.c) x = -2 * std::log(x);
+        for (double& x : out.values.c) x = -2 * log(x);
         return out;
     }
 
@@ -246,7 +246,7 @@ class Search {
     void set_floor(double most) {
         const Vec<D> roots = left_singular(bounded_.to_space).values;
         const double shortest = *std::min_element(roots.c.begin(), roots.c.end());
-        bounded_.floor = std::exp(most) / (shortest * shortest * max_anisotropy_ * max_anisotropy_);
+        bounded_.floor = exp(most) / (shortest * shortest * max_anisotropy_ * max_anisotropy_);
         bounded_.set_frame(bounded_.to_space);
     }
     /// log det Q once it is scaled by e^most, and its sizes are no further apart than they may be.
@@ -283,7 +283,7 @@ class Search {
         // The floor's own largest places are its axes.
         const EigenSystem<D> floor = eigen_system(bounded_.floor_here);
         for (int i = 0; i < D; ++i)
-            if (std::log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
+            if (log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
     }
     /// Adds the places of the largest |T| to the cuts, the newest in place of the oldest; the largest bound of all.
     double cut() {
@@ -312,8 +312,8 @@ class Search {
         trace_ = trace(l);
         EigenSystem<D> e = eigen_system(l);
         EigenSystem<D> grow = e;
-        for (double& x : e.values.c) x = std::exp(-x / 2);
-        for (double& x : grow.values.c) x = std::exp(x / 2);
+        for (double& x : e.values.c) x = exp(-x / 2);
+        for (double& x : grow.values.c) x = exp(x / 2);
         const Sym<D> shrink = composed(e), to_new = composed(grow);
         Mat<D> g;
         for (int j = 0; j < D; ++j)
@@ -324,7 +324,7 @@ class Search {
     }
     void grow_by(double log_factor) {
         Mat<D> g = bounded_.to_space;
-        for (Vec<D>& column : g.column) column *= std::exp(-log_factor / 2);
+        for (Vec<D>& column : g.column) column *= exp(-log_factor / 2);
         bounded_.set_frame(g);
     }
 
@@ -355,7 +355,7 @@ LocalModel<D> CubicModels<D>::operator()(const CubicForm<D>& t) const {
     if (options_.bound == CubicBound::optimal) search.bound_by_directions();
     search.hold_everywhere();
     LocalModel<D> model{search.logs()};
-    for (double& x : model.logs.values.c) x += 2.0 / 3 * std::log(scale);
+    for (double& x : model.logs.values.c) x += 2.0 / 3 * log(scale);
     return floored(model, options_.max_anisotropy);
 }
 

@@ -56,7 +56,7 @@ struct Directions {
             for (int i = 0; i < count; ++i) {
                 const double angle = std::numbers::pi * i / count;
                 const bool is_first = i % (count / 3) == 0;
-                out[is_first ? i / (count / 3) : next++] = {{std::cos(angle), std::sin(angle)}};
+                out[is_first ? i / (count / 3) : next++] = {{cos(angle), sin(angle)}};
             }
         } else {
             const double golden = std::numbers::phi, length = std::sqrt(1 + golden * golden);
@@ -71,7 +71,7 @@ struct Directions {
             for (int i = 0; i < spiral; ++i) {
                 const double z = 1 - (i + 0.5) / spiral, r = std::sqrt(1 - z * z);
                 const double angle = 2 * std::numbers::pi * (i + 0.5) * golden;
-                out[6 + i] = {{r * std::cos(angle), r * std::sin(angle), z}};
+                out[6 + i] = {{r * cos(angle), r * sin(angle), z}};
             }
         }
         return out;

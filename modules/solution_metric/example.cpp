@@ -1,6 +1,5 @@
 // camber.solution_metric: which metric interpolates a boundary layer best with 2000 triangles of degree 2? From the
 // third derivatives of u = e^{−y/δ} + x³/10 on a square: thin along y near the wall, longer and longer beyond.
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <utility>
@@ -39,7 +38,7 @@ static Outcome<bool> example(const Execution& execution) {
     for (std::size_t v = 0; v < thirds.size(); ++v) {
         thirds[v] = {};
         thirds[v](0, 0, 0) = 0.6;
-        thirds[v](1, 1, 1) = -std::exp(-mesh.points[v][1] / delta) / (delta * delta * delta);
+        thirds[v](1, 1, 1) = -camber::exp(-mesh.points[v][1] / delta) / (delta * delta * delta);
     }
     const auto models = cubic_models<2>(Column<CubicForm<2>>(std::move(thirds)), {}, execution);
     if (!models) return fail(models.error());
@@ -57,8 +56,8 @@ static Outcome<bool> example(const Execution& execution) {
                 metric->evaluations, metric->gradations);
     for (std::size_t row = 0; row <= 32; row += 8) {
         const Sym<2> l = metric->log_metrics[row * 33 + 16].l;
-        std::printf("y = %.2f   sizes %.4f along, %.4f across\n", mesh.points[row * 33][1], std::exp(-l(0, 0) / 2),
-                    std::exp(-l(1, 1) / 2));
+        std::printf("y = %.2f   sizes %.4f along, %.4f across\n", mesh.points[row * 33][1], camber::exp(-l(0, 0) / 2),
+                    camber::exp(-l(1, 1) / 2));
     }
     return metric->is_reached && anisotropy(metric->log_metrics[16]) > 5;
 }

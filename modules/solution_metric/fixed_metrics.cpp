@@ -1,6 +1,5 @@
 module;
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -85,7 +84,7 @@ Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh, std:
         for (std::size_t v = 0; v < least.size(); ++v) {
             if (least[v] == none) continue;
             vertices.push_back(VertexId(v));
-            logs.push_back({-2 * std::log(least[v]) * Sym<D>::identity()});
+            logs.push_back({-2 * log(least[v]) * Sym<D>::identity()});
         }
         return MetricsAtVertices<D>{std::move(vertices), std::move(logs)};
     });
@@ -98,7 +97,7 @@ Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh, std::span<
     if (auto sound = check(mesh, at_some, at_all, largest, without_progress(execution)); !sound)
         return fail(sound.error());
     return guarded([&]() -> Outcome<Column<LogMetric<D>>> {
-        Buffer<LogMetric<D>> whole(mesh.points.size(), LogMetric<D>{-2 * std::log(largest) * Sym<D>::identity()});
+        Buffer<LogMetric<D>> whole(mesh.points.size(), LogMetric<D>{-2 * log(largest) * Sym<D>::identity()});
         for (const auto& metrics : at_some)
             for (std::size_t i = 0; i < metrics.vertices.size(); ++i) {
                 LogMetric<D>& here = whole[metrics.vertices[i].index()];

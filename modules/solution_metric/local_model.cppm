@@ -65,7 +65,7 @@ template <int D>
 [[nodiscard]] inline LocalModel<D> floored(LocalModel<D> model, double max_anisotropy) {
     auto& values = model.logs.values.c;
     constexpr double near = 0.1;  // what was bounded from below already
-    const double least = *std::max_element(values.begin(), values.end()) - 2 * std::log(max_anisotropy);
+    const double least = *std::max_element(values.begin(), values.end()) - 2 * log(max_anisotropy);
     for (double& x : values)
         if (!(x >= least + near)) {
             x = std::fmax(x, least);
@@ -82,7 +82,7 @@ template <int D>
     if (scale == 0) return zero_model<D>();
     for (double& x : hessian.c) x /= scale;
     LocalModel<D> model{eigen_system(hessian)};
-    for (double& x : model.logs.values.c) x = std::log(std::abs(x)) + std::log(scale);
+    for (double& x : model.logs.values.c) x = log(std::abs(x)) + log(scale);
     return floored(model, options.max_anisotropy);
 }
 

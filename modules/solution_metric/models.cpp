@@ -101,9 +101,9 @@ LocalModel<D> in_space(const LocalModel<D>& model, const Mat<D>& jacobian, const
     const auto& values = model.logs.values.c;
     const double top = *std::max_element(values.begin(), values.end());
     Mat<D> root = jacobian * model.logs.vectors;
-    for (int i = 0; i < D; ++i) root.column[i] *= std::exp((top - values[i]) / 2);
+    for (int i = 0; i < D; ++i) root.column[i] *= exp((top - values[i]) / 2);
     LocalModel<D> out{left_singular(root), model.kind};
-    for (double& x : out.logs.values.c) x = top - 2 * std::log(x);
+    for (double& x : out.logs.values.c) x = top - 2 * log(x);
     return floored(out, options.max_anisotropy);
 }
 

@@ -21,13 +21,13 @@ struct LogSum {
     void add(double x, double weight = 1) {
         if (!(x > -std::numeric_limits<double>::infinity()) || !(weight > 0)) return;
         if (x > top) {
-            sum = sum * std::exp(top - x) + weight;
+            sum = sum * exp(top - x) + weight;
             top = x;
         } else {
-            sum += weight * std::exp(x - top);
+            sum += weight * exp(x - top);
         }
     }
-    [[nodiscard]] double value() const { return top + std::log(sum); }
+    [[nodiscard]] double value() const { return top + log(sum); }
 };
 LogSum joined(LogSum a, const LogSum& b) {
     a.add(b.top, b.sum);
@@ -66,7 +66,7 @@ Outcome<Done> check_asked(const LinearMesh<D>& mesh, const Column<LocalModel<D>>
                     {}, {}, "take another field, or a metric of sizes");
     const auto volume = volume_of(mesh, execution);
     if (!volume) return fail(volume.error());
-    const double least = *volume / std::pow(largest, D);
+    const double least = *volume / pow(largest, D);
     if (complexity <= least)
         return fail(ErrorKind::usage,
                     "a complexity of " + std::to_string(complexity) +
@@ -164,7 +164,7 @@ Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column
                                          const Execution& execution) {
     if (auto sound = check_asked(mesh, models, mesh.points.size(), norm, complexity, largest, execution); !sound)
         return fail(sound.error());
-    const double power = power_of(norm), log_target = std::log(complexity);
+    const double power = power_of(norm), log_target = log(complexity);
     const auto volume = volume_of(mesh, execution);
     if (!volume) return fail(volume.error());
     const double share = *volume / static_cast<double>(models.size());
@@ -183,7 +183,7 @@ Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column
         const auto now = camber::complexity(mesh, out.log_metrics, quiet);
         if (!now) return fail(now.error());
         out.complexity = *now;
-        return std::log(*now);
+        return log(*now);
     });
     if (!found) return fail(found.error());
     out.evaluations = found->evaluations;
@@ -197,7 +197,7 @@ Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, con
     if (auto sound = check_asked(mesh, of_elements, mesh.elements.size(), norm, complexity, largest, execution); !sound)
         return fail(sound.error());
     const double power = power_of(norm);
-    const auto scale = scale_of_elements(mesh, of_elements, power, std::log(complexity), largest, execution);
+    const auto scale = scale_of_elements(mesh, of_elements, power, log(complexity), largest, execution);
     if (!scale) return fail(scale.error());
     auto raised = map_each(without_progress(execution), of_elements.size(), [&](std::size_t e) {
         LocalModel<D> model{of_elements[e].logs};

@@ -61,7 +61,7 @@ template <int D>
     std::array<int, D> order{};
     for (int i = 0; i < D; ++i) order[i] = i;
     std::sort(order.begin(), order.end(), [&](int a, int b) { return model_logs[a] > model_logs[b]; });
-    const double least = -2 * std::log(largest);
+    const double least = -2 * log(largest);
     OptimalSizes<D> out;
     // The m largest eigenvalues are free, the others at the bound: Σ log q' = Σ_{i≤m} λ_i + (n − m)(log ε + least).
     for (int m = D; m >= 0; --m) {

@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
@@ -70,7 +69,7 @@ class Walls {
     Walls(const LinearMesh<D>& mesh, const ExamineOptions& options, const Examination<D>& x)
         : mesh_(mesh),
           x_(x),
-          cosine_(std::cos(options.ridge_angle_degrees * std::numbers::pi / 180)),
+          cosine_(cos(options.ridge_angle_degrees * std::numbers::pi / 180)),
           features_(listed_features(mesh)) {}
 
     /// Whether two faces are on one wall; what they share.

@@ -34,7 +34,7 @@ template <int D>
         squares += norm_squared(p[static_cast<std::size_t>(a)] - p[static_cast<std::size_t>(b)]);
     const double measure = signed_measure<D>(p);
     if constexpr (D == 2) return 4 * std::sqrt(3.0) * measure / squares;
-    return std::copysign(12 * std::pow(3 * std::abs(measure), 2.0 / 3) / squares, measure);
+    return std::copysign(12 * pow(3 * std::abs(measure), 2.0 / 3) / squares, measure);
 }
 
 }  // namespace camber

@@ -1,6 +1,5 @@
 module;
 #include <array>
-#include <cmath>
 #include <numbers>
 #include <utility>
 #include <variant>
@@ -21,9 +20,9 @@ struct Axes {
         x = some_perpendicular(z);
         y = cross(z, x);
     }
-    [[nodiscard]] Vec<3> radial(double angle) const { return std::cos(angle) * x + std::sin(angle) * y; }
-    [[nodiscard]] Vec<3> around(double angle) const { return std::cos(angle) * y - std::sin(angle) * x; }
-    [[nodiscard]] double angle(const Vec<3>& d) const { return std::atan2(dot(d, y), dot(d, x)); }
+    [[nodiscard]] Vec<3> radial(double angle) const { return cos(angle) * x + sin(angle) * y; }
+    [[nodiscard]] Vec<3> around(double angle) const { return cos(angle) * y - sin(angle) * x; }
+    [[nodiscard]] double angle(const Vec<3>& d) const { return atan2(dot(d, y), dot(d, x)); }
 };
 
 Vec<2> along(const Plane<2>& line) {
@@ -41,7 +40,7 @@ GeometryParameters coordinates(const Plane<2>& line, const Vec<2>& p) {
 }
 GeometryParameters coordinates(const Sphere<2>& circle, const Vec<2>& p) {
     const Vec<2> d = p - circle.centre;
-    return {{std::atan2(d[1], d[0]), 0}};
+    return {{atan2(d[1], d[0]), 0}};
 }
 GeometryParameters coordinates(const Plane<3>& plane, const Vec<3>& p) {
     const Axes a = axes(plane);
@@ -50,7 +49,7 @@ GeometryParameters coordinates(const Plane<3>& plane, const Vec<3>& p) {
 GeometryParameters coordinates(const Sphere<3>& sphere, const Vec<3>& p) {
     const Axes a = axes(sphere);
     const Vec<3> d = p - sphere.centre;
-    return {{a.angle(d), std::atan2(dot(d, a.z), std::hypot(dot(d, a.x), dot(d, a.y)))}};
+    return {{a.angle(d), atan2(dot(d, a.z), hypot(dot(d, a.x), dot(d, a.y)))}};
 }
 GeometryParameters coordinates(const Cylinder& cylinder, const Vec<3>& p) {
     const Axes a = axes(cylinder);
@@ -60,7 +59,7 @@ GeometryParameters coordinates(const Torus& torus, const Vec<3>& p) {
     const Axes a = axes(torus);
     const Vec<3> d = p - torus.centre;
     const double angle = a.angle(d);
-    return {{angle, std::atan2(dot(d, a.z), dot(d, a.radial(angle)) - torus.major_radius)}};
+    return {{angle, atan2(dot(d, a.z), dot(d, a.radial(angle)) - torus.major_radius)}};
 }
 
 EntityPoint<2> at(const Plane<2>& line, double u, double) {
@@ -68,7 +67,7 @@ EntityPoint<2> at(const Plane<2>& line, double u, double) {
     return {line.point + u * t, {t}, unit_or(line.normal, some_direction<2>())};
 }
 EntityPoint<2> at(const Sphere<2>& circle, double u, double) {
-    const Vec<2> n{{std::cos(u), std::sin(u)}};
+    const Vec<2> n{{cos(u), sin(u)}};
     return {circle.centre + circle.radius * n, {circle.radius * Vec<2>{{-n[1], n[0]}}}, n};
 }
 EntityPoint<3> at(const Plane<3>& plane, double u, double v) {
@@ -78,9 +77,9 @@ EntityPoint<3> at(const Plane<3>& plane, double u, double v) {
 EntityPoint<3> at(const Sphere<3>& sphere, double u, double v) {
     const Axes a = axes(sphere);
     const Vec<3> r = a.radial(u);
-    const Vec<3> n = std::cos(v) * r + std::sin(v) * a.z;
-    const Vec<3> up = std::cos(v) * a.z - std::sin(v) * r;
-    return {sphere.centre + sphere.radius * n, {sphere.radius * std::cos(v) * a.around(u), sphere.radius * up}, n};
+    const Vec<3> n = cos(v) * r + sin(v) * a.z;
+    const Vec<3> up = cos(v) * a.z - sin(v) * r;
+    return {sphere.centre + sphere.radius * n, {sphere.radius * cos(v) * a.around(u), sphere.radius * up}, n};
 }
 EntityPoint<3> at(const Cylinder& cylinder, double u, double v) {
     const Axes a = axes(cylinder);
@@ -90,10 +89,10 @@ EntityPoint<3> at(const Cylinder& cylinder, double u, double v) {
 EntityPoint<3> at(const Torus& torus, double u, double v) {
     const Axes a = axes(torus);
     const Vec<3> r = a.radial(u);
-    const Vec<3> n = std::cos(v) * r + std::sin(v) * a.z;
-    const Vec<3> up = std::cos(v) * a.z - std::sin(v) * r;
+    const Vec<3> n = cos(v) * r + sin(v) * a.z;
+    const Vec<3> up = cos(v) * a.z - sin(v) * r;
     return {torus.centre + torus.major_radius * r + torus.minor_radius * n,
-            {(torus.major_radius + torus.minor_radius * std::cos(v)) * a.around(u), torus.minor_radius * up},
+            {(torus.major_radius + torus.minor_radius * cos(v)) * a.around(u), torus.minor_radius * up},
             n};
 }
 

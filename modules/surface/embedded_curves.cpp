@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -96,7 +95,7 @@ Buffer<VertexId> corners_of_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& 
         at.push_back({b, -along, is_straight[i] != 0});
     }
     std::ranges::stable_sort(at, {}, &End::vertex);
-    const double cosine = std::cos(FeatureOptions<3>{}.corner_angle_degrees * std::numbers::pi / 180);
+    const double cosine = cos(FeatureOptions<3>{}.corner_angle_degrees * std::numbers::pi / 180);
     constexpr double rounding = 1e-9;
     Buffer<VertexId> corners;
     for (std::size_t i = 0; i + 1 < at.size(); ++i) {

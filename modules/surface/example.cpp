@@ -19,7 +19,7 @@ static LinearMesh<2> half_disc(std::size_t n) {
     Buffer<SimplexVertices<1>> facets{{v(n + 1), v(0)}, {v(0), v(1)}};  // the diameter
     for (std::size_t i = 0; i < n; ++i) {
         const double angle = std::numbers::pi * static_cast<double>(i + 1) / static_cast<double>(n);
-        points.push_back({{std::cos(angle), std::sin(angle)}});
+        points.push_back({{camber::cos(angle), camber::sin(angle)}});
         triangles.push_back({v(0), v(i + 1), v(i + 2)});
         facets.push_back({v(i + 1), v(i + 2)});
     }

@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
@@ -65,7 +64,7 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
 }
 
 /// The angle between vectors.
-double angle_between(const Vec<3>& a, const Vec<3>& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
+double angle_between(const Vec<3>& a, const Vec<3>& b) { return atan2(norm(cross(a, b)), dot(a, b)); }
 
 /// True if a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°.
 /// Around the end of a ridge, and around a vertex in which another surface ends (`is_shared`), facets turn anyway.

@@ -66,7 +66,7 @@ bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
     return lengths > 0 && dot(a, b) < cosine * lengths;
 }
 
-double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
+double cosine_of(double degrees) { return cos(degrees * std::numbers::pi / 180); }
 
 /// The part of a triangle's third vertex that is perpendicular to the edge from a to b: which way the triangle goes.
 Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {

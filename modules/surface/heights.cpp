@@ -58,8 +58,8 @@ PlaneFrame principal_frame(const Vec<3>& normal, std::span<const Vec<3>> offsets
         uv += x * y;
         vv += y * y;
     }
-    const double angle = 0.5 * std::atan2(2 * uv, uu - vv);
-    const Vec<3> first = std::cos(angle) * u + std::sin(angle) * v;
+    const double angle = 0.5 * atan2(2 * uv, uu - vv);
+    const Vec<3> first = cos(angle) * u + sin(angle) * v;
     const Vec<3> second = cross(normal, first);
     double xx = 0, yy = 0;
     for (const Vec<3>& d : offsets) {
@@ -97,7 +97,7 @@ FittedNormal jet_over(const Vec<3>& normal, std::span<const Vec<3>> offsets) {
     Column1 heights(rows);
     for (Eigen::Index r = 0; r < rows; ++r) {
         const Vec<3> at = frame.scaled(offsets[static_cast<std::size_t>(r)]);
-        const double weight = std::pow(0.3 + at[0] * at[0] + at[1] * at[1], -1.5);
+        const double weight = pow(0.3 + at[0] * at[0] + at[1] * at[1], -1.5);
         const auto x = powers_of(at[0]), y = powers_of(at[1]);
         for (std::size_t k = 1; k < max_terms; ++k)
             design(r, static_cast<Eigen::Index>(k) - 1) = weight * x[exponents[k][0]] * y[exponents[k][1]];

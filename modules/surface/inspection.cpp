@@ -46,10 +46,10 @@ Vec<2> into(const LinearMesh<2>& mesh, const std::array<VertexId, 2>& ends, Face
 }
 
 double degrees_between(const Vec<3>& a, const Vec<3>& b) {
-    return std::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
+    return atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
 double degrees_between(const Vec<2>& a, const Vec<2>& b) {
-    return std::atan2(std::fabs(a[0] * b[1] - a[1] * b[0]), dot(a, b)) * 180 / std::numbers::pi;
+    return atan2(std::fabs(a[0] * b[1] - a[1] * b[0]), dot(a, b)) * 180 / std::numbers::pi;
 }
 
 /// Whether both facets go along the hinge the same way: then they are turned to different sides.

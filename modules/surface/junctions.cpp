@@ -59,7 +59,7 @@ Vec<3> away_from(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId
 /// By how much the boundary turns from one facet to another across their edge, in radians.
 double turn_across(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, FacetId f, FacetId g) {
     const Vec<3> from = away_from(mesh, f, edge), to = -away_from(mesh, g, edge);
-    return std::atan2(norm(cross(from, to)), dot(from, to));
+    return atan2(norm(cross(from, to)), dot(from, to));
 }
 
 /// The largest turn from a facet of the fan to one beside it.

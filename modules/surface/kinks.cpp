@@ -1,7 +1,6 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 module camber.surface;
@@ -20,7 +19,7 @@ std::size_t local(const LinearMesh<D>& mesh, FacetId f, VertexId v) {
 
 template <int D>
 double angle_between(const Vec<D>& a, const Vec<D>& b) {
-    return std::atan2(norm(a - b), norm(a + b)) * 2;
+    return atan2(norm(a - b), norm(a + b)) * 2;
 }
 
 /// Facets whose sides agree go along their edge in opposite directions (2D: one ends where the other begins).

@@ -126,7 +126,7 @@ struct Fitter {
         const Beyond beyond = beyond_fan(junctions, mesh, edges, features, shells, fans, fan, one_sided);
         if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < min_agreement) return {};
         const auto agrees = [&](const Vec<3>& n, double tolerance) {
-            return norm_squared(n) > 0 && std::atan2(norm(cross(n, beyond.normal)), dot(n, beyond.normal)) <= tolerance;
+            return norm_squared(n) > 0 && atan2(norm(cross(n, beyond.normal)), dot(n, beyond.normal)) <= tolerance;
         };
         if (agrees(one_sided, beyond.tolerance)) return beyond.normal;
         const auto& facet = mesh.facets.vertices[beyond.facet];
@@ -165,7 +165,7 @@ Outcome<FanNormals> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edg
                                 const Incidence<FacetId>& shells, const Fans& fans, std::span<const FlatPatch<3>> flats,
                                 const CurveTangents<3>& tangents, const Junctions<3>& junctions, double max_degrees,
                                 const Execution& execution) {
-    const double min_cosine = max_degrees > 0 ? std::cos(max_degrees * std::numbers::pi / 180) : 2;
+    const double min_cosine = max_degrees > 0 ? cos(max_degrees * std::numbers::pi / 180) : 2;
     const Fitter fit{
         mesh,      edges, features, shells, fans, flats, tangents, junctions, GivenAtVertices<3>(mesh.geometry.normals),
         min_cosine};

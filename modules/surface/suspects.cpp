@@ -17,7 +17,7 @@ namespace camber {
 namespace {
 
 double degrees_between(const Vec<3>& a, const Vec<3>& b) {
-    return std::atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
+    return atan2(norm(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
 }
 
 /// Places where facets turn by an angle that is near a limit.

@@ -242,7 +242,7 @@ struct TangentSources {
                              normalised(mesh.points[ahead[1]] - mesh.points[ahead[0]]));
     }
     [[nodiscard]] static double angle_between(const Vec<D>& a, const Vec<D>& b) {
-        return 2 * std::asin(std::fmin(1, distance(a, b) / 2));
+        return 2 * asin(std::fmin(1, distance(a, b) / 2));
     }
 
     /// The prescribed tangent at v that edge e goes on in, along what is fitted to it; else the zero vector.
@@ -297,7 +297,7 @@ Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSe
                                     junctions,
                                     prescribed_ends<D>(mesh, edges, curve_edges, shells, junctions),
                                     GivenAtVertices<D>(mesh.geometry.tangents),
-                                    max_degrees > 0 ? std::cos(max_degrees * std::numbers::pi / 180) : 2};
+                                    max_degrees > 0 ? cos(max_degrees * std::numbers::pi / 180) : 2};
     Buffer<std::array<std::uint8_t, 2>> supports(curve_edges.size());
     auto tangents = map_each(execution, curve_edges.size(), [&](std::size_t row) {
         const EdgeId e = curve_edges[row];

@@ -46,7 +46,7 @@ static Outcome<QuadraticMesh<2>> of_degree_2(LinearMesh<2> linear, const Executi
 
 static TransferField front(const QuadraticMesh<2>& mesh) {
     Buffer<double> values;
-    const auto put = [&](const Vec<2>& x) { values.push_back(std::tanh((norm(x) - 0.7) / 0.05)); };
+    const auto put = [&](const Vec<2>& x) { values.push_back(camber::tanh((norm(x) - 0.7) / 0.05)); };
     for (const Vec<2>& x : mesh.linear.points) put(x);
     for (const LagrangeNode<2>& node : mesh.mid_nodes) put(node.point);
     return {.components = 1, .degree = 2, .values = std::move(values)};

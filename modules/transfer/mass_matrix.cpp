@@ -163,7 +163,7 @@ Outcome<Done> MassMatrix<D, K>::solve(std::span<double> r, std::span<double> x, 
     constexpr double share = 1e-10, least_eigenvalue = 1e-3;
     const double low = std::max(low_, least_eigenvalue * high_);
     const double root = std::sqrt(high_ / low), q = (root - 1) / (root + 1);
-    const int steps = q > 1e-12 ? static_cast<int>(std::ceil(std::log(share / 2) / std::log(q))) : 1;
+    const int steps = q > 1e-12 ? static_cast<int>(std::ceil(log(share / 2) / log(q))) : 1;
     const double middle = (high_ + low) / 2, half = std::max((high_ - low) / 2, 1e-12 * middle);
     const double sigma = middle / half;
     Buffer<double> d(size()), product_of_d(size());

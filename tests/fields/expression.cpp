@@ -178,3 +178,39 @@ TEST_CASE("a value that is no size names its vertex and the coordinates there") 
     CHECK(tensor.find("vertex 2") != std::string::npos);
     CHECK(tensor.find("(0.25, 0, -1.5)") != std::string::npos);
 }
+
+// The same bytes on every processor: none is the C library's.
+TEST_CASE("functions and powers of expressions are those of camber.core") {
+    const auto value = [](const std::string& text, double x, double y) {
+        std::vector<double> values(1);
+        must(ScalarExpression<2>::parsed(text)).evaluator()(std::vector{Vec<2>{{x, y}}}, values);
+        return values[0];
+    };
+    struct Function {
+        const char* name;
+        double (*of)(double);
+    };
+    const std::array functions{
+        Function{"exp", camber::exp},     Function{"ln", camber::log},      Function{"log", camber::log},
+        Function{"log2", camber::log2},   Function{"log10", camber::log10}, Function{"sin", camber::sin},
+        Function{"cos", camber::cos},     Function{"tan", camber::tan},     Function{"asin", camber::asin},
+        Function{"acos", camber::acos},   Function{"atan", camber::atan},   Function{"sinh", camber::sinh},
+        Function{"cosh", camber::cosh},   Function{"tanh", camber::tanh},   Function{"asinh", camber::asinh},
+        Function{"acosh", camber::acosh}, Function{"atanh", camber::atanh},
+    };
+    for (const Function& f : functions)
+        for (int i = 1; i < 200; ++i) {
+            const double x = f.name == std::string("acosh") ? 1 + 0.01 * i : 0.005 * i;
+            REQUIRE(value(f.name + std::string("(x)"), x, 0) == f.of(x));
+            REQUIRE(value("atan2(y, x)", x, 0.3) == camber::atan2(0.3, x));
+            REQUIRE(value("x^y", x, 1.7) == camber::pow(x, 1.7));
+        }
+    CHECK(value("-x^2", 3, 0) == -9);
+    CHECK(value("2^3^2", 0, 0) == 512);
+    CHECK(value("x*y^2 + 1", 3, 4) == 49);
+    CHECK(value("x^-1", 4, 0) == 0.25);
+    CHECK(value("(x + 1)^2 < 10 && y^0 == 1 ? 1 : 2", 2, 0) == 1);
+    const auto refused = ScalarExpression<2>::parsed("x ^^ 2");
+    REQUIRE(!refused);
+    CHECK(refused.error().what.find("position 4, at \"^") != std::string::npos);
+}

@@ -6,6 +6,7 @@ module;
 #include <string_view>
 #include <vector>
 module camber.run;
+import camber.core;
 import :histogram;
 
 namespace camber::run {
@@ -58,9 +59,9 @@ std::vector<double> of_curvatures() {
 std::vector<double> of_lengths() {
     constexpr int most = 10, fine = 3;
     std::vector<double> limits;
-    for (int i = -most; i < -fine; ++i) limits.push_back(std::exp2(i));
-    for (int i = -4 * fine; i <= 4 * fine; ++i) limits.push_back(std::exp2(i / 4.0));
-    for (int i = fine + 1; i <= most; ++i) limits.push_back(std::exp2(i));
+    for (int i = -most; i < -fine; ++i) limits.push_back(exp2(i));
+    for (int i = -4 * fine; i <= 4 * fine; ++i) limits.push_back(exp2(i / 4.0));
+    for (int i = fine + 1; i <= most; ++i) limits.push_back(exp2(i));
     return limits;
 }
 

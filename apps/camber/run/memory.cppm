@@ -4,6 +4,7 @@ module;
 #include <limits>
 #include <string>
 export module camber.run:memory;
+import camber.core;
 
 export namespace camber::run {
 
@@ -47,7 +48,7 @@ inline constexpr double bytes_of_program = 13e6;
 /// (1.2·10^5), 450 a tetrahedron of degree 2 (7·10^4).
 [[nodiscard]] inline Growth expected_growth(double complexity, double longest_edge, std::size_t elements_before,
                                             int dimension, int degree) {
-    const double refined = std::pow(std::sqrt(2.0) / longest_edge, dimension);
+    const double refined = pow(std::sqrt(2.0) / longest_edge, dimension);
     const double elements = (dimension == 2 ? 2.5 : 11.5) * complexity * refined;
     const double bytes =
         bytes_of_program + bytes_of_element(dimension, degree) * (elements + static_cast<double>(elements_before));

@@ -110,7 +110,7 @@ Outcome<PictureValues> of_anisotropy(const QuadraticMesh<D>& mesh, const MetricF
             low = std::fmin(low, m.log_values[i]);
             high = std::fmax(high, m.log_values[i]);
         }
-        return std::exp((high - low) / 2);
+        return exp((high - low) / 2);
     });
     if (!ratios) return fail(ratios.error());
     Column<float> values = at_all_nodes(mesh, Column<double>(std::move(*ratios)));

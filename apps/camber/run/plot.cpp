@@ -12,6 +12,7 @@ module;
 
 #include <fmt/format.h>
 module camber.run;
+import camber.core;
 import :histogram;
 import :plot;
 
@@ -54,8 +55,7 @@ struct Axes {
         if (above <= 0 || static_cast<std::size_t>(above) >= h.limits.size()) return {};
         const auto bin = static_cast<std::size_t>(above);
         const double low = h.limits[bin - 1], high = h.limits[bin];
-        const double part =
-            low * high > 0 ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+        const double part = low * high > 0 ? log(value / low) / log(high / low) : (value - low) / (high - low);
         const double b = static_cast<double>(bin) + (part >= 0 && part <= 1 ? part : 0.5);
         if (b < static_cast<double>(first) || b > static_cast<double>(last)) return {};
         return x_of_bin(b);
@@ -74,7 +74,7 @@ std::string line(double x1, double y1, double x2, double y2, std::string_view st
 
 /// 1, 2 or 5 times a power of ten, so that about four fit below `most`.
 double nice_step(double most) {
-    const double raw = std::max(most / 4, 1.0), power = std::pow(10, std::floor(std::log10(raw)));
+    const double raw = std::max(most / 4, 1.0), power = pow(10, std::floor(log10(raw)));
     for (const double factor : {1.0, 2.0, 5.0})
         if (factor * power >= raw) return factor * power;
     return 10 * power;
@@ -94,7 +94,7 @@ std::string count_axis(const Axes& a, bool labelled) {
 /// Which limits are numbered first where there is no room for all: zero, whole powers of the base, the others.
 int rank(double limit, int base) {
     if (limit == 0) return 0;
-    const double power = std::log(std::fabs(limit)) / std::log(base);
+    const double power = log(std::fabs(limit)) / log(base);
     return std::fabs(power - std::round(power)) < 1e-9 ? 1 : 2;
 }
 

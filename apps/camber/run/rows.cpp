@@ -7,6 +7,7 @@ module;
 
 #include <fmt/format.h>
 module camber.run;
+import camber.core;
 import :rows;
 
 namespace camber::run {
@@ -14,7 +15,7 @@ namespace camber::run {
 std::string lower_bound_text(double x) {
     std::string text = fmt::format("{:.4g}", x);
     if (!std::isfinite(x) || x == 0) return text;
-    const double digit = std::pow(10, std::floor(std::log10(std::abs(x))) - 3);
+    const double digit = pow(10, std::floor(log10(std::abs(x))) - 3);
     const double step = std::max(digit / 2, std::numeric_limits<double>::denorm_min());
     for (double below = x; std::strtod(text.c_str(), nullptr) > x; text = fmt::format("{:.4g}", below)) below -= step;
     return text;

@@ -69,7 +69,7 @@ Outcome<SourcedMetric<D>> log_metrics_of_file(const MetricFile& file, std::size_
         for (std::size_t v = 0; v < vertices; ++v) {
             if (!(s.values[v] > 0) || !std::isfinite(s.values[v]))
                 return fail(ErrorKind::input, "is not a positive size", file.name, Entity{"size at vertex", v + 1});
-            logs[v] = {-2 * std::log(s.values[v]) * Sym<D>::identity()};
+            logs[v] = {-2 * log(s.values[v]) * Sym<D>::identity()};
         }
         return sourced(Column<LogMetric<D>>(std::move(logs)), file.name);
     }

@@ -3,7 +3,6 @@ module;
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstddef>
 #include <cstdio>
 #include <functional>
@@ -98,7 +97,7 @@ void RoundsShare::begin(const std::string& step) {
 }
 
 double RoundsShare::tick(double part) {
-    const double left = std::pow(0.5, static_cast<double>(round_ > 0 ? round_ - 1 : 0));
+    const double left = pow(0.5, static_cast<double>(round_ > 0 ? round_ - 1 : 0));
     const double of_round =
         std::min((static_cast<double>(step_) + std::clamp(part, 0.0, 1.0)) / static_cast<double>(steps_before_), 1.0);
     share_ = std::max(share_, 1 - left + 0.5 * left * of_round);

@@ -112,7 +112,7 @@ bool holds(const Repaired<D>& repaired, const JacobianBound& bound) {
 
 /// In three digits, not below x.
 double rounded_up(double x) {
-    const double digit = std::pow(10, std::floor(std::log10(x)) - 2);
+    const double digit = pow(10, std::floor(log10(x)) - 2);
     return std::ceil(x / digit) * digit;
 }
 
