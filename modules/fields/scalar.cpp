@@ -144,8 +144,7 @@ Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
         const auto position = static_cast<long>(error.GetPos());
         std::string what = quoted_expression(text) + " cannot be read";
         if (position >= 0) what += " at position " + std::to_string(position + 1);
-        if (!error.GetToken().empty())
-            what += ", at " + in_quotes(with_replaced(error.GetToken(), power_sign, '^'));
+        if (!error.GetToken().empty()) what += ", at " + in_quotes(with_replaced(error.GetToken(), power_sign, '^'));
         return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
     } catch (const std::bad_alloc&) {
         throw;  // no fault of the expression: guarded names it

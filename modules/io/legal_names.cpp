@@ -13,7 +13,6 @@ module;
 module camber.io;
 import camber.core;
 import :legal_names;
-import :vtu_file;
 
 namespace camber {
 
@@ -37,7 +36,7 @@ std::size_t character_at(std::string_view text, std::size_t at) {
 }
 
 /// The beginning of so many bytes at most; no character is cut.
-std::string shortened(std::string_view name, std::size_t longest) {
+std::string cut_to_length(std::string_view name, std::size_t longest) {
     if (name.size() <= longest) return std::string(name);
     std::size_t end = longest;
     while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0U) == 0x80U) --end;
@@ -88,7 +87,7 @@ std::vector<std::string> legal_names(std::span<const ListedName> names, const Na
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < names.size(); ++i) {
         // What is shortened may end in what a name cannot end in.
-        legal[i] = rule.legal(shortened(rule.legal(names[i].name), rule.longest - longest_ending(names[i])));
+        legal[i] = rule.legal(cut_to_length(rule.legal(names[i].name), rule.longest - longest_ending(names[i])));
         if (legal[i].empty()) legal[i] = rule.unnamed;
         if (legal[i] != names[i].name || !taken.take(legal[i], names[i].endings)) others.push_back(i);
     }
@@ -96,7 +95,7 @@ std::vector<std::string> legal_names(std::span<const ListedName> names, const Na
         const std::string stem = legal[i];
         for (std::size_t n = 2; !taken.take(legal[i], names[i].endings); ++n) {
             const std::string number = "_" + std::to_string(n);
-            legal[i] = shortened(stem, rule.longest - longest_ending(names[i]) - number.size()) + number;
+            legal[i] = cut_to_length(stem, rule.longest - longest_ending(names[i]) - number.size()) + number;
         }
     }
     return legal;
@@ -161,8 +160,7 @@ std::vector<Notice> note_renamed(std::string_view format, std::string_view kind,
     for (const Renaming& name : names) {
         if (name.first == name.second || !told.insert(name).second) continue;
         if (count++ < shown)
-            text += (count > 1 ? ", \"" : "\"") + vtu::printable(name.first) + "\" becomes \"" +
-                    vtu::printable(name.second) + "\"";
+            text += (count > 1 ? ", " : "") + in_quotes(name.first) + " becomes " + in_quotes(name.second);
     }
     if (count == 0) return {};
     if (count > shown) text += " and " + std::to_string(count - shown) + " more";

@@ -320,7 +320,7 @@ class Writer {
         const std::size_t n = of_nodes ? grid_.nodes() : cells_of(linear_);
         const std::string section = of_nodes ? "NodeData" : "ElementData";
         sink_.section(section);
-        sink_.text("1\n" + in_quotes(field.name) + "\n1\n0\n3\n0\n" + std::to_string(Components) + "\n" +
+        sink_.text("1\n" + quoted(field.name) + "\n1\n0\n3\n0\n" + std::to_string(Components) + "\n" +
                    std::to_string(n) + "\n");
         const std::size_t before = of_nodes ? 0 : before_[1];  // point elements have no values
         using Line = Row<std::int32_t, 1, Components>;

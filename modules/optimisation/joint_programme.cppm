@@ -45,8 +45,8 @@ struct JointProgramme {
 };
 
 /// Work is counted so that what is decided by it does not depend on the machine; a unit takes about 50 µs. A step with
-/// ten unknowns and thirty elements is about one: 0.4 (unknowns / 10)² for its equations, and this for each evaluation of
-/// an element.
+/// ten unknowns and thirty elements is about one: 0.4 (unknowns / 10)² for its equations, and this for each evaluation
+/// of an element.
 inline constexpr double element_work = 0.01;
 [[nodiscard]] constexpr double equations_work(std::size_t unknowns) {
     const auto n = static_cast<double>(unknowns);

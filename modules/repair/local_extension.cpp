@@ -122,10 +122,10 @@ Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column
     return local;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<LocalExtension<D>> extend_around<D>(                                                              \
-        const MovedMesh<D>&, const Column<EdgeKind>&, const Incidence<ElementId>&, const std::vector<ElementId>&, int, \
-        const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Outcome<LocalExtension<D>> extend_around<D>(const MovedMesh<D>&, const Column<EdgeKind>&,               \
+                                                         const Incidence<ElementId>&, const std::vector<ElementId>&, \
+                                                         int, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

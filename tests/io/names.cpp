@@ -131,7 +131,7 @@ TEST_CASE("fields of any names come back with their values, and names that becom
                 RC_ASSERT((found != back->fields.end()));
                 if ((*found).name == field.name) continue;
                 ++renamed;
-                if (renamed <= 4) RC_ASSERT(tells(notices, "becomes \"" + (*found).name.substr(0, 80) + "\""));
+                if (renamed <= 4) RC_ASSERT(tells(notices, "becomes " + in_quotes((*found).name)));
             }
             RC_ASSERT((renamed > 0) == !notices.empty());
             RC_ASSERT(format.renames(back->fields).empty());

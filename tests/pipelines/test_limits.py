@@ -151,7 +151,8 @@ class Limits(unittest.TestCase):
                     if done.returncode in (0, 1, bad_moments.LOADER_FAILED):
                         continue
                     self.check_refused(done, 4, "not enough memory", "the run needs about", "the system refuses")
-                    self.assertEqual(self.new_files(), [])
+                    if words[0] != "adapt":  # it writes the mesh of each cycle
+                        self.assertEqual(self.new_files(), [])
 
     def test_few_open_files(self):
         for words, _ in COMMANDS:

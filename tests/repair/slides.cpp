@@ -122,7 +122,7 @@ TEST_CASE("vertices of the boundary slide on the geometry where nodes do not do,
             const Proposal<3> before = thrown_along(b, dice);
             RepairOptions options;
             options.min_scaled_jacobian = 0.3;  // nodes alone seldom reach it
-            options.effort = 20;
+            options.effort = 100;
             const auto judged = must(validate(b.mesh, before, options.min_scaled_jacobian, alone));
             RepairGuide<3> guide = without_feet(b);
             guide.onto = [&](EdgeId edge, const Vec<3>& p) { return foot_on(b, edge, p); };

@@ -223,8 +223,8 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     const auto growth = run::planned_growth(pipeline, std::move(*inputs),
                                             [&](std::string_view, const auto& body) { return body(execution); });
     if (!growth) return fail(of_input(growth.error(), pipeline));
-    std::string text = run::plan_text(pipeline, size, *growth, probed_seconds(pipeline, size, execution),
-                                      threads_used(pipeline));
+    std::string text =
+        run::plan_text(pipeline, size, *growth, probed_seconds(pipeline, size, execution), threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output))
         text += "  " + called_output(path) + ": " + writable(path) + "\n";
     if (const std::string& plots = pipeline.output.plots; !plots.empty()) {
