@@ -117,7 +117,7 @@ struct NearMultiple {
 };
 NearMultiple near_multiple(DoubleDouble r) {
     const double sign = std::signbit(r.high) ? -1 : 1, a = sign * r.high;
-    const auto i = static_cast<std::size_t>(a * 64 + 0.5);
+    const auto i = static_cast<std::size_t>(std::floor(a * 64 + 0.5));
     const double d = a - static_cast<double>(i) * 0x1p-6, z = d * d;
     return {sines[i], sign, d, sign * r.low + d * z * (-1.0 / 6 + z * (1.0 / 120 - z * (1.0 / 5040))),
             z * (-0.5 + z * (1.0 / 24 - z * (1.0 / 720)))};
@@ -164,7 +164,7 @@ DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     if (about < 0x1p-4) {
         t = y / x;
     } else {
-        const auto i = static_cast<std::size_t>(about * 64 + 0.5);
+        const auto i = static_cast<std::size_t>(std::floor(about * 64 + 0.5));
         const DoubleDouble c{static_cast<double>(i) * 0x1p-6, 0};
         t = (y - c * x) / (x + c * y);
         arc = arcs[i];

@@ -68,7 +68,7 @@ struct OutputWriter {
     const Around& around;
     Written& written;
     const InputForm& input;
-    NamesOfGroups names;
+    NamesOfGroups names = {};
     MeshFields carried_fields;  ///< the solution's, on the run's mesh
     /// Where the input's mesh was a flat one: that in space, for formats that have no plane, and for others if the
     /// input's has one.
