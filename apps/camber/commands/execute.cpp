@@ -175,18 +175,23 @@ void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
     same->peak_bytes = std::max(same->peak_bytes, step.peak_bytes);
 }
 
-/// The time that a run takes, by one with a share of its repair; nothing where that is not run, or fails.
-std::optional<double> probed_seconds(const config::Pipeline& pipeline, const run::PlanSize& size,
-                                     const Execution& execution) {
-    const auto probe = run::probe_of(pipeline, size, threads_used(pipeline));
-    if (!probe) return std::nullopt;
-    const Meter meter;
-    auto inputs = read_inputs(*probe, {}, execution);
-    if (!inputs) return std::nullopt;
-    const auto made = run::run_pipeline(*probe, std::move(*inputs),
-                                        [&](std::string_view, const auto& body) { return body(execution); });
-    if (!made) return std::nullopt;
-    return run::expected_seconds(pipeline, made->report, meter.read().seconds, threads_used(pipeline));
+/// What a run makes, or how long it takes, as far as it is found without the whole run.
+struct Forecast {
+    std::optional<run::Growth> growth = {};
+    std::optional<double> seconds = {};
+};
+/// Errors: those of the run as far as it is made.
+Outcome<Forecast> forecast(const config::Pipeline& pipeline, run::Inputs inputs, const run::PlanSize& size,
+                           const Meter& meter, const Execution& execution) {
+    const Around quietly = [&](std::string_view, const auto& body) { return body(execution); };
+    const int threads = threads_used(pipeline);
+    const auto probe = run::asks_for_blocks(pipeline) ? std::nullopt : run::probe_of(pipeline, size, threads);
+    if (!probe)
+        return run::planned_growth(pipeline, std::move(inputs), quietly)
+            .map([](const std::optional<run::Growth>& growth) { return Forecast{.growth = growth}; });
+    return run::run_pipeline(*probe, std::move(inputs), quietly).map([&](const run::Run& made) {
+        return Forecast{.seconds = run::expected_seconds(pipeline, made.report, meter.read().seconds, threads)};
+    });
 }
 
 }  // namespace
@@ -213,6 +218,7 @@ Outcome<Done> check_outputs(const config::Output& output) {
 Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     if (auto endings = check_endings(given.output); !endings) return fail(endings.error());
     const Execution execution{.threads = given.threads, .stop = stop_on_signals()};
+    const Meter meter;
     auto inputs = read_inputs(given, {}, execution);
     if (!inputs) return fail(inputs.error());
     auto fitted = fitted_to(inputs->mesh.mesh, given, fit);
@@ -220,11 +226,9 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     const config::Pipeline pipeline = std::move(*fitted);
     if (auto enough = check_memory(inputs->mesh.mesh); !enough) return fail(enough.error());
     const run::PlanSize size = run::plan_size(inputs->mesh.mesh);
-    const auto growth = run::planned_growth(pipeline, std::move(*inputs),
-                                            [&](std::string_view, const auto& body) { return body(execution); });
-    if (!growth) return fail(of_input(growth.error(), pipeline));
-    std::string text =
-        run::plan_text(pipeline, size, *growth, probed_seconds(pipeline, size, execution), threads_used(pipeline));
+    const auto found = forecast(pipeline, std::move(*inputs), size, meter, execution);
+    if (!found) return fail(of_input(found.error(), pipeline));
+    std::string text = run::plan_text(pipeline, size, found->growth, found->seconds, threads_used(pipeline));
     for (const std::string& path : named_outputs(pipeline.output))
         text += "  " + called_output(path) + ": " + writable(path) + "\n";
     if (const std::string& plots = pipeline.output.plots; !plots.empty()) {

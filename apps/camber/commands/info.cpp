@@ -140,8 +140,8 @@ std::string counts_text(std::string_view key, const Json& counts, const Json& in
     for (const auto& [reference, count] : counts.items()) {
         std::string name;
         for (const Json& group : info.value("groups", Json::array()))
-            if (group["dimension"] == dimension && text_of(group["reference"]) == reference)
-                name = " " + text_of(group["name"]);
+            if (name.empty() && group["dimension"] == dimension && text_of(group["reference"]) == reference)
+                name = " " + text_of(group["name"]);  // the first is the main one
         text += (text.empty() ? "" : ", ") + reference + name + ": " + text_of(count);
     }
     return text;
