@@ -46,7 +46,7 @@ PlanSize size_of(const QuadraticMesh<D>& m) {
     return size;
 }
 
-constexpr double seconds_of_work = 5e-5;  ///< of one thread, for a unit of RepairOptions::effort
+constexpr double seconds_of_work = 3.3e-5;  ///< of one thread, for a unit of RepairOptions::effort
 
 /// What a stage may spend on what it repairs; empty for stages that repair nothing by programmes.
 std::string repair_limit(const config::Stage& stage, int threads) {
