@@ -1,7 +1,9 @@
 // A pipeline in cycles: what each of them runs, when they end, and that their table is read as it was written.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -149,4 +151,33 @@ TEST_CASE("The table is read as it was written") {
     for (const char* text : {"", "{}", R"({"cycles": 3})", R"({"cycles": [{"cycle": "x"}]})"})
         CHECK(run::read_cycles(text, "cycles.json").error().where == "cycles.json");
     CHECK(run::series_of(rows, "view.vtu").find("cycle-001/view.vtu") != std::string::npos);
+}
+
+TEST_CASE("A cycle whose mesh has invalid elements is made again with smaller steps") {
+    const auto asked = adapting(solving);
+    const auto files = [&](const char* folder) { return run::files_of_cycle(asked, folder); };
+    const auto pipeline = run::cycle_pipeline(asked, 2, files("0"), files("1"), files("2"));
+    const std::vector<CycleRow> rows{{.cycle = 0, .elements = 3, .solved = {}},
+                                     {.cycle = 1, .elements = 5, .solved = {}}};
+    for (const std::size_t elements : {std::size_t{20}, std::size_t{5}, std::size_t{2}})
+        for (int fails = 0; fails <= 5; ++fails) {
+            std::vector<double> tried;
+            const auto made = run::run_cycle(pipeline, rows, [&](const config::Pipeline& p) -> Outcome<run::Run> {
+                const double complexity = std::get<config::SolutionMetric>(p.metric).complexity;
+                tried.push_back(complexity);
+                run::Run run;
+                run.report.metric.emplace().complexity = complexity;
+                run.report.mesh.elements = elements;
+                run.report.validity.emplace().invalid = std::ssize(tried) <= fails ? 1 : 0;
+                if (std::ssize(tried) <= fails) run.report.invalid_elements = {1};
+                return run;
+            });
+            REQUIRE(made);
+            CHECK(std::ssize(tried) == std::min(fails, 3) + 1);
+            CHECK(std::ssize(made->run.report.notices) == std::min(fails, 3));
+            CHECK(tried.front() == 20);
+            CHECK(made->miss.empty() == (fails == 0 || fails > 3));
+            for (std::size_t i = 1; i < tried.size(); ++i)
+                CHECK((tried[i] < tried[i - 1]) == (elements >= 5));  // nearer to the mesh before, which has 5
+        }
 }

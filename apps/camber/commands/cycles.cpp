@@ -131,8 +131,9 @@ class Cycles {
         const auto folder = folders_.part_of_cycle(cycle);
         if (!folder) return fail(folder.error());
         const auto into = run::files_of_cycle(pipeline_, *folder);
-        auto made = mesh_of(cycle, into);
-        if (!made) return fail(made.error());
+        auto cycle_run = mesh_of(cycle, into);
+        if (!cycle_run) return fail(cycle_run.error());
+        run::Run* const made = &cycle_run->run;
         if (cycle == 0) {
             groups_ = run::groups_of(made->mesh);
             if (auto stored = folders_.store_groups(groups_); !stored) return fail(stored.error());
@@ -146,7 +147,9 @@ class Cycles {
         if (auto known = compare(made->mesh, row); !known) return fail(known.error());
         if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)
             return fail(added.error());
-        return CycleResult{is_valid, run::misses(made->report), losses_of(made->mesh)};
+        CycleResult result{is_valid, run::misses(made->report), losses_of(made->mesh)};
+        if (!cycle_run->miss.empty()) result.misses.push_back(cycle_run->miss);
+        return result;
     }
 
     [[nodiscard]] std::vector<Notice> losses_of(const AnyMesh& mesh) const {
@@ -156,19 +159,21 @@ class Cycles {
         return format ? (*format)->losses(mesh) : std::vector<Notice>{};
     }
 
-    Outcome<run::Run> mesh_of(int cycle, const run::CycleFiles& into) {
+    Outcome<run::CycleRun> mesh_of(int cycle, const run::CycleFiles& into) {
         const auto files = [&](int k) { return run::files_of_cycle(pipeline_, folders_.of_cycle(k)); };
-        Written written;
         const config::Pipeline pipeline = cycle == 0
                                               ? run::first_pipeline(pipeline_, into)
                                               : run::cycle_pipeline(pipeline_, cycle, files(0), files(cycle - 1), into);
         const bool is_input = cycle == 0 || pipeline.input == pipeline_.input;
-        Host host;
-        host.names = NamesOfGroups::by_the_caller;
-        if (!is_input) host.given.groups = groups_;
-        auto made = execute(pipeline, written, is_input ? fit_of(choice_, cycle) : Fit{}, std::move(host));
+        auto made = run::run_cycle(pipeline, folders_.rows(), [&](const config::Pipeline& tried) {
+            Host host;
+            host.names = NamesOfGroups::by_the_caller;
+            if (!is_input) host.given.groups = groups_;
+            Written written;
+            return execute(tried, written, is_input ? fit_of(choice_, cycle) : Fit{}, std::move(host));
+        });
         if (!made) return made;
-        for (const std::string& notice : made->report.notices)
+        for (const std::string& notice : made->run.report.notices)
             if (told_.insert(notice).second) tell_note(notice);
         return made;
     }

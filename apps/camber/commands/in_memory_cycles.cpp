@@ -54,9 +54,13 @@ class CyclesInMemory {
         const run::CycleFiles into = names(cycle);
         auto made = mesh_of(cycle, into);
         if (!made) return fail(made.error());
-        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
-        for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
-        MadeInMemory now = made_of(std::move(*made), input_);
+        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->run.report);
+        for (const run::StageTime& time : made->run.report.times) row.seconds += time.seconds;
+        MadeInMemory now = made_of(std::move(made->run), input_);
+        if (!made->miss.empty()) {
+            now.holds_what_was_asked = false;
+            now.notices.push_back(made->miss);
+        }
         if (solver_ && now.has_valid_elements) {
             auto solved = solver_(now.mesh, now.solution, cycle);
             if (!solved) return fail(solved.error());
@@ -79,7 +83,7 @@ class CyclesInMemory {
         if (solver_) values_.solutions[into.solution] = now.solution;
     }
 
-    Outcome<run::Run> mesh_of(int cycle, const run::CycleFiles& into) {
+    Outcome<run::CycleRun> mesh_of(int cycle, const run::CycleFiles& into) {
         const config::Pipeline pipeline = cycle == 0
                                               ? run::first_pipeline(pipeline_, into)
                                               : run::cycle_pipeline(pipeline_, cycle, names(0), names(cycle - 1), into);
@@ -96,8 +100,10 @@ class CyclesInMemory {
                             "give the straight one, or leave the degree out");
             return run::fitted_to(mesh, std::move(asked), cycle);
         };
-        Written none;
-        return execute(pipeline, none, is_input ? fit : Fit{}, std::move(host));
+        return run::run_cycle(pipeline, rows_, [&](const config::Pipeline& tried) {
+            Written none;
+            return execute(tried, none, is_input ? fit : Fit{}, host);
+        });
     }
 
     /// Errors where the exact solution is known.

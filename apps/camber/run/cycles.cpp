@@ -1,7 +1,9 @@
 module;
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -60,6 +62,21 @@ void set_complexity(config::Pipeline& pipeline, double wanted) {
     } else {
         pipeline.metric_operations.emplace_back(config::Complexity{.target = wanted});
     }
+}
+
+/// A complexity between that of a mesh and that of the one before it, which has another number of elements.
+double smaller_step(double complexity, std::size_t elements_before, std::size_t elements) {
+    constexpr double least_change = 0.9;
+    const double ratio =
+        std::sqrt(static_cast<double>(std::max<std::size_t>(elements_before, 1)) / static_cast<double>(elements));
+    return complexity * (ratio > least_change && ratio < 1 / least_change ? least_change : ratio);
+}
+
+std::string other_complexity(double wanted, double made) {
+    return fmt::format(
+        "the complexity of the mesh is {:.0f} instead of {:.0f}, at which elements are not certified "
+        "valid; more cycles may reach it",
+        made, wanted);
 }
 
 double wanted_complexity(const config::Adaptation& adapt, int cycle) {
@@ -149,6 +166,35 @@ config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, con
     }
     if (const double wanted = wanted_complexity(pipeline.adapt, cycle); wanted > 0) set_complexity(next, wanted);
     return next;
+}
+
+Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
+                            const std::function<Outcome<Run>(const config::Pipeline&)>& execute) {
+    constexpr int most_steps = 3;
+    std::vector<std::string> notices;
+    std::vector<StageTime> times;
+    double wanted = 0;
+    for (int step = 0;; ++step) {
+        auto made = execute(pipeline);
+        if (!made) return fail(made.error());
+        Report& report = made->report;
+        const double complexity = report.metric ? report.metric->complexity : 0;
+        if (step == 0) wanted = complexity;
+        const bool goes_on = !report.has_valid_elements() && step < most_steps && !rows.empty() && complexity > 0;
+        if (!goes_on) {
+            report.notices.insert(report.notices.end(), notices.begin(), notices.end());
+            report.times.insert(report.times.end(), times.begin(), times.end());
+            const bool is_smaller = step > 0 && report.has_valid_elements();
+            return CycleRun{std::move(*made), is_smaller ? other_complexity(wanted, complexity) : std::string()};
+        }
+        const double smaller = smaller_step(complexity, rows.back().elements, report.mesh.judged());
+        set_complexity(pipeline, smaller);
+        times.insert(times.end(), report.times.begin(), report.times.end());
+        notices.push_back(
+            fmt::format("cycle {}: at complexity {:.0f} {} elements are not certified valid; tried again "
+                        "at {:.0f}",
+                        rows.size(), complexity, report.not_valid(), smaller));
+    }
 }
 
 std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle, const CycleFiles& files) {

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -9,6 +10,7 @@ import camber.core;
 import camber.config;
 import camber.io;
 import :file_numbers;
+import :pipeline;
 import :report;
 import :solution;
 
@@ -68,6 +70,18 @@ struct CycleRow {
                                                     const std::string& exact, const Execution& execution);
 
 [[nodiscard]] CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report);
+
+/// The mesh of a cycle.
+struct CycleRun {
+    Run run;
+    std::string miss;  ///< says that its complexity is not the one that was wanted; empty: it is
+};
+/// Runs the pipeline of a cycle by \p execute. While its mesh has elements that are not certified valid, runs it again,
+/// at most three times, with a smaller step: the complexity halfway (in the logarithm) back to that of the mesh before,
+/// or 10 % less where the two are as near as that. Each step adds a notice. \p rows are those of the cycles before.
+/// Errors: those of \p execute.
+[[nodiscard]] Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
+                                          const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
 
 /// Why the cycles have settled: meshes become no nearer to unit in their own solution's metric; empty: they have not.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);

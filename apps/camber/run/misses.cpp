@@ -43,8 +43,7 @@ std::string remedies_of_elements(const Report& r) {
 std::string elements_missed(const Report& r) {
     const std::size_t straight = r.validity->straight_inverted;
     const std::size_t below = r.validity->is_asked ? r.elements_below_bound.size() : 0;
-    std::string line = fmt::format("{} elements are not certified valid",
-                                   r.invalid_elements.size() + r.undecided_elements.size() + below);
+    std::string line = fmt::format("{} elements are not certified valid", r.not_valid());
     if (below > 0) line += fmt::format(" above {:g}", r.validity->bound);
     if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
     if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);

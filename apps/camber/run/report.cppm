@@ -313,6 +313,11 @@ struct Report {
         return !validity || (validity->invalid == 0 && validity->undecided == 0 &&
                              (validity->below_bound == 0 || !validity->is_asked));
     }
+    /// Number of elements that are not certified valid, above the bound where one is requested.
+    [[nodiscard]] std::size_t not_valid() const {
+        const bool has_bound = validity && validity->is_asked;
+        return invalid_elements.size() + undecided_elements.size() + (has_bound ? elements_below_bound.size() : 0);
+    }
     /// True if no boundary node or vertex is off its geometry by more than the tolerance.
     [[nodiscard]] bool boundary_holds() const {
         const auto holds = [](const std::optional<DeviationReport>& d) { return !d || d->off == 0; };
