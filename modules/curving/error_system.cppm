@@ -20,6 +20,8 @@ class ErrorSystem {
     /// About these offsets from the middles of chords; those of `home` are held to. The sum of squares.
     [[nodiscard]] Outcome<double> begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
                                         const Execution& execution);
+    /// The squared error of each element about the offsets of `begin`.
+    [[nodiscard]] std::span<const double> errors() const { return errors_; }
     /// The changes of the offsets for which the sum is about least, by conjugate gradients.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> solved(int iterations, const Execution& execution);
 

@@ -3,8 +3,8 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <memory>
 #include <span>
-#include <string>
 #include <utility>
 module camber.curving;
 import camber.core;
@@ -22,8 +22,10 @@ namespace {
 constexpr int solve_steps = 12;
 /// How often a step that does not pay is halved.
 constexpr int halvings = 3;
-/// A round that gains less of the squared error is the last.
-constexpr double least_gain = 0.01;
+/// A round that gains less of the squared error is the last, and so is a frame.
+constexpr double least_gain = 0.01, least_gain_of_frame = 0.04;
+/// How often moves that turn out to be too long are shortened.
+constexpr int shortenings = 3;
 
 template <int D>
 Vec<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
@@ -31,134 +33,277 @@ Vec<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
 }
 
-/// An offset from the middle of the chord, its part along that shortened.
+/// The share of a step with which the offset from the middle of the chord stays within `most` chords along it, or does
+/// not move farther out. The whole step is shortened: its part along the chord alone would leave a front that is
+/// oblique to it.
 template <int D>
-Vec<D> with_bounded_slide(const Vec<D>& offset, const Vec<D>& chord, double most) {
+double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>& chord, double most) {
     const double square = norm_squared(chord);
-    if (!(square > 0)) return offset;
-    const double slide = dot(offset, chord) / square;
-    return offset + (std::clamp(slide, -most, most) - slide) * chord;
+    if (!(square > 0)) return 1;
+    const double slide = dot(offset, chord) / square, change = dot(step, chord) / square;
+    const double room = std::max(most - std::copysign(1.0, change) * slide, 0.0);
+    return std::abs(change) <= room ? 1 : room / std::abs(change);
 }
 
+/// The elements with some nodes, and the solution in them.
+template <int D>
+struct Frame {
+    QuadraticMesh<D> mesh;
+    KnownSolution<D> known;
+    Buffer<Vec<D>> home;  ///< offsets of the nodes from the middles of chords
+    ErrorSystem<D> system;
+    double error = 0;  ///< squared, with these nodes
+
+    Frame(QuadraticMesh<D> curved, KnownSolution<D> solution, const Column<EdgeKind>& kinds,
+          const Incidence<ElementId>& shells, double stiffness)
+        : mesh(std::move(curved)),
+          known(std::move(solution)),
+          home(mesh.edges.size()),
+          system(mesh, kinds, shells, known, stiffness) {
+        for (std::size_t e = 0; e < home.size(); ++e) home[e] = mesh.mid_nodes[e].point - middle_of(mesh, e);
+    }
+    Frame(const Frame&) = delete;
+    Frame& operator=(const Frame&) = delete;
+    ~Frame() = default;
+
+    [[nodiscard]] double unit() const { return known.size() == 1 ? std::ldexp(1.0, known.front().exponent) : 1; }
+};
+
+/// Steps off the nodes of a frame.
+template <int D>
+struct Moves {
+    Buffer<Vec<D>> rows;  ///< one an edge
+    std::size_t drawn_back = 0;
+};
+
+/// Where the error is least as the solution in one frame has it.
 template <int D>
 class Search {
   public:
-    Search(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, const Incidence<ElementId>& shells,
-           const SolutionNodesOptions& options, ErrorSystem<D> system)
-        : mesh_(mesh),
-          base_(base),
-          shells_(shells),
-          options_(options),
-          system_(std::move(system)),
-          home_(mesh.edges.size()) {
-        for (std::size_t e = 0; e < home_.size(); ++e) home_[e] = base[e].point - middle_of(mesh, e);
-        made_.moves = Buffer<Vec<D>>(mesh.edges.size(), Vec<D>{});
+    Search(Frame<D>& frame, const Incidence<ElementId>& shells, const SolutionNodesOptions& options)
+        : frame_(frame), shells_(shells), options_(options) {
+        made_.rows = Buffer<Vec<D>>(frame.home.size(), Vec<D>{});
     }
 
-    Outcome<SolutionNodes<D>> run(const Execution& execution) {
-        auto error = error_of(made_.moves, part_of(execution, 0, share(0)));
-        if (!error) return fail(error.error());
-        made_.before = made_.after = std::sqrt(*error);
-        if (!(*error > 0) || !std::isfinite(*error)) return std::move(made_);
-        while (made_.rounds < options_.rounds) {
-            const auto next = round(*error, part_of(execution, share(made_.rounds), share(made_.rounds + 1)));
+    Outcome<Moves<D>> run(const Execution& execution) {
+        double error = frame_.error;
+        for (int i = 0; i < options_.rounds; ++i) {
+            const auto next = round(error, part_of(execution, share(i), share(i + 1)));
             if (!next) return fail(next.error());
-            const bool is_last = !(*next < (1 - least_gain) * *error);
-            error = next;
+            const bool is_last = !(*next < (1 - least_gain) * error);
+            error = *next;
             if (is_last) break;
         }
-        made_.after = std::sqrt(*error);
         return std::move(made_);
     }
 
   private:
-    [[nodiscard]] double share(int rounds) const { return (0.5 + rounds) / (0.5 + options_.rounds); }
+    [[nodiscard]] double share(int rounds) const { return static_cast<double>(rounds) / options_.rounds; }
 
     Outcome<double> error_of(const Buffer<Vec<D>>& moves, const Execution& execution) {
-        auto offsets =
-            map_each(without_progress(execution), moves.size(), [&](std::size_t e) { return home_[e] + moves[e]; });
+        auto offsets = map_each(without_progress(execution), moves.size(),
+                                [&](std::size_t e) { return frame_.home[e] + moves[e]; });
         if (!offsets) return fail(offsets.error());
-        return system_.begin(*offsets, home_, execution);
+        return frame_.system.begin(*offsets, frame_.home, execution);
     }
 
     /// The step, as chords and elements bear it.
-    Outcome<Buffer<Vec<D>>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
+    Outcome<Moves<D>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
+        const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
-            if (step[e] == Vec<D>{}) return made_.moves[e];
-            const auto& [a, b] = mesh_.edges.vertices[e];
-            const Vec<D> offset = home_[e] + made_.moves[e] + length * step[e];
-            return with_bounded_slide(offset, mesh_.linear.points[b] - mesh_.linear.points[a], options_.max_slide) -
-                   home_[e];
+            if (step[e] == Vec<D>{}) return made_.rows[e];
+            const auto& [a, b] = frame_.mesh.edges.vertices[e];
+            const Vec<D> whole = length * step[e], chord = linear.points[b] - linear.points[a];
+            return made_.rows[e] +
+                   share_within_slide(frame_.home[e] + made_.rows[e], whole, chord, options_.max_slide) * whole;
         });
-        if (!moves) return moves;
-        const auto limited = limit_by_jacobian<D>(mesh_, base_, shells_, options_.min_jacobian, *moves, execution);
+        if (!moves) return fail(moves.error());
+        const auto limited = limit_by_jacobian<D>(frame_.mesh, frame_.mesh.mid_nodes.view(), shells_,
+                                                  options_.min_jacobian, *moves, execution);
         if (!limited) return fail(limited.error());
-        limited_ = *limited;
-        return moves;
+        return Moves<D>{std::move(*moves), *limited};
     }
 
     /// Takes a step if it pays: the error after it.
     Outcome<double> round(double before, const Execution& execution) {
-        const auto step = system_.solved(solve_steps, part_of(execution, 0, 0.5));
+        const auto step = frame_.system.solved(solve_steps, part_of(execution, 0, 0.5));
         if (!step) return fail(step.error());
         double length = 1;
         for (int i = 0; i <= halvings; ++i, length /= 2) {
             auto moves = moved(*step, length, without_progress(execution));
             if (!moves) return fail(moves.error());
-            const auto after = error_of(*moves, i == 0 ? part_of(execution, 0.5, 1) : without_progress(execution));
+            const auto after = error_of(moves->rows, i == 0 ? part_of(execution, 0.5, 1) : without_progress(execution));
             if (!after) return after;
             if (!(*after < before)) continue;
-            made_.moves = std::move(*moves);
-            made_.drawn_back = limited_;
-            ++made_.rounds;
+            made_ = std::move(*moves);
             return after;
         }
         return before;
     }
 
-    const QuadraticMesh<D>& mesh_;
-    std::span<const LagrangeNode<D>> base_;
+    Frame<D>& frame_;
     const Incidence<ElementId>& shells_;
     const SolutionNodesOptions& options_;
-    ErrorSystem<D> system_;
-    Buffer<Vec<D>> home_;
-    std::size_t limited_ = 0;
+    Moves<D> made_;
+};
+
+/// Frame after frame.
+template <int D>
+class Frames {
+  public:
+    Frames(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Incidence<ElementId>& shells,
+           const SolutionInElements<D>& solution, const SolutionNodesOptions& options)
+        : mesh_(mesh), kinds_(kinds), shells_(shells), solution_(solution), options_(options) {}
+
+    Outcome<SolutionNodes<D>> run(std::span<const Column<LagrangeNode<D>>> starts, const Execution& execution) {
+        constexpr double of_starts = 0.2;
+        auto frame = best_of(starts, part_of(execution, 0, of_starts));
+        if (!frame) return fail(frame.error());
+        for (int i = 0; i < options_.frames; ++i) {
+            const double error = (*frame)->error;
+            if (!(error > 0) || !std::isfinite(error)) break;
+            const auto share = [&](int frames) {
+                return of_starts + (1 - of_starts) * frames / static_cast<double>(options_.frames);
+            };
+            frame = next(std::move(*frame), part_of(execution, share(i), share(i + 1)));
+            if (!frame) return fail(frame.error());
+            if ((*frame)->error < error) ++made_.frames;
+            if (!((*frame)->error < (1 - least_gain_of_frame) * error)) break;
+        }
+        made_.nodes = (*frame)->mesh.mid_nodes;
+        made_.after = (*frame)->unit() * std::sqrt((*frame)->error);
+        return std::move(made_);
+    }
+
+  private:
+    using OwnFrame = std::unique_ptr<Frame<D>>;
+
+    Outcome<OwnFrame> frame_of(Column<LagrangeNode<D>> nodes, const Execution& execution) {
+        QuadraticMesh<D> curved = mesh_;
+        curved.mid_nodes = std::move(nodes);
+        auto known = solution_(curved, without_progress(execution));
+        if (!known) return fail(known.error());
+        const bool fits = std::ranges::all_of(
+            *known, [&](const KnownField<D>& f) { return f.values.size() == mesh_.linear.elements.size(); });
+        if (!fits) return fail(ErrorKind::internal, "a known solution needs values for each element");
+        auto frame =
+            std::make_unique<Frame<D>>(std::move(curved), std::move(*known), kinds_, shells_, options_.stiffness);
+        const auto error = frame->system.begin(frame->home, frame->home, execution);
+        if (!error) return fail(error.error());
+        frame->error = *error;
+        return frame;
+    }
+
+    Outcome<OwnFrame> best_of(std::span<const Column<LagrangeNode<D>>> starts, const Execution& execution) {
+        const Column<LagrangeNode<D>>* best = nullptr;
+        double least = 0;
+        OwnFrame frame;
+        for (const Column<LagrangeNode<D>>& start : starts) {
+            frame.reset();  // no two at once, which are large
+            auto at = frame_of(start, execution);
+            if (!at) return at;
+            frame = std::move(*at);
+            if (best == nullptr) made_.before = frame->unit() * std::sqrt(frame->error);
+            if (best == nullptr || frame->error < least) best = &start, least = frame->error;
+        }
+        if (best == &starts.back()) return frame;
+        frame.reset();
+        return frame_of(*best, execution);
+    }
+
+    /// The frame of the nodes that are found in this one; with this one's nodes where they are no better.
+    Outcome<OwnFrame> next(OwnFrame frame, const Execution& execution) {
+        const QuadraticMesh<D> from = frame->mesh;
+        const double before = frame->error;
+        const Buffer<double> errors(frame->system.errors().begin(), frame->system.errors().end());
+        auto moves = Search<D>(*frame, shells_, options_).run(part_of(execution, 0, 0.8));
+        if (!moves) return fail(moves.error());
+        frame.reset();
+        Column<LagrangeNode<D>> best = from.mid_nodes;
+        double least = before;
+        for (int i = 0; i <= shortenings; ++i) {
+            auto to = frame_of(moved(from, moves->rows), part_of(execution, 0.8 + 0.2 * i / (shortenings + 1), 1));
+            if (!to) return to;
+            const bool is_better = (*to)->error < least;
+            if (!is_better && least < before) break;  // shortened by too much
+            if (is_better) {
+                best = (*to)->mesh.mid_nodes;
+                least = (*to)->error;
+                made_.drawn_back = moves->drawn_back;
+            }
+            const double part = i + 1 < shortenings ? 0.25 : 0;
+            const std::size_t shortened = shorten_worse(errors, (*to)->system.errors(), before, part, *moves);
+            if (shortened == 0 && is_better) return to;
+            to->reset();
+            if (shortened == 0)
+                for (Vec<D>& move : moves->rows) move *= 0.5;
+            auto limited = limit_by_jacobian<D>(from, from.mid_nodes.view(), shells_, options_.min_jacobian,
+                                                moves->rows, without_progress(execution));
+            if (!limited) return fail(limited.error());
+            moves->drawn_back += shortened + *limited;
+        }
+        return frame_of(std::move(best), without_progress(execution));
+    }
+
+    static Column<LagrangeNode<D>> moved(const QuadraticMesh<D>& mesh, const Buffer<Vec<D>>& moves) {
+        Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
+        for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e].point += moves[e];
+        return Column<LagrangeNode<D>>(std::move(nodes));
+    }
+
+    /// Shortens the moves of edges around which the error has risen by what matters; returns their number.
+    std::size_t shorten_worse(std::span<const double> before, std::span<const double> after, double all, double part,
+                              Moves<D>& moves) const {
+        constexpr double of_all = 1e-3, of_own = 0.2;
+        std::size_t shortened = 0;
+        for (std::size_t e = 0; e < moves.rows.size(); ++e) {
+            if (moves.rows[e] == Vec<D>{}) continue;
+            double was = 0, is = 0;
+            for (const ElementId element : shells_[e]) {
+                was += before[element.index()];
+                is += after[element.index()];
+            }
+            if (is - was < std::max(of_all * all, of_own * was)) continue;
+            moves.rows[e] *= part;
+            ++shortened;
+        }
+        return shortened;
+    }
+
+    const QuadraticMesh<D>& mesh_;
+    const Column<EdgeKind>& kinds_;
+    const Incidence<ElementId>& shells_;
+    const SolutionInElements<D>& solution_;
+    const SolutionNodesOptions& options_;
     SolutionNodes<D> made_;
 };
 
 template <int D>
-Outcome<Done> check_sizes(const QuadraticMesh<D>& mesh, std::size_t kinds, std::size_t nodes, std::size_t shells,
-                          const KnownSolution<D>& solution) {
+Outcome<Done> check_sizes(const QuadraticMesh<D>& mesh, std::size_t kinds,
+                          std::span<const Column<LagrangeNode<D>>> starts, std::size_t shells) {
     const std::size_t n = mesh.edges.size();
-    const bool has_values = std::ranges::all_of(
-        solution, [&](const KnownField<D>& f) { return f.values.size() == mesh.linear.elements.size(); });
-    if (kinds != n || nodes != n || shells != n || !has_values)
-        return fail(ErrorKind::internal,
-                    "nodes for a solution need a kind, a node and a shell for each edge, and values for each element");
-    return Done{};
+    const bool are_rows =
+        std::ranges::all_of(starts, [&](const Column<LagrangeNode<D>>& nodes) { return nodes.size() == n; });
+    if (kinds == n && shells == n && !starts.empty() && are_rows) return Done{};
+    return fail(ErrorKind::internal, "nodes for a solution need a kind, a node and a shell for each edge");
 }
 
 }  // namespace
 
 template <int D>
 Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                         std::span<const LagrangeNode<D>> base, const Incidence<ElementId>& shells,
-                                         const KnownSolution<D>& solution, const SolutionNodesOptions& options,
-                                         const Execution& execution) {
-    if (auto fits = check_sizes(mesh, kinds.size(), base.size(), shells.size(), solution); !fits)
-        return fail(fits.error());
-    return guarded([&]() -> Outcome<SolutionNodes<D>> {
-        if (solution.empty() || mesh.linear.elements.size() == 0)
-            return SolutionNodes<D>{.moves = Buffer<Vec<D>>(mesh.edges.size(), Vec<D>{})};
-        Search<D> search(mesh, base, shells, options, ErrorSystem<D>(mesh, kinds, shells, solution, options.stiffness));
-        return search.run(execution);
-    });
+                                         std::span<const Column<LagrangeNode<D>>> starts,
+                                         const Incidence<ElementId>& shells, const SolutionInElements<D>& solution,
+                                         const SolutionNodesOptions& options, const Execution& execution) {
+    if (auto fits = check_sizes(mesh, kinds.size(), starts, shells.size()); !fits) return fail(fits.error());
+    if (mesh.linear.elements.size() == 0) return SolutionNodes<D>{.nodes = starts.front()};
+    return guarded([&] { return Frames<D>(mesh, kinds, shells, solution, options).run(starts, execution); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                               \
-    template Outcome<SolutionNodes<D>> solution_nodes<D>(                                   \
-        const QuadraticMesh<D>&, const Column<EdgeKind>&, std::span<const LagrangeNode<D>>, \
-        const Incidence<ElementId>&, const KnownSolution<D>&, const SolutionNodesOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                       \
+    template Outcome<SolutionNodes<D>> solution_nodes<D>(                                           \
+        const QuadraticMesh<D>&, const Column<EdgeKind>&, std::span<const Column<LagrangeNode<D>>>, \
+        const Incidence<ElementId>&, const SolutionInElements<D>&, const SolutionNodesOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -23,10 +23,11 @@ struct GivenSolution {
     [[nodiscard]] bool empty() const { return fields.empty() && !function; }
 };
 
-/// What edges' nodes are found by: of fields polynomials within the elements, each by nodes of its own material; a
-/// function itself. Step: recover. Errors: those of `element_values`; stopped, memory.
+/// What edges' nodes are found by, in the elements of \p curved, which is \p mesh with mid nodes of its own: of fields
+/// on \p mesh polynomials, each by nodes of its own material; a function itself. Errors: those of `element_values`;
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<KnownSolution<D>> known_solution(const QuadraticMesh<D>& mesh, const GivenSolution<D>& given,
-                                                       const Around& around);
+                                                       const QuadraticMesh<D>& curved, const Execution& execution);
 
 }  // namespace camber

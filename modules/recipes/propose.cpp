@@ -5,6 +5,7 @@ module;
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 module camber.recipes;
 import camber.core;
 import camber.bezier;
@@ -120,56 +121,52 @@ Outcome<Curved<D>> by_shape(const CurvedFrom<D>& from, CurvingStart<D>& start, c
     return without_lengths(from.mesh, input.kinds, std::move(done->proposal));
 }
 
-/// Where the search for a solution begins: at the nodes of `shape`, or where a mesh with curves of its own has them if
-/// less error is expected there: in rows of thin elements that follow a solution chords tell nothing of it.
+/// These nodes, or a part of the way to them from the base where elements would be too flat: a search from nodes that
+/// bend an element through itself ends there.
 template <int D>
-struct SolutionStart {
-    Column<LagrangeNode<D>> nodes;
-    std::optional<double> of_shape = {};  ///< what is expected with the nodes of `shape`, where it was asked
-};
-
-template <int D>
-Outcome<SolutionStart<D>> solution_start(const CurvedFrom<D>& from, const CurveInput<D>& input,
-                                         Column<LagrangeNode<D>> shaped, const KnownSolution<D>& solution,
-                                         const Execution& execution) {
-    if (from.nodes != NodesOf::input) return SolutionStart<D>{std::move(shaped)};
-    const auto expected = [&](const Column<LagrangeNode<D>>& nodes, double begin, double end) {
-        return solution_nodes<D>(from.mesh, input.kinds, nodes.view(), input.shells, solution, {.rounds = 0},
-                                 part_of(execution, begin, end))
-            .map([](const SolutionNodes<D>& found) { return found.before; });
-    };
-    const auto of_shape = expected(shaped, 0, 0.5);
-    if (!of_shape) return fail(of_shape.error());
-    const auto of_own = expected(input.base, 0.5, 1);
-    if (!of_own) return fail(of_own.error());
-    return SolutionStart<D>{*of_own < *of_shape ? input.base : std::move(shaped), *of_shape};
+Outcome<Column<LagrangeNode<D>>> held_by_elements(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
+                                                  const Column<LagrangeNode<D>>& nodes, const ProposeOptions& options,
+                                                  const Execution& execution) {
+    auto moves = map_each(without_progress(execution), nodes.size(),
+                          [&](std::size_t e) { return nodes[e].point - input.base[e].point; });
+    if (!moves) return fail(moves.error());
+    const auto limited =
+        limit_by_jacobian<D>(mesh, input.base.view(), input.shells, options.min_jacobian, *moves, execution);
+    if (!limited) return fail(limited.error());
+    Buffer<LagrangeNode<D>> held(input.base.begin(), input.base.end());
+    for (std::size_t e = 0; e < held.size(); ++e) held[e].point += (*moves)[e];
+    return Column<LagrangeNode<D>>(std::move(held));
 }
 
-/// From there by what is known of the solution.
+/// Those of the volume by a solution: from the nodes of `shape`, or from where a mesh with curves of its own has them
+/// if the error is less there. In rows of thin elements that follow a solution chords tell nothing of it.
 template <int D>
-Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const KnownSolution<D>& solution,
+Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start, const GivenSolution<D>& given,
                                const ProposeOptions& options, ExpectedErrors& expected, const Execution& execution) {
-    auto shaped = by_shape(from, start, options, part_of(execution, 0, 0.35));
+    auto shaped = by_shape(from, start, options, part_of(execution, 0, 0.3));
     if (!shaped) return shaped;
     const CurveInput<D>& input = start.input;
     Proposal<D> proposal = std::move(shaped->proposal);
-    auto begun = solution_start(from, input, proposal.mid_nodes, solution, part_of(execution, 0.35, 0.5));
+    auto begun = held_by_elements(from.mesh, input, proposal.mid_nodes, options, part_of(execution, 0.3, 0.35));
     if (!begun) return fail(begun.error());
-    const auto found = solution_nodes<D>(from.mesh, input.kinds, begun->nodes.view(), input.shells, solution,
-                                         {.min_jacobian = options.min_jacobian}, part_of(execution, 0.5, 1));
+    std::vector<Column<LagrangeNode<D>>> starts{std::move(*begun)};
+    if (from.nodes == NodesOf::input) starts.push_back(input.base);
+    const SolutionInElements<D> solution = [&](const QuadraticMesh<D>& curved, const Execution& e) {
+        return known_solution(from.mesh, given, curved, e);
+    };
+    auto found = solution_nodes<D>(from.mesh, input.kinds, starts, input.shells, solution,
+                                   {.min_jacobian = options.min_jacobian}, part_of(execution, 0.35, 1));
     if (!found) return fail(found.error());
-    expected = {begun->of_shape.value_or(found->before), found->after, found->rounds};
-    Buffer<LagrangeNode<D>> mid_nodes = take(std::move(begun->nodes));
+    expected = {found->before, found->after, found->frames};
     Buffer<EdgeChange> changes = take(std::move(proposal.changes));
-    for (std::size_t e = 0; e < mid_nodes.size(); ++e) {
+    for (std::size_t e = 0; e < changes.size(); ++e) {
         if (input.kinds[e] != EdgeKind::volume) continue;
         const auto& [a, b] = from.mesh.edges.vertices[e];
-        mid_nodes[e].point += found->moves[e];
-        changes[e] = mid_nodes[e].point == midpoint(from.mesh.linear.points[a], from.mesh.linear.points[b])
+        changes[e] = found->nodes[e].point == midpoint(from.mesh.linear.points[a], from.mesh.linear.points[b])
                          ? EdgeChange::straight
                          : EdgeChange::optimised;
     }
-    proposal.mid_nodes = std::move(mid_nodes);
+    proposal.mid_nodes = std::move(found->nodes);
     proposal.changes = std::move(changes);
     Curved<D> curved = without_lengths(from.mesh, input.kinds, std::move(proposal));
     curved.statistics.drawn_back = found->drawn_back;
@@ -216,15 +213,9 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
                     "another objective");
     auto start = begin_curving(from, metric, options, around);
     if (!start) return fail(start.error());
-    KnownSolution<D> known;
-    if (is_of_solution) {
-        auto recovered = known_solution(from.mesh, solution, around);
-        if (!recovered) return fail(recovered.error());
-        known = std::move(*recovered);
-    }
     ExpectedErrors expected;
     auto curved = run_step(around, "curve", [&](const Execution& e) {
-        return is_of_solution                 ? by_solution(from, *start, known, options, expected, e)
+        return is_of_solution                 ? by_solution(from, *start, solution, options, expected, e)
                : has_field(options.objective) ? by_field(from, *start, options, e)
                                               : by_shape(from, *start, options, e);
     });

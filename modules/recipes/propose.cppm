@@ -68,8 +68,9 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
     return objective != Objective::shape && objective != Objective::solution;
 }
 
-/// What is expected of a solution's error, the root of Σ (weight · L2 error)² over its fields, each in its own unit:
-/// with the nodes of the objective shape, and with those that were found.
+/// The expected error of a solution: of one field weight · L2 error in the user's unit, of several the root of
+/// Σ (weight · L2 error)², each in a unit in which its range is about 1. With the nodes of the objective shape, and
+/// with those that were found.
 struct ExpectedErrors {
     double before = 0, after = 0;
     int rounds = 0;
@@ -87,7 +88,7 @@ struct ProposedCurves {
     std::optional<ExpectedErrors> expected = {};               ///< of the objective solution
 };
 
-/// Steps: extension, then metric, or recover for the objective solution, and curve. Errors (usage): the objectives
+/// Steps: extension, then metric where edges follow one, and curve. Errors (usage): the objectives
 /// shape and solution with boundary nodes by length, solution without fields; those of the metric, of `known_solution`;
 /// stopped; memory.
 template <int D>

@@ -28,9 +28,9 @@ constexpr std::size_t elements_at_once = 64;
 template <int D, int K, int P>
 class ElementFits {
   public:
-    ElementFits(const NodalMesh<D>& nodal, std::span<const Column<double>> fields,
+    ElementFits(const NodalMesh<D>& nodal, std::span<const Column<double>> fields, const QuadraticMesh<D>& curved,
                 std::vector<Buffer<LatticeValues<D>>>& out)
-        : nodal_(nodal), fields_(fields), out_(out), rings_(nodal) {}
+        : nodal_(nodal), fields_(fields), curved_(curved), out_(out), rings_(nodal) {}
 
     void fit(ElementId e) {
         const EdgeOffsets<D> offsets = edge_offsets(nodal_.mesh, e);
@@ -38,7 +38,7 @@ class ElementFits {
         centroid.fill(1.0 / (D + 1));
         middle_ = place_within(nodal_.mesh.linear, e, offsets, centroid);
         const int degree = place(e);
-        Lattice<D> places = lattice_of(nodal_.mesh.linear, e, offsets);
+        Lattice<D> places = lattice_of(nodal_.mesh.linear, e, edge_offsets(curved_, e));
         for (Vec<D>& x : places) x = fit_.whitened_by() * (x - middle_);
         for (std::size_t f = 0; f < fields_.size(); ++f) {
             values_.clear();
@@ -92,6 +92,7 @@ class ElementFits {
 
     const NodalMesh<D>& nodal_;
     std::span<const Column<double>> fields_;
+    const QuadraticMesh<D>& curved_;
     std::vector<Buffer<LatticeValues<D>>>& out_;
     Rings<D> rings_;
     Fit<D, P> fit_;
@@ -102,7 +103,7 @@ class ElementFits {
 
 template <int D, int K, int P>
 Outcome<std::vector<Column<LatticeValues<D>>>> fitted(const NodalMesh<D>& nodal, std::span<const Column<double>> fields,
-                                                      const Execution& execution) {
+                                                      const QuadraticMesh<D>& curved, const Execution& execution) {
     const std::size_t n = nodal.mesh.linear.elements.size();
     std::vector<Buffer<LatticeValues<D>>> out;
     out.reserve(fields.size());
@@ -110,7 +111,7 @@ Outcome<std::vector<Column<LatticeValues<D>>>> fitted(const NodalMesh<D>& nodal,
     const auto done = each_chunk(
         execution, n,
         [&](std::size_t begin, std::size_t end) {
-            ElementFits<D, K, P> fits(nodal, fields, out);
+            ElementFits<D, K, P> fits(nodal, fields, curved, out);
             for (std::size_t e = begin; e < end; ++e) fits.fit(ElementId(e));
         },
         elements_at_once);
@@ -126,21 +127,22 @@ Outcome<std::vector<Column<LatticeValues<D>>>> fitted(const NodalMesh<D>& nodal,
 template <int D>
 Outcome<std::vector<Column<LatticeValues<D>>>> element_values(const QuadraticMesh<D>& mesh,
                                                               std::span<const Column<double>> fields,
+                                                              const QuadraticMesh<D>& curved,
                                                               const Execution& execution) {
     return guarded([&]() -> Outcome<std::vector<Column<LatticeValues<D>>>> {
         const auto nodes = checked_nodes(mesh, fields, execution);
         if (!nodes) return fail(nodes.error());
         const NodalMesh<D> nodal = nodes->of(mesh);
-        return nodal.degree == 1 ? fitted<D, 1, 4>(nodal, fields, execution)
-                                 : fitted<D, 2, 5>(nodal, fields, execution);
+        return nodal.degree == 1 ? fitted<D, 1, 4>(nodal, fields, curved, execution)
+                                 : fitted<D, 2, 5>(nodal, fields, curved, execution);
     });
 }
 
 template Outcome<std::vector<Column<LatticeValues<2>>>> element_values<2>(const QuadraticMesh<2>&,
                                                                           std::span<const Column<double>>,
-                                                                          const Execution&);
+                                                                          const QuadraticMesh<2>&, const Execution&);
 template Outcome<std::vector<Column<LatticeValues<3>>>> element_values<3>(const QuadraticMesh<3>&,
                                                                           std::span<const Column<double>>,
-                                                                          const Execution&);
+                                                                          const QuadraticMesh<3>&, const Execution&);
 
 }  // namespace camber

@@ -39,13 +39,14 @@ Outcome<Buffer<LatticeValues<D>>> sampled(const QuadraticMesh<D>& mesh, const Fu
 }  // namespace
 
 template <int D>
-Outcome<Column<LatticeValues<D>>> element_values(const QuadraticMesh<D>& mesh, const FunctionOfPlace<D>& function,
-                                                 const Execution& execution) {
-    return guarded([&]() -> Outcome<Column<LatticeValues<D>>> {
-        if (mesh.linear.elements.size() == 0) return Column<LatticeValues<D>>{};
+Outcome<FunctionValues<D>> element_values(const QuadraticMesh<D>& mesh, const FunctionOfPlace<D>& function,
+                                          const Execution& execution) {
+    return guarded([&]() -> Outcome<FunctionValues<D>> {
+        if (mesh.linear.elements.size() == 0) return FunctionValues<D>{};
         Buffer<double> at_vertices(mesh.linear.points.size());
         function()(std::span<const Vec<D>>(mesh.linear.points), std::span<double>(at_vertices));
-        auto values = sampled(mesh, function, own_exponent(at_vertices), execution);
+        const int exponent = own_exponent(at_vertices);
+        auto values = sampled(mesh, function, exponent, execution);
         if (!values) return fail(values.error());
         const auto bad = std::ranges::find_if(*values, [](const LatticeValues<D>& at) {
             return !std::ranges::all_of(at, [](float x) { return std::isfinite(x); });
@@ -54,13 +55,13 @@ Outcome<Column<LatticeValues<D>>> element_values(const QuadraticMesh<D>& mesh, c
             return fail(ErrorKind::usage, "the function that nodes are placed by is no number there", {},
                         Entity{"element", static_cast<std::size_t>(bad - values->begin()) + 1},
                         "give one that is finite on the whole domain");
-        return Column<LatticeValues<D>>(std::move(*values));
+        return FunctionValues<D>{Column<LatticeValues<D>>(std::move(*values)), exponent};
     });
 }
 
-template Outcome<Column<LatticeValues<2>>> element_values<2>(const QuadraticMesh<2>&, const FunctionOfPlace<2>&,
-                                                             const Execution&);
-template Outcome<Column<LatticeValues<3>>> element_values<3>(const QuadraticMesh<3>&, const FunctionOfPlace<3>&,
-                                                             const Execution&);
+template Outcome<FunctionValues<2>> element_values<2>(const QuadraticMesh<2>&, const FunctionOfPlace<2>&,
+                                                      const Execution&);
+template Outcome<FunctionValues<3>> element_values<3>(const QuadraticMesh<3>&, const FunctionOfPlace<3>&,
+                                                      const Execution&);
 
 }  // namespace camber

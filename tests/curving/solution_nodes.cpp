@@ -85,22 +85,22 @@ KnownSolution<D> known(const QuadraticMesh<D>& mesh, std::span<const Cubic<D>> f
 }
 
 template <int D>
-SolutionNodes<D> moved(const Block<D>& b, const Column<LagrangeNode<D>>& base, std::span<const Cubic<D>> fields,
-                       const SolutionNodesOptions& options = {}, const Execution& execution = alone) {
-    return must(solution_nodes<D>(b.mesh, b.kinds, base, b.shells, known(b.mesh, fields), options, execution));
+SolutionInElements<D> in_elements(std::span<const Cubic<D>> fields) {
+    return [fields](const QuadraticMesh<D>& mesh, const Execution&) -> Outcome<KnownSolution<D>> {
+        return known(mesh, fields);
+    };
 }
 
 template <int D>
-Column<LagrangeNode<D>> after(const Column<LagrangeNode<D>>& base, const SolutionNodes<D>& made) {
-    Buffer<LagrangeNode<D>> nodes(base.begin(), base.end());
-    for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e].point += made.moves[e];
-    return nodes;
+SolutionNodes<D> moved(const Block<D>& b, const Column<LagrangeNode<D>>& start, std::span<const Cubic<D>> fields,
+                       const SolutionNodesOptions& options = {}, const Execution& execution = alone) {
+    return must(solution_nodes<D>(b.mesh, b.kinds, {&start, 1}, b.shells, in_elements<D>(fields), options, execution));
 }
 
 /// The error with these nodes, of all fields together.
 template <int D>
 double expected(const Block<D>& b, const Column<LagrangeNode<D>>& nodes, std::span<const Cubic<D>> fields) {
-    return moved<D>(b, nodes, fields, {.rounds = 0}).before;
+    return moved<D>(b, nodes, fields, {.frames = 0}).before;
 }
 
 template <int D>
@@ -151,46 +151,69 @@ KnownSolution<D> quadratic_within(const QuadraticMesh<D>& mesh, Dice& dice) {
 
 template <int D>
 void laws_of_frames() {
-    property(
-        "what is of degree 2 in the coordinates of curved elements is interpolated there, and nowhere else",
-        [](std::uint64_t seed) {
-            Dice dice(seed + 2);
-            const auto b = bent_block<D>(seed);
-            const auto solution = quadratic_within(b.mesh, dice);
-            const auto error = [&](const Column<LagrangeNode<D>>& nodes) {
-                return must(solution_nodes<D>(b.mesh, b.kinds, nodes, b.shells, solution, {.rounds = 0}, alone)).before;
-            };
-            RC_ASSERT(error(b.mesh.mid_nodes) < 1e-5);
-            RC_ASSERT(error(b.boundary_nodes) > 1e-3);
-        },
-        {.count = 5});
-    property(
-        "the expected error is the interpolant's: about the nodes of the curved elements exactly, nearly with others; "
-        "and "
-        "nodes are found that are as good as those of a search in straight elements",
-        [](std::uint64_t seed) {
-            Dice dice(seed + 2);
-            const auto bent = bent_block<D>(seed);
-            auto straight = bent;
-            straight.mesh = must(elevate(bent.mesh.linear, alone));
-            const std::array fields{Cubic<D>(dice, 0.5)};
-            const Column<LagrangeNode<D>> from = bent.mesh.mid_nodes;
-            const auto made = moved<D>(bent, from, fields);
-            const double reached = interpolated(bent, after(from, made), fields[0]);
-            const double in_straight = interpolated(bent, after(from, moved<D>(straight, from, fields)), fields[0]);
-            RC_ASSERT(std::abs(made.before / interpolated(bent, from, fields[0]) - 1) < 2e-2);
-            RC_ASSERT(made.rounds > 0);
-            RC_ASSERT(std::abs(made.after / reached - 1) < 0.3);  // at most 0.13 of a thousand
-            RC_ASSERT(reached < 1.4 * in_straight);
-        },
-        {.count = 5});
+    property("what is of degree 2 in the coordinates of curved elements is interpolated there",
+             [](std::uint64_t seed) {
+                 Dice dice(seed + 2);
+                 const auto b = bent_block<D>(seed);
+                 const auto solution = quadratic_within(b.mesh, dice);
+                 const SolutionInElements<D> known = [&](const QuadraticMesh<D>&, const Execution&) {
+                     return Outcome<KnownSolution<D>>(solution);
+                 };
+                 const Column<LagrangeNode<D>> start = b.mesh.mid_nodes;
+                 const auto made = must(solution_nodes<D>(b.mesh, b.kinds, {&start, 1}, b.shells, known, {}, alone));
+                 RC_ASSERT(made.before < 1e-5);
+             },
+             {.count = 5});
+    property("the search goes on from the best of its starts, whatever the nodes of the mesh",
+             [](std::uint64_t seed) {
+                 Dice dice(seed + 2);
+                 const auto bent = bent_block<D>(seed);
+                 auto straight = bent;
+                 straight.mesh = must(elevate(bent.mesh.linear, alone));
+                 const std::array fields{Cubic<D>(dice, 0.5)};
+                 const Column<LagrangeNode<D>> own = bent.mesh.mid_nodes;
+                 const auto made = moved<D>(bent, own, fields);
+                 RC_ASSERT(made.nodes == moved<D>(straight, own, fields).nodes);
+                 const std::array starts{straight.mesh.mid_nodes, own};
+                 const auto best = must(
+                     solution_nodes<D>(bent.mesh, bent.kinds, starts, bent.shells, in_elements<D>(fields), {}, alone));
+                 RC_ASSERT(best.before == expected<D>(bent, starts[0], fields));
+                 const std::size_t lower = best.before <= expected<D>(bent, own, fields) ? 0 : 1;
+                 RC_ASSERT(best.nodes == moved<D>(bent, starts[lower], fields).nodes);
+             },
+             {.count = 5});
+    property("a solution that is told wrong away from its frame costs no accuracy",
+             [](std::uint64_t seed) {
+                 Dice dice(seed + 2);
+                 const auto b = bent_block<D>(seed);
+                 const Cubic<D> u(dice, 0.5);
+                 const Column<LagrangeNode<D>> start = b.mesh.mid_nodes;
+                 // Beside nodes a bubble, which interpolation does not see and a search would follow.
+                 const SolutionInElements<D> wrong = [&](const QuadraticMesh<D>& mesh, const Execution&) {
+                     auto solution = known<D>(mesh, std::array{u});
+                     Buffer<std::array<float, node_count<known_degree, D>>> values(solution[0].values.begin(),
+                                                                                   solution[0].values.end());
+                     for (std::size_t e = 0; e < values.size(); e += 3)
+                         for (std::size_t q = 0; q < values[e].size(); ++q) {
+                             double bubble =
+                                 30 * std::sin(1e4 * mesh.mid_nodes[mesh.edges.of_elements[ElementId(e)][0]].point[0]);
+                             for (const double x : lattice<D>[q]) bubble *= x;
+                             values[e][q] += static_cast<float>(bubble);
+                         }
+                     solution[0].values = std::move(values);
+                     return Outcome<KnownSolution<D>>(std::move(solution));
+                 };
+                 const auto made = must(solution_nodes<D>(b.mesh, b.kinds, {&start, 1}, b.shells, wrong, {}, alone));
+                 RC_ASSERT(made.after <= made.before);
+             },
+             {.count = 3});
 }
 
 template <int D>
 void laws() {
     property(
-        "the expected error is the interpolant's: on straight elements exactly, on moved ones nearly; it never rises, "
-        "and boundary nodes stay",
+        "the expected error is the interpolant's, with the nodes given and with those found; it never rises, and "
+        "boundary nodes stay",
         [](std::uint64_t seed) {
             Dice dice(seed);
             const auto b = shell_block<D>(cells<D>, seed + 1);
@@ -198,10 +221,10 @@ void laws() {
             const Column<LagrangeNode<D>> straight = b.mesh.mid_nodes;
             const auto made = moved<D>(b, straight, fields);
             RC_ASSERT(std::abs(made.before / interpolated(b, straight, fields[0]) - 1) < 2e-3);
-            RC_ASSERT(std::abs(made.after / interpolated(b, after(straight, made), fields[0]) - 1) < 0.1);
+            RC_ASSERT(std::abs(made.after / interpolated(b, made.nodes, fields[0]) - 1) < 5e-2);
             RC_ASSERT(made.after <= made.before);
-            for (std::size_t e = 0; e < made.moves.size(); ++e)
-                RC_ASSERT(b.kinds[EdgeId(e)] == EdgeKind::volume || made.moves[e] == Vec<D>{});
+            for (std::size_t e = 0; e < made.nodes.size(); ++e)
+                RC_ASSERT(b.kinds[EdgeId(e)] == EdgeKind::volume || made.nodes[e] == straight[e]);
         },
         {.count = 5});
     property("from curved walls too, for a field that curves pay for",
@@ -210,7 +233,7 @@ void laws() {
                  const auto b = shell_block<D>(cells<D>, seed + 1);
                  const std::array fields{Cubic<D>(dice, 0.3)};
                  const auto made = moved<D>(b, b.boundary_nodes, fields);
-                 RC_ASSERT(made.rounds > 0);
+                 RC_ASSERT(made.frames > 0);
                  RC_ASSERT(made.after < 0.9 * made.before);
              },
              {.count = 5});
@@ -222,7 +245,7 @@ void laws() {
                  const std::span<const Cubic<D>> all(both);
                  const auto made = moved<D>(b, b.boundary_nodes, all);
                  for (std::size_t i = 0; i < both.size(); ++i) {
-                     const auto nodes = after(b.boundary_nodes, moved<D>(b, b.boundary_nodes, all.subspan(i, 1)));
+                     const auto nodes = moved<D>(b, b.boundary_nodes, all.subspan(i, 1)).nodes;
                      RC_ASSERT(made.after <= 1.02 * expected<D>(b, nodes, all));
                  }
              },
@@ -235,7 +258,7 @@ void laws() {
                  const auto one = moved<D>(b, b.boundary_nodes, fields);
                  for (const int threads : {2, 7}) {
                      const auto other = moved<D>(b, b.boundary_nodes, fields, {}, Execution{.threads = threads});
-                     RC_ASSERT(other.moves == one.moves);
+                     RC_ASSERT(other.nodes == one.nodes);
                      RC_ASSERT(other.after == one.after);
                  }
              },
