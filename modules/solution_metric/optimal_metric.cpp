@@ -4,8 +4,11 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
+#include <vector>
 module camber.solution_metric;
 import camber.core;
 import camber.metric;
@@ -156,6 +159,28 @@ class BallMean {
     Sym<D> plain_;
 };
 
+/// The mean of the models of each material around a vertex, then their intersection: at the interface of two materials
+/// the finer one decides.
+template <int D>
+LocalModel<D> model_at_vertex(const LinearMesh<D>& mesh, std::span<const ElementId> ball,
+                              const Column<LocalModel<D>>& raised) {
+    std::vector<ElementId> elements(ball.begin(), ball.end());
+    std::erase_if(elements, [&](ElementId e) { return !(volume_of(mesh, e.index()) > 0); });
+    const auto material = [&](ElementId e) { return mesh.elements.references[e]; };
+    std::ranges::stable_sort(elements, {}, material);
+    std::optional<EigenSystem<D>> all;
+    for (auto first = elements.begin(); first != elements.end();) {
+        const auto last =
+            std::find_if(first, elements.end(), [&](ElementId e) { return material(e) != material(*first); });
+        const auto mean = BallMean<D>(
+                              raised, [&](ElementId e) { return volume_of(mesh, e.index()); }, std::span(first, last))
+                              .model();
+        all = all ? intersection(*all, mean.logs) : mean.logs;
+        first = last;
+    }
+    return all ? LocalModel<D>{*all} : zero_model<D>();
+}
+
 }  // namespace
 
 template <int D>
@@ -207,13 +232,8 @@ Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, con
     });
     if (!raised) return fail(raised.error());
     const Column<LocalModel<D>> column(std::move(*raised));
-    auto models = map_each(execution, mesh.points.size(), [&](std::size_t v) {
-        const auto ball = balls[v];
-        double all = 0;
-        for (const ElementId e : ball) all += volume_of(mesh, e.index());
-        if (!(all > 0)) return zero_model<D>();
-        return BallMean<D>(column, [&](ElementId e) { return volume_of(mesh, e.index()); }, ball).model();
-    });
+    auto models = map_each(execution, mesh.points.size(),
+                           [&](std::size_t v) { return model_at_vertex<D>(mesh, balls[v], column); });
     if (!models) return fail(models.error());
     return Column<LocalModel<D>>(std::move(*models));
 }

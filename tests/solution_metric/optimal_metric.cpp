@@ -166,8 +166,46 @@ void balls_of_models() {
     CHECK(must(optimal_metric(mesh, out, {}, 1e3, 1, alone)).complexity == doctest::Approx(1e3));
 }
 
+/// Two materials whose models differ: at vertices of one material its own model, at the interface at least either one.
+template <int D>
+void models_of_two_materials() {
+    property("at the interface of two materials no size is larger than those of either",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 auto mesh = box_with_facets<D>(4, seed + 1, 0.2);
+                 const auto ball = must(balls(mesh, alone));
+                 const std::array<LocalModel<D>, 2> of{random_model<D>(dice, 3), random_model<D>(dice, 3)};
+                 Buffer<LocalModel<D>> rows;
+                 Buffer<Reference> references;
+                 for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+                     const auto p = corners(mesh, e);
+                     Vec<D> middle;
+                     for (const auto& corner : p) middle += corner / (D + 1.0);
+                     references.push_back(middle[0] < 0.5 ? 1 : 2);
+                     rows.push_back(of[references.back() - 1]);
+                 }
+                 mesh.elements.references = Column<Reference>(Buffer<Reference>(references));
+                 const auto out =
+                     must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {}, 1e3, 1e9, alone));
+                 for (std::size_t v = 0; v < out.size(); ++v)
+                     for (int m = 0; m < 2; ++m) {
+                         const bool touches =
+                             std::ranges::any_of(ball[v], [&](ElementId e) { return references[e.index()] == m + 1; });
+                         const bool is_only =
+                             std::ranges::all_of(ball[v], [&](ElementId e) { return references[e.index()] == m + 1; });
+                         if (touches) RC_ASSERT(size_excess(out[v].logs, of[m].logs) < 1e-6);
+                         if (is_only) RC_ASSERT(norm(composed(out[v].logs) - composed(of[m].logs)) < 1e-6);
+                     }
+             },
+             {.count = 20});
+}
+
 }  // namespace
 
+TEST_CASE("models at the interface of two materials") {
+    models_of_two_materials<2>();
+    models_of_two_materials<3>();
+}
 TEST_CASE("optimal metrics") {
     laws<2>();
     laws<3>();
