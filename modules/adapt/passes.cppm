@@ -21,20 +21,22 @@ struct Adapted {
 /// Edges that are longer than `longest` are split, at the middle by length, the longest first.
 struct SplitOptions {
     double longest = longest_unit_edge;
-    /// No edge shorter than this is made; of an edge longer than 2 none shorter than 2/length of it: what is short a
+    /// No edge shorter than this is made; of an edge longer than 2 none shorter than (2/length)² of it: what is short a
     /// collapse mends, and what stands in the way of a split nothing.
     double shortest = 0.61;
-    double min_quality = 0.05;  ///< of new elements, unless what they replace is worse
+    /// Of new elements, unless what they replace is worse; of an edge longer than 2 at most 0.02.
+    double min_quality = 0.05;
 
     [[nodiscard]] static constexpr auto options() {
         using S = SplitOptions;
         return std::tuple(
             option("longest", &S::longest, "edges that are longer are split").unit("lengths in the metric").above(0),
             option("shortest", &S::shortest,
-                   "no edge shorter than this is made; of an edge longer than 2 none shorter than 2/length of it")
+                   "no edge shorter than this is made; of an edge longer than 2 none shorter than (2/length)² of it")
                 .unit("lengths in the metric")
                 .at_least(0),
-            option("min_quality", &S::min_quality, "of new elements, unless what they replace is worse")
+            option("min_quality", &S::min_quality,
+                   "of new elements, unless what they replace is worse; of an edge longer than 2 at most 0.02")
                 .at_least(0)
                 .below(1));
     }

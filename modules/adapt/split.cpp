@@ -48,6 +48,7 @@ class Splits final : public Pass<D> {
 
   private:
     static constexpr double much_too_long = 2;
+    static constexpr double quality_beside_long = 0.02;
 
     /// `share`: how far the point goes to the geometry.
     [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
@@ -56,9 +57,12 @@ class Splits final : public Pass<D> {
         if (r.mesh.is_free(edge)) return {};
         const double length = length_of(r, edge);
         if (!(length > options_.longest)) return {};
-        // What is much too long goes before what becomes short: a collapse mends that, and nothing the other.
-        const double shortest = options_.shortest * std::min(1.0, much_too_long / length);
-        return split_candidate(r, goal_, edge, share, {shortest, options_.min_quality});
+        // What is much too long goes before what becomes short or flat: collapses and swaps mend that, and nothing the
+        // other.
+        const double excess = std::max(1.0, length / much_too_long);
+        const double min_quality =
+            excess > 1 ? std::min(quality_beside_long, options_.min_quality) : options_.min_quality;
+        return split_candidate(r, goal_, edge, share, {options_.shortest / (excess * excess), min_quality});
     }
     const AdaptationGoal<D>& goal_;
     const SplitOptions& options_;
