@@ -45,6 +45,23 @@ void add_aims(CLI::App* verb, AdaptArguments& a) {
         ->type_name("EXPRESSION");
 }
 
+/// --norm, of which H1 is an alias: the norm L2 of gradients.
+void add_norm(CLI::App* verb, SolutionMetric& metric) {
+    const auto norm = camber::option_of(&SolutionMetric::norm);
+    verb->add_option("--norm", metric.norm, help_of(norm) + "; H1: as --norm 2 --error-of gradients")
+        ->check(within<double>(norm.limits))
+        ->transform(CLI::Validator(
+            [&metric](std::string& given) {
+                if (given == "H1") {
+                    metric.error_of = camber::ErrorOf::gradients;
+                    given = "2";
+                }
+                return std::string();
+            },
+            ""))
+        ->capture_default_str();
+}
+
 void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     using S = SolutionMetric;
     verb->add_option(
@@ -53,7 +70,7 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
             "tetrahedra, 2.6 times as many triangles. Default: as many elements as the mesh has")
         ->delimiter(',')
         ->check(above<double>(0));
-    add_described<double>(verb, a.of_solution, camber::option_of(&S::norm));
+    add_norm(verb, a.of_solution);
     add_words(verb, "--error-of", a.of_solution.error_of, help_of(camber::option_of(&S::error_of)));
     add_described<double>(verb, a.of_solution, camber::option_of(&S::min_size));
     add_described<double>(verb, a.of_solution, camber::option_of(&S::max_size));
@@ -71,12 +88,13 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
 void add_cycles(CLI::App* verb, AdaptArguments& a) {
     using S = Adaptation;
     verb->add_option("--cycles", a.cycles,
-                     "So many cycles at most; they end where the mesh has settled. Default: 8, of a solution's file 1")
+                     "So many cycles at most; they end where the error has settled. Default: 8, of a solution's file 1")
         ->check(between<int>(1, 1000));
     verb->add_option("--degree", a.degree, "Of the meshes that are made: 1, straight, or 2, curved")
         ->check(between<int>(1, 2))
         ->capture_default_str();
     add_described<double>(verb, a.adapt, camber::option_of(&S::settled));
+    add_words(verb, "--result", a.adapt.result, help_of(camber::option_of(&S::result)));
     verb->add_option("--seconds", a.adapt.seconds, "How long the solver may take each time. Default: any time")
         ->check(at_least<double>(0));
     verb->add_option("--folder", a.adapt.folder,
@@ -110,8 +128,9 @@ void add_adapt(CLI::App& app, Verb& verb) {
         "A cycle takes the mesh and its solution, makes the metric of so many elements that interpolates it best, "
         "remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every "
         "mesh is valid. The boundary stays on the geometry: that of --geometry or --cad, else the first mesh's. Cycles "
-        "end when the mesh has settled (--settled), after --cycles of them, or by Ctrl-C; what the last whole one made "
-        "is then in OUTPUT and in its folder. How it works: docs/algorithms/adaptation.md");
+        "end when the error has settled (--settled), after --cycles of them, or by Ctrl-C; the mesh with the least "
+        "error "
+        "is then in OUTPUT (--result). How it works: docs/algorithms/adaptation.md");
     AdaptArguments& a = verb.adapt;
     adapt->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
     adapt->add_option("-o,--output", a.output, "Where the last mesh goes (" + endings_of_output() + ")")->required();

@@ -2,12 +2,18 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
+#include <rapidcheck.h>
+
+#include "dice.hpp"
+#include "property.hpp"
 
 import camber.core;
 import camber.config;
@@ -15,6 +21,7 @@ import camber.io;
 import camber.run;
 
 using namespace camber;
+using namespace camber::testing;
 using run::CycleRow;
 
 namespace {
@@ -107,7 +114,7 @@ TEST_CASE("What is of the first mesh alone is refused where there are more") {
     CHECK(run::check_cycles(adapting(solving)));
 }
 
-TEST_CASE("Cycles end where meshes become no nearer to unit in their own solution's metric") {
+TEST_CASE("Without an error cycles end where meshes become no nearer to unit in their own solution's metric") {
     const config::Adaptation adapt{.cycles = 9, .complexity = {10, 20}};
     std::vector<CycleRow> rows{row(0, 0, 0), row(1, 0.1, 0.9), row(2, 0.1, 0.9)};
     const auto reason = [&](double before) {
@@ -125,6 +132,71 @@ TEST_CASE("Cycles end where meshes become no nearer to unit in their own solutio
     CHECK_MESSAGE(reason(0.1).empty(), "far from unit");
     std::vector<CycleRow> moving{row(2, 0.3, 0.9), row(3, 0.3, 0.9), row(4, 0.3, 0.9)};
     CHECK_MESSAGE(run::reason_to_end(moving, {.cycles = 9}).empty(), "what moves on has not settled");
+}
+
+TEST_CASE("Cycles end where the least error falls no more, and the mesh that has it is the result") {
+    property("of random errors", [](std::uint64_t seed) {
+        Dice dice(seed);
+        const config::Adaptation adapt{.cycles = 30, .complexity = {10, 20}, .settled = dice.uniform(0.02, 0.5)};
+        std::vector<CycleRow> rows;
+        std::vector<double> least;  // of the last complexity, by cycle
+        for (int cycle = 0; cycle <= 12; ++cycle) {
+            CycleRow made = row(cycle, 0.5, 0.9);
+            made.wanted = cycle == 0 ? 0 : cycle == 1 ? 10 : 20;
+            // Of few unknowns the first two may be the best by chance, and are no result.
+            made.expected = std::exp(dice.uniform(-1, 1)) / (cycle + 1);
+            rows.push_back(made);
+            if (cycle < 2) continue;
+            least.push_back(least.empty() ? *made.expected : std::min(least.back(), *made.expected));
+            const CycleRow& result = rows[run::row_of_result(rows, adapt)];
+            RC_ASSERT(result.cycle >= 2);
+            RC_ASSERT(*result.expected == least.back());
+            const std::size_t n = least.size();
+            const bool has_settled = n > 2 && least[n - 1] >= (1 - adapt.settled) * least[n - 3];
+            RC_ASSERT(run::reason_to_end(rows, adapt).empty() == !has_settled);
+            RC_ASSERT(run::reason_to_end(rows, {.cycles = 30, .complexity = {10, 20}, .settled = 0}).empty());
+            auto last = adapt;
+            last.result = config::ResultOfCycles::last;
+            RC_ASSERT(run::row_of_result(rows, last) + 1 == rows.size());
+        }
+    });
+}
+
+TEST_CASE("The result is a valid mesh, the last one of a solver that is told the cycle, and judged by what is known") {
+    std::vector<CycleRow> rows{row(0, 0, 0), row(1, 0.5, 0.9), row(2, 0.5, 0.9), row(3, 0.5, 0.9)};
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+        rows[i].expected = 4.0 - static_cast<double>(i);
+        rows[i].interpolated = run::CycleError{static_cast<double>(i), 1};
+    }
+    const auto result = [&](const config::Adaptation& adapt) { return run::row_of_result(rows, adapt); };
+    CHECK_MESSAGE(result({.cycles = 3}) == 1, "the interpolant's error");
+    CHECK_MESSAGE(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 3, "the expected one");
+    rows[3].is_valid = false;
+    CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 2);
+    rows[3].is_valid = true;
+    rows[1].expected = 0.5;
+    CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 1);
+    CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}", "-n{cycle}"}}) == 3);
+    rows[1].misses = {"off by 1"};
+    const auto read = run::read_cycles(run::cycles_json(rows), "cycles.json");
+    REQUIRE(read);
+    CHECK((*read)[1].misses == rows[1].misses);
+}
+
+TEST_CASE("What is worth knowing of the result") {
+    std::vector<CycleRow> rows{row(1, 0.5, 0.9), row(2, 0.5, 0.8), row(3, 0.5, 0.9)};
+    for (std::size_t i = 0; i < rows.size(); ++i) rows[i].expected = i == 1 ? 1 : 2;
+    rows[0].worst_quality = 0.5;
+    rows[1].worst_quality = 0.2;
+    const auto notes = run::notes_on_result(rows, {.cycles = 3});
+    REQUIRE(notes.size() == 3);
+    CHECK(notes[0].find("cycle 2") != std::string::npos);
+    CHECK(notes[1].find("90.0 % in cycle 1 to 80.0 %") != std::string::npos);
+    CHECK(notes[2].find("0.500 in cycle 1 to 0.200") != std::string::npos);
+    rows.pop_back();
+    rows[1] = row(2, 0.5, 0.9);
+    rows[1].worst_quality = 0.5;
+    CHECK(run::notes_on_result(rows, {.cycles = 3}).empty());
 }
 
 TEST_CASE("names of references are read as they were written") {

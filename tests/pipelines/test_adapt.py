@@ -109,6 +109,100 @@ class Cycles(unittest.TestCase):
             self.assertIn("first mesh alone", more.stderr)
 
 
+S_FRONT = "tanh((y-0.5-0.25*tanh(6*(x-0.5)))/0.01)"
+
+
+class Errors(unittest.TestCase):
+    def test_nodes_do_not_slide_across_fronts(self):
+        """Edges are oblique to the front: the errors are those of structured meshes along it, and not a multiple."""
+        with Adapting(cells=16) as folder:
+            done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 7, "--settled", 0, complexity="600")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            for row in folder.rows("c")[5:]:
+                size = row["unknowns"] / 3000
+                self.assertLess(row["interpolation_error"]["l2"] * size ** 1.5, 1.2e-5)
+                self.assertLess(row["interpolation_error"]["h1"] * size, 4.2e-2)
+
+    def test_an_interface_between_materials_has_the_sizes_of_the_finer_side(self):
+        """A layer in one material: errors do not jump from cycle to cycle."""
+        with Adapting(cells=10) as folder:
+            mesh = gmf.read(folder.path / "r.mesh")
+            lines = (folder.path / "r.mesh").read_text().split("\n")
+            first = lines.index("Triangles") + 2
+            vertices = {1: set(), 2: set()}  # by material
+            for k in range(int(lines[first - 1])):
+                row = [int(v) for v in lines[first + k].split()[:3]]
+                material = 1 if np.mean([mesh.points[v - 1][0] for v in row]) < 0.5 else 2
+                vertices[material].update(row)
+                lines[first + k] = " ".join(map(str, [*row, material]))
+            first = lines.index("Vertices") + 2
+            for v in vertices[1] & vertices[2]:
+                lines[first + v - 1] = " ".join(["0.5", *lines[first + v - 1].split()[1:]])
+            (folder.path / "two.mesh").write_text("\n".join(lines))
+            layer = "x<0.5 ? sin(3*x)*cos(2*y) : sin(3*x)*cos(2*y)+1-exp(-(x-0.5)*(1+y)/0.01)"
+            done = folder.adapt("--field", layer, "--folder", "c", "--cycles", 10, "--settled", 0, mesh="two.mesh",
+                                complexity="300")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            errors = [row["interpolation_error"]["l2"] for row in folder.rows("c")[4:]]
+            self.assertLess(max(errors), 5 * np.median(errors))
+            self.assertLess(np.median(errors), 8e-6)
+
+    def test_the_expected_error_is_in_the_unit_of_the_solution(self):
+        for unit in (1, 3, 1e-9, 1e9):
+            with Adapting(cells=12) as folder:
+                solver = (folder.path / "solver.py").read_text().replace("u = np", f"u = {unit} * np")
+                (folder.path / "solver.py").write_text(solver)
+                done = folder.adapt("--solve", folder.solver(), "--field", f"{unit}*{FIELD}", "--mesh-file", "m.mesh",
+                                    "--cycles", 5, "--settled", 0, complexity="150")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                for row in folder.rows("n.cycles")[4:]:
+                    share = row["expected_error"] / row["interpolation_error"]["l2"]
+                    self.assertTrue(1 / 1.5 < share < 1.5, (unit, share))
+
+    def test_the_result_is_the_mesh_with_the_least_error(self):
+        with Adapting(cells=10) as folder:
+            for result in ("best", "last"):
+                done = folder.adapt("--field", S_FRONT, "--folder", result, "--cycles", 8, "--settled", 0, "--result",
+                                    result, "--report", f"{result}.json", complexity="60,120",
+                                    output=f"{result}.meshb")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                rows = folder.rows(result)
+                errors = [row["interpolation_error"]["l2"] for row in rows]
+                cycle = 2 + int(np.argmin(errors[2:])) if result == "best" else 8
+                self.assertEqual("the result is the mesh of cycle" in done.stderr, cycle < 8)
+                kept = folder.path / result / f"cycle-{cycle:03}"
+                self.assertEqual((folder.path / f"{result}.meshb").read_bytes(), (kept / "mesh.meshb").read_bytes())
+                self.assertEqual((folder.path / f"{result}.json").read_text(), (kept / "report.json").read_text())
+
+    def test_cycles_end_when_the_error_falls_no_more(self):
+        with Adapting(cells=10) as folder:
+            done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 30, complexity="100")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("settled: the least error", done.stdout)
+            errors = [row["interpolation_error"]["l2"] for row in folder.rows("c")]
+            self.assertLess(len(errors), 25)
+            self.assertGreater(min(errors[1:]), 0.9 * min(errors[1:-2]))
+
+    def test_going_on_after_the_best_cycle_returns_it(self):
+        with Adapting() as folder:
+            solve = ("--solve", folder.solver(), "--field", FIELD, "--mesh-file", "m.mesh", "--settled", 0)
+            self.assertEqual(folder.adapt(*solve, "--cycles", 6).returncode, 0)
+            whole = (folder.path / "n.meshb").read_bytes()
+            (folder.path / "n.meshb").unlink()
+            self.assertEqual(folder.adapt(*solve, "--cycles", 6, "--from", 5).returncode, 0)
+            self.assertEqual((folder.path / "n.meshb").read_bytes(), whole)
+
+    def test_h1_is_the_norm_of_gradients(self):
+        with Adapting() as folder:
+            configs = [folder.adapt("--field", FIELD, "--print-config", *norm).stdout
+                       for norm in (("--norm", "H1"), ("--norm", 2, "--error-of", "gradients"))]
+            self.assertEqual(*configs)
+            self.assertIn("gradients", configs[0])
+            wrong = folder.adapt("--field", FIELD, "--norm", "H2")
+            self.assertEqual(wrong.returncode, 2)
+            self.assertIn("--norm", wrong.stderr)
+
+
 class Solvers(unittest.TestCase):
     def test_the_solver_is_asked_on_every_mesh_and_all_is_kept(self):
         with Adapting() as folder:

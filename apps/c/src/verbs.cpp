@@ -136,7 +136,7 @@ int run_pipeline(config::Pipeline pipeline, int degree, const camber_mesh* mesh,
     if (metric) host.given.metrics[metric_name] = std::move(*metric);
     if (pipeline.adapt.is_asked()) {
         auto made = app::adapt_in_memory(std::move(pipeline), degree, {}, std::move(host));
-        return made ? finish(std::move(made->last), result) : status_in(function, made.error());
+        return made ? finish(std::move(made->result), result) : status_in(function, made.error());
     }
     auto made = app::run_in_memory(std::move(pipeline), std::move(host));
     return made ? finish(std::move(*made), result) : status_in(function, made.error());

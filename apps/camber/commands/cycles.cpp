@@ -81,37 +81,29 @@ class Cycles {
         auto groups = folders_.groups();
         if (!groups) return report_error(groups.error());
         groups_ = std::move(*groups);
+        std::optional<std::size_t> delivered;
         for (int cycle = static_cast<int>(folders_.rows().size()); cycle <= pipeline_.adapt.cycles; ++cycle) {
-            auto made = make(cycle);
-            if (!made) return report_error(told(made.error(), cycle));
-            const bool is_valid = made->is_valid;
-            if (is_valid || cycle == 0) {
-                misses_ = std::move(made->misses);
-                losses_ = std::move(made->losses);
-                if (auto done = deliver(); !done) return report_error(told(done.error(), cycle + 1));
-            }
+            auto is_valid = make(cycle);
+            if (!is_valid) return report_error(told(is_valid.error(), cycle));
+            const std::size_t result = run::row_of_result(folders_.rows(), pipeline_.adapt);
+            if (delivered != result)
+                if (auto done = deliver(folders_.rows()[result].cycle); !done)
+                    return report_error(told(done.error(), cycle + 1));
+            delivered = result;
             say(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
             if (auto said = out_.finish(); !said) return report_error(said.error());
-            if (!is_valid) {
+            if (!*is_valid) {
                 tell(fmt::format("the mesh of cycle {} has elements that are not certified valid: {}", cycle,
-                                 cycle == 0
-                                     ? "mend it first (camber repair)"
-                                     : "no cycle goes on from there, and the outputs are those of the one before"));
+                                 cycle == 0 ? "mend it first (camber repair)"
+                                            : "no cycle goes on from there, and the outputs are those of the mesh "
+                                              "before"));
                 code = 1;
                 break;
             }
             reason_ = run::reason_to_end(folders_.rows(), pipeline_.adapt);
             if (!reason_.empty()) break;
         }
-        for (const Notice& notice : losses_)
-            if (told_.insert(notice.what).second) tell_note(notice.what);
-        if (code == 0 && !misses_.empty()) {
-            for (const std::string& miss : misses_) tell(miss);
-            code = 1;
-        }
-        say("\n" + (reason_.empty() ? std::string() : "  " + reason_ + "\n") + what_was_written());
-        const auto said = out_.finish();
-        return said ? code : report_error(said.error());
+        return end(code);
     }
 
   private:
@@ -119,37 +111,49 @@ class Cycles {
         if (voice() == Voice::usual) out_.print(text);
     }
 
-    /// Result of a cycle: whether all elements are valid, without which no other cycle follows, and what else its mesh
-    /// misses.
-    struct CycleResult {
-        bool is_valid = true;
-        std::vector<std::string> misses;
-        std::vector<Notice> losses;  ///< what the output's format has no place for
-    };
+    /// What is worth knowing of the result, and what it misses; the exit code.
+    int end(int code) {
+        for (const Notice& notice : losses_)
+            if (told_.insert(notice.what).second) tell_note(notice.what);
+        if (code == 0) {
+            const auto& rows = folders_.rows();
+            for (const std::string& note : run::notes_on_result(rows, pipeline_.adapt)) tell_note(note);
+            for (const std::string& miss : rows[run::row_of_result(rows, pipeline_.adapt)].misses) {
+                tell(miss);
+                code = 1;
+            }
+        }
+        say("\n" + (reason_.empty() ? std::string() : "  " + reason_ + "\n") + what_was_written());
+        const auto said = out_.finish();
+        return said ? code : report_error(said.error());
+    }
 
-    Outcome<CycleResult> make(int cycle) {
+    /// Makes the mesh of a cycle and the solver's solution on it; returns whether all of its elements are valid,
+    /// without which no other cycle follows.
+    Outcome<bool> make(int cycle) {
         const auto folder = folders_.part_of_cycle(cycle);
         if (!folder) return fail(folder.error());
         const auto into = run::files_of_cycle(pipeline_, *folder);
-        auto cycle_run = mesh_of(cycle, into);
-        if (!cycle_run) return fail(cycle_run.error());
-        run::Run* const made = &cycle_run->run;
+        auto made = mesh_of(cycle, into);
+        if (!made) return fail(made.error());
+        const AnyMesh& mesh = made->run.mesh;
+        const run::Report& report = made->run.report;
         if (cycle == 0) {
-            groups_ = run::groups_of(made->mesh);
+            groups_ = run::groups_of(mesh);
             if (auto stored = folders_.store_groups(groups_); !stored) return fail(stored.error());
         }
-        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->report);
-        for (const run::StageTime& time : made->report.times) row.seconds += time.seconds;
+        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, report);
+        for (const run::StageTime& time : report.times) row.seconds += time.seconds;
+        if (!made->miss.empty()) row.misses.push_back(made->miss);
         solved_.reset();
-        const bool is_valid = made->report.has_valid_elements();
+        const bool is_valid = report.has_valid_elements();
         if (!pipeline_.adapt.solve.empty() && is_valid)
             if (auto done = solve(cycle, into, row); !done) return fail(done.error());
-        if (auto known = compare(made->mesh, row); !known) return fail(known.error());
+        if (auto known = compare(mesh, row); !known) return fail(known.error());
         if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)
             return fail(added.error());
-        CycleResult result{is_valid, run::misses(made->report), losses_of(made->mesh)};
-        if (!cycle_run->miss.empty()) result.misses.push_back(cycle_run->miss);
-        return result;
+        losses_ = losses_of(mesh);
+        return is_valid;
     }
 
     [[nodiscard]] std::vector<Notice> losses_of(const AnyMesh& mesh) const {
@@ -189,14 +193,19 @@ class Cycles {
         if (!std::filesystem::exists(into.solution, none))
             return fail(ErrorKind::input, fmt::format("was not written by the solver of cycle {}", cycle),
                         into.solution, {}, "see what it said in " + into.said);
-        auto mesh = read_mesh(into.mesh, pipeline_.input.flat, execution);
+        if (auto read = read_solved(into, execution); !read) return read;
+        return write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution);
+    }
+
+    Outcome<Done> read_solved(const run::CycleFiles& from, const Execution& execution) {
+        auto mesh = read_mesh(from.mesh, pipeline_.input.flat, execution);
         if (!mesh) return fail(mesh.error());
         name_references(mesh->mesh, groups_);
         std::vector<Notice> notices;
-        auto fields = read_nodal_fields(*mesh, into.solution, pipeline_.solution.fields, notices, execution);
+        auto fields = read_nodal_fields(*mesh, from.solution, pipeline_.solution.fields, notices, execution);
         if (!fields) return fail(fields.error());
         solved_ = Solved{std::move(*mesh), std::move(*fields)};
-        return write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution);
+        return Done{};
     }
 
     [[nodiscard]] Error failed(const CommandResult& ended, const std::vector<std::string>& words,
@@ -227,10 +236,12 @@ class Cycles {
         return Done{};
     }
 
-    /// What the last cycle made, as the config's outputs.
-    Outcome<Done> deliver() {
+    /// What a cycle made, as the config's outputs.
+    Outcome<Done> deliver(int cycle) {
         const config::Output& output = pipeline_.output;
-        const auto made = run::files_of_cycle(pipeline_, folders_.of_cycle(folders_.rows().back().cycle));
+        const auto made = run::files_of_cycle(pipeline_, folders_.of_cycle(cycle));
+        if (!pipeline_.adapt.solve.empty() && cycle != folders_.rows().back().cycle)
+            if (auto read = read_solved(made, {.threads = pipeline_.threads}); !read) return read;
         const auto pair = [](const std::string& from, const std::string& to) -> Outcome<Done> {
             std::error_code none;
             if (from.empty() || to.empty() || !std::filesystem::exists(from, none)) return Done{};
@@ -296,12 +307,11 @@ class Cycles {
     const CyclesChoice& choice_;
     CycleFolders folders_;
     StandardOutput out_;
-    std::optional<Solved> solved_;     ///< of the last cycle
-    run::Groups groups_;               ///< names of references of the first mesh, and so of all
-    std::vector<Notice> losses_;       ///< what the file of the mesh that was delivered last has no place for
-    std::set<std::string> told_;       ///< notices
-    std::vector<std::string> misses_;  ///< of the mesh that was delivered last
-    std::string reason_;               ///< why they ended early
+    std::optional<Solved> solved_;  ///< of the cycle that was made or delivered last
+    run::Groups groups_;            ///< names of references of the first mesh, and so of all
+    std::vector<Notice> losses_;    ///< what the file of the result has no place for
+    std::set<std::string> told_;    ///< notices
+    std::string reason_;            ///< why they ended early
 };
 
 Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesChoice& choice) {

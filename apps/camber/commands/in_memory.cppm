@@ -35,9 +35,9 @@ using Solver = std::function<Outcome<std::vector<run::NamedField>>(
     const DecodedMesh& mesh, const std::vector<run::NamedField>& guess, int cycle)>;
 
 struct AdaptedInMemory {
-    MadeInMemory last;   ///< with the solver's solution, where there is one
-    std::string cycles;  ///< JSON: a row a cycle
-    std::string reason;  ///< why they ended before their number; empty: they did not
+    MadeInMemory result;  ///< see run::row_of_result; with the solver's solution, where there is one
+    std::string cycles;   ///< JSON: a row a cycle
+    std::string reason;   ///< why they ended before their number; empty: they did not
 };
 /// A config's cycles; `solver`: empty, the config's metric or expression says what the mesh is adapted to. `degree`:
 /// that meshes must have; 0: any.

@@ -34,15 +34,21 @@ class CyclesInMemory {
 
     Outcome<AdaptedInMemory> run() {
         for (int cycle = 0; cycle <= pipeline_.adapt.cycles; ++cycle) {
-            if (auto done = make(cycle); !done) return fail(done.error());
-            if (!last_->has_valid_elements) {
+            auto made = make(cycle);
+            if (!made) return fail(made.error());
+            const bool is_valid = made->has_valid_elements;
+            if (run::row_of_result(rows_, pipeline_.adapt) + 1 == rows_.size()) result_ = std::move(*made);
+            if (!is_valid) {
+                result_->holds_what_was_asked = result_->has_valid_elements = false;
                 reason_ = fmt::format("the mesh of cycle {} has elements that are not certified valid", cycle);
                 break;
             }
             reason_ = run::reason_to_end(rows_, pipeline_.adapt);
             if (!reason_.empty()) break;
         }
-        return AdaptedInMemory{std::move(*last_), run::cycles_json(rows_), std::move(reason_)};
+        for (std::string& note : run::notes_on_result(rows_, pipeline_.adapt))
+            result_->notices.push_back(std::move(note));
+        return AdaptedInMemory{std::move(*result_), run::cycles_json(rows_), std::move(reason_)};
     }
 
   private:
@@ -50,7 +56,7 @@ class CyclesInMemory {
         return run::files_of_cycle(pipeline_, std::string(config::in_memory) + run::name_of_cycle(cycle));
     }
 
-    Outcome<Done> make(int cycle) {
+    Outcome<MadeInMemory> make(int cycle) {
         const run::CycleFiles into = names(cycle);
         auto made = mesh_of(cycle, into);
         if (!made) return fail(made.error());
@@ -66,11 +72,10 @@ class CyclesInMemory {
             if (!solved) return fail(solved.error());
             now.solution = std::move(*solved);
         }
-        if (auto known = compare(now, row); !known) return known;
+        if (auto known = compare(now, row); !known) return fail(known.error());
         keep(cycle, into, now);
         rows_.push_back(row);
-        last_ = std::move(now);
-        return Done{};
+        return now;
     }
 
     /// Cycles go on from the one before, and from the first mesh as the geometry.
@@ -128,7 +133,7 @@ class CyclesInMemory {
     Given values_;  ///< meshes and solutions of cycles
     DecodedMesh input_;
     std::vector<run::CycleRow> rows_;
-    std::optional<MadeInMemory> last_;
+    std::optional<MadeInMemory> result_;
     std::string reason_;
 };
 
@@ -165,7 +170,7 @@ Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, 
     if (auto possible = run::check_cycles(pipeline); !possible) return fail(possible.error());
     auto made = CyclesInMemory(pipeline, degree, solver, host).run();
     if (made)
-        if (auto done = write_files(files, made->last, host); !done) return fail(done.error());
+        if (auto done = write_files(files, made->result, host); !done) return fail(done.error());
     return made;
 }
 

@@ -1,4 +1,5 @@
 module;
+#include <cstdint>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -7,6 +8,12 @@ import camber.core;
 
 /// What a config says of adapting a mesh turn after turn, as plain values.
 export namespace camber::config {
+
+/// Which cycle's mesh is the result of an adaptation.
+enum class ResultOfCycles : std::uint8_t { best, last };
+[[nodiscard]] constexpr auto words(ResultOfCycles) {
+    return words_of(Word{ResultOfCycles::best, "best"}, Word{ResultOfCycles::last, "last"});
+}
 
 /// Cycles of a pipeline's stages, each on the mesh that the one before made; a solver may be asked for the solution
 /// after each.
@@ -18,7 +25,8 @@ struct Adaptation {
     std::string folder = {};              ///< empty: beside the mesh that is made, and gone in the end
     std::string mesh = "mesh.meshb", solution = "solution.sol";  ///< names of files within a cycle's folder
     std::string exact = {};                                      ///< empty: not known
-    double settled = 0.02;
+    double settled = 0.1;
+    ResultOfCycles result = ResultOfCycles::best;
 
     [[nodiscard]] bool is_asked() const { return cycles > 0; }
 
@@ -52,11 +60,14 @@ struct Adaptation {
                    "the exact solution as an expression of x, y and z, whose errors are told by cycle; empty: not "
                    "known"),
             option("settled", &S::settled,
-                   "cycles end once the share of unit edges that a mesh has in its own solution's metric rises by no "
-                   "more than this from one cycle to the next, both of the last complexity, and is half of that which "
-                   "the mesh made of it has; 0: never before their number")
+                   "cycles end once the least error of the last complexity has fallen by no more than this share over "
+                   "two cycles; without an error, once the unit edges in the metric of the mesh's own solution rise by "
+                   "no more than a fifth of it in one; 0: never before their number")
                 .at_least(0)
-                .at_most(1));
+                .at_most(1),
+            option("result", &S::result,
+                   "best: the mesh of the last complexity with the least error, unless the solver's command has "
+                   "{cycle}, with which each cycle may solve another problem; last: that of the last cycle"));
     }
     friend bool operator==(const Adaptation&, const Adaptation&) = default;
 };

@@ -85,8 +85,46 @@ double wanted_complexity(const config::Adaptation& adapt, int cycle) {
     return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
 }
 
-/// A mesh that is less so in its own solution's metric has not settled, but is far from it, or runs after what moves.
-constexpr double near_to_unit = 0.5;
+/// Whether two cycles were asked for meshes of one complexity.
+bool is_like(const CycleRow& a, const CycleRow& b) { return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted; }
+
+bool is_less(const std::optional<double>& a, const std::optional<double>& b) { return a && b && *a < *b; }
+
+/// A command that is told the cycle may solve another problem in each.
+bool returns_last(const config::Adaptation& adapt) {
+    return adapt.result == config::ResultOfCycles::last ||
+           std::ranges::any_of(adapt.solve,
+                               [](const std::string& word) { return word.find("{cycle}") != std::string::npos; });
+}
+
+/// The least errors up to a cycle and up to the one two before it are compared, all of the last complexity.
+std::string settled_by_error(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    constexpr std::size_t cycles = 2;
+    const std::size_t last = rows.size() - 1;
+    if (last < cycles + 1 || !is_like(rows[last - cycles], rows[last])) return {};
+    const auto least = [&](std::size_t at) {
+        return error_of_mesh(rows[row_of_result(rows.first(at + 1), adapt)], adapt);
+    };
+    const auto now = least(last), before = least(last - cycles);
+    if (!now || !before || *now < (1 - adapt.settled) * *before) return {};
+    return fmt::format("settled: the least error is {:.2e} after cycle {}, and was {:.2e} after cycle {}", *now,
+                       rows[last].cycle, *before, rows[last - cycles].cycle);
+}
+
+std::string settled_by_edges(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    // A mesh that is less so in its own solution's metric has not settled, but is far from it, or runs after what
+    // moves.
+    constexpr double near_to_unit = 0.5, share = 0.2;
+    const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
+    // What a cycle's mesh was made of has the complexity of the cycle before.
+    if (before.cycle < 2 || static_cast<std::size_t>(before.cycle) <= adapt.complexity.size()) return {};
+    if (last.unit_edges == 0 || last.unit_before > before.unit_before + share * adapt.settled) return {};
+    if (last.unit_before < near_to_unit * last.unit_edges) return {};
+    return fmt::format(
+        "settled: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
+        "{:.1f} % of cycle {}",
+        100 * before.unit_before, before.cycle - 1, 100 * last.unit_before, last.cycle - 1);
+}
 
 void replace_all(std::string& text, std::string_view part, const std::string& by) {
     for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + by.size()))
@@ -251,20 +289,49 @@ CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report
     }
     if (report.validity) row.smallest_jacobian = report.validity->smallest;
     if (report.curve && report.curve->expected) row.expected = report.curve->expected->after;
+    row.is_valid = report.has_valid_elements();
+    row.misses = misses(report);
     return row;
+}
+
+std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt) {
+    if (adapt.solve.empty() && row.interpolated) return row.interpolated->l2;
+    return row.expected;
+}
+
+std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    std::size_t last = rows.size() - 1;
+    if (last > 0 && !rows[last].is_valid) --last;  // no cycle follows one that is not valid
+    if (returns_last(adapt)) return last;
+    std::size_t best = last;
+    for (std::size_t i = last; i > 0 && is_like(rows[i], rows[last]); --i)
+        if (is_less(error_of_mesh(rows[i], adapt), error_of_mesh(rows[best], adapt))) best = i;
+    return best;
 }
 
 std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
     if (adapt.settled == 0 || rows.size() < 2) return {};
-    const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
-    // What a cycle's mesh was made of has the complexity of the cycle before.
-    if (before.cycle < 2 || static_cast<std::size_t>(before.cycle) <= adapt.complexity.size()) return {};
-    if (last.unit_edges == 0 || last.unit_before > before.unit_before + adapt.settled) return {};
-    if (last.unit_before < near_to_unit * last.unit_edges) return {};
-    return fmt::format(
-        "settled: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
-        "{:.1f} % of cycle {}",
-        100 * before.unit_before, before.cycle - 1, 100 * last.unit_before, last.cycle - 1);
+    return error_of_mesh(rows.back(), adapt) && !returns_last(adapt) ? settled_by_error(rows, adapt)
+                                                                     : settled_by_edges(rows, adapt);
+}
+
+std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    const std::size_t at = row_of_result(rows, adapt);
+    const CycleRow& row = rows[at];
+    std::vector<std::string> notes;
+    if (at + 1 < rows.size())
+        notes.push_back(fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least", row.cycle,
+                                    *error_of_mesh(row, adapt)));
+    if (at == 0 || !is_like(rows[at - 1], row)) return notes;
+    const CycleRow& before = rows[at - 1];
+    constexpr double least_fall_of_edges = 0.05, least_fall_of_quality = 0.5;
+    if (row.unit_edges < before.unit_edges - least_fall_of_edges)
+        notes.push_back(fmt::format("unit edges fell from {:.1f} % in cycle {} to {:.1f} % in cycle {}",
+                                    100 * before.unit_edges, before.cycle, 100 * row.unit_edges, row.cycle));
+    if (row.worst_quality < least_fall_of_quality * before.worst_quality)
+        notes.push_back(fmt::format("the least quality fell from {:.3f} in cycle {} to {:.3f} in cycle {}",
+                                    before.worst_quality, before.cycle, row.worst_quality, row.cycle));
+    return notes;
 }
 
 }  // namespace camber::run

@@ -58,9 +58,11 @@ struct CycleRow {
     double unit_before = 0, unit_edges = 0;  ///< shares: of the mesh that it was made of, and its own
     double worst_quality = 0, mean_quality = 0;
     double smallest_jacobian = 1;
-    std::optional<double> expected = {};                  ///< error that `curve` expects of it (objective solution)
+    std::optional<double> expected = {};                  ///< L2 error that `curve` expects (objective solution)
     std::optional<CycleError> interpolated = {}, solved;  ///< where the exact solution is known
     double seconds = 0, solve_seconds = 0;
+    bool is_valid = true;                  ///< all elements are certified valid
+    std::vector<std::string> misses = {};  ///< how its mesh is not the one that was wanted
 };
 /// Of the exact solution's interpolant of the mesh's degree, and of the first scalar field. Errors: usage, no
 /// expression, or not finite somewhere; input, no such field.
@@ -83,8 +85,17 @@ struct CycleRun {
 [[nodiscard]] Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
                                           const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
 
-/// Why the cycles have settled: meshes become no nearer to unit in their own solution's metric; empty: they have not.
+/// The L2 error of a cycle's mesh: that of the interpolant where the solution is known, else the one that `curve`
+/// expects. None where there is neither.
+[[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
+/// The row whose mesh is the result: of the valid ones of the last complexity the one with the least error, or the
+/// last.
+[[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+/// Why no more cycles are needed (`settled` of the config): the least error has not fallen, or without an error meshes
+/// become no nearer to unit in their own solution's metric. Empty: they are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+/// What is worth knowing of the result: that it is not the last, and unit edges or a quality that fell.
+[[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 
 /// The table for a terminal, whole or line by line, and as JSON, both ways. Errors of reading: input, with its path.
 [[nodiscard]] std::string cycles_head(const config::Adaptation& adapt);

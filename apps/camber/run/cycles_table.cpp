@@ -37,6 +37,8 @@ Json json(const CycleRow& row) {
     if (row.solved) j["solution_error"] = {{"l2", row.solved->l2}, {"h1", row.solved->h1}};
     j["seconds"] = row.seconds;
     j["solve_seconds"] = row.solve_seconds;
+    if (!row.is_valid) j["valid"] = false;
+    if (!row.misses.empty()) j["misses"] = row.misses;
     return j;
 }
 
@@ -60,6 +62,8 @@ CycleRow row_of(const Json& j) {
                  .solved = error_of(j, "solution_error"),
                  .seconds = j.at("seconds").get<double>(),
                  .solve_seconds = j.at("solve_seconds").get<double>()};
+    row.is_valid = j.value("valid", true);
+    if (j.contains("misses")) row.misses = j.at("misses").get<std::vector<std::string>>();
     if (j.contains("expected_error")) row.expected = j.at("expected_error").get<double>();
     return row;
 }
@@ -72,11 +76,15 @@ std::string error_cells(const std::optional<CycleError>& error) {
                        cell(error.has_value(), error ? fmt::format("{:.2e}", error->h1) : ""));
 }
 
+/// Where the exact solution is known its interpolant's error stands in its place.
+bool shows_expected(const config::Adaptation& adapt) { return adapt.exact.empty() || !adapt.solve.empty(); }
+
 }  // namespace
 
 std::string cycles_head(const config::Adaptation& adapt) {
     std::string text = fmt::format("{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8}", "cycle", "unknowns", "elements",
                                    "complexity, wanted", "unit edges, %", "quality", "least J");
+    if (shows_expected(adapt)) text += fmt::format(" {:>9}", "expected");
     if (!adapt.exact.empty()) text += fmt::format(" {:>19}", "interpolated L2, H1");
     if (!adapt.exact.empty() && !adapt.solve.empty()) text += fmt::format(" {:>19}", "solved L2, H1");
     text += fmt::format(" {:>8}", "seconds");
@@ -93,6 +101,8 @@ std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt) {
         "{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8.3f}", row.cycle, grouped(row.unknowns), grouped(row.elements),
         complexity, cell(made, percent(row.unit_before) + " > " + percent(row.unit_edges)),
         cell(made, fmt::format("{:.3f}, {:.3f}", row.worst_quality, row.mean_quality)), row.smallest_jacobian);
+    if (shows_expected(adapt))
+        text += fmt::format(" {:>9}", cell(row.expected.has_value(), fmt::format("{:.2e}", row.expected.value_or(0))));
     if (!adapt.exact.empty()) text += error_cells(row.interpolated);
     if (!adapt.exact.empty() && !adapt.solve.empty()) text += error_cells(row.solved);
     text += fmt::format(" {:>8.2f}", row.seconds);

@@ -279,6 +279,7 @@ def adapt(
     cycles: int | None = None,
     degree: int | None = None,
     settled: float | None = None,
+    result: Literal["best", "last"] | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
     cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
@@ -297,7 +298,8 @@ def adapt(
     A cycle takes the mesh and its solution, makes the metric of so many elements that interpolates it best,
     remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every
     mesh is valid. The boundary stays on the geometry: that of geometry or cad, else the first mesh's. Cycles end
-    when the mesh has settled (settled), after cycles of them. How it works: docs/algorithms/adaptation.md
+    when the error has settled (settled), after cycles of them, or by Ctrl-C; the mesh with the least error is then
+    in OUTPUT (result). How it works: docs/algorithms/adaptation.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     solve: called with each mesh, the solution before brought to it ({} of the first), and the cycle; gives the
@@ -311,7 +313,8 @@ def adapt(
     field: The exact solution as an expression: its errors are told by cycle. Alone: adapted to as well.
     complexity: Complexity of the metric, one a cycle, the last for all after it: about 12 times as many tetrahedra,
         2.6 times as many triangles. Default: as many elements as the mesh has. In (0, inf).
-    norm: Exponent p of the L^p norm of the error; 0: the largest error anywhere. In [0, inf). Default: 2.
+    norm: Exponent p of the L^p norm of the error; 0: the largest error anywhere; H1: as norm 2 error_of gradients.
+        In [0, inf). Default: 2.
     error_of: What the norm is of: the error's values, or its gradients.
     min_size: Smallest size; 0: none. In [0, inf). Default: 0.
     max_size: Largest size; 0: the domain's diameter. In [0, inf). Default: 0.
@@ -322,12 +325,14 @@ def adapt(
     geometry_error: Largest distance of the boundary from its geometry, both ways; what the last mesh misses is
         `holds` is False. Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: not limited. In (1, 1000].
-    cycles: So many cycles at most; they end where the mesh has settled. Default: 8, of a solution's file 1. In [1,
+    cycles: So many cycles at most; they end where the error has settled. Default: 8, of a solution's file 1. In [1,
         1000].
     degree: Of the meshes that are made: 1, straight, or 2, curved. In [1, 2]. Default: 2.
-    settled: Cycles end once the share of unit edges that a mesh has in its own solution's metric rises by no more
-        than this from one cycle to the next, both of the last complexity, and is half of that which the mesh made
-        of it has; 0: never before their number. In [0, 1]. Default: 0.02.
+    settled: Cycles end once the least error of the last complexity has fallen by no more than this share over two
+        cycles; without an error, once the unit edges in the metric of the mesh's own solution rise by no more than
+        a fifth of it in one; 0: never before their number. In [0, 1]. Default: 0.1.
+    result: Best: the mesh of the last complexity with the least error, unless the solver's command has {cycle},
+        with which each cycle may solve another problem; last: that of the last cycle.
     geometry: surrogate (from the mesh), straight, or JSON such as '{"analytic": [{"references": [1], "sphere":
         {"radius": 5}}]}' or '{"mesh": "first.meshb"}': the boundary of another mesh of the body. Or a mesh: its
         boundary. Default: surrogate.

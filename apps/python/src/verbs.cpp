@@ -113,7 +113,7 @@ py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given,
         return app::adapt_in_memory(std::move(pipeline), degree, solver.is_none() ? app::Solver() : solve,
                                     std::move(host));
     });
-    py::dict out = dict_of(std::move(made.last));
+    py::dict out = dict_of(std::move(made.result));
     out["cycles"] = made.cycles;
     out["reason"] = made.reason;
     return out;
