@@ -2,6 +2,7 @@
 """Nodes by a known solution on meshes that are adapted to it: what `curve --solution` gains over straight elements.
 
     solution_nodes.py build/bin/camber build/bin/poisson
+    solution_nodes.py build/bin/camber --meshes FOLDER      against `shape` on layer-single.meshb and spheres-fine.meshb, layers on spheres
 
 Each mesh is brought to the metric of the field's Hessian in L² (`remesh`, five times), elevated, and Poisson's equation is solved on it with
 straight elements of degree 2. Then it is curved by that solution, by the field's expression, and by default; numbers are errors of the
@@ -9,6 +10,7 @@ field's interpolant in L2 and the seminorm of H1, straight (on the chords) over 
 """
 import argparse
 import json
+import math
 import os
 import tempfile
 import time
@@ -43,12 +45,55 @@ def gains(camber, field, *way):
     return ratio["l2"], ratio["h1"], seconds
 
 
+LAYERS = {"layer-single": (f"exp(-({SPHERE}-1)/0.05)", f"exp(-({SPHERE}-1)/0.2)", f"tanh(({SPHERE}-1.1)/0.05)", "(x/10)^3",
+                           "sin(2*3.14159265*x/10)", "y*exp(4*x/10)"),
+          "spheres-fine": (f"exp(-({SPHERE}-1)/0.5)", "(x/10)^3")}
+
+
+def write_values(mesh, field, solution):
+    """Of a field at the vertices of an ASCII mesh in space."""
+    with open(mesh, encoding="utf-8") as file:
+        words = file.read().split()
+    first = words.index("Vertices") + 2
+    count = int(words[first - 1])
+    functions = {"exp": math.exp, "sqrt": math.sqrt, "tanh": math.tanh, "sin": math.sin}
+    with open(solution, "w", encoding="utf-8") as file:
+        file.write(f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{count}\n1 1\n")
+        for k in range(first, first + 4 * count, 4):
+            place = dict(zip("xyz", map(float, words[k:k + 3])))
+            file.write(f"{eval(field.replace('^', '**'), functions, place)!r}\n")  # fields are those above
+        file.write("End\n")
+
+
+def against_shape(camber, folder):
+    """Errors with the nodes of `shape` over those by exact values at the vertices, and by the expression."""
+    print("| mesh, field | degree 1 | expression |\n|---|---|---|")
+    for mesh, fields in LAYERS.items():
+        for field in fields:
+            errors = []
+            camber("convert", f"{folder}/{mesh}.meshb", "-o", "straight.mesh")
+            write_values("straight.mesh", field, "values.sol")
+            for way in (("--objective", "shape"), ("--solution", "values.sol"), ("--solution", field)):
+                camber("curve", f"{folder}/{mesh}.meshb", "-o", "curved.meshb", *way)
+                told = json.loads(camber("check", "curved.meshb", "--json", "--worst", 0, "--field", field))
+                errors.append([told["interpolation"][0]["curved"][norm]["value"] for norm in ("l2", "h1")])
+            cells = ["%.2f, %.2f" % tuple(a / b for a, b in zip(errors[0], one)) for one in errors[1:]]
+            print(f"| {mesh}, `{field}` | " + " | ".join(cells) + " |", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
-    parser.add_argument("poisson")
+    parser.add_argument("poisson", nargs="?")
+    parser.add_argument("--meshes", help="a folder with layer-single.meshb and spheres-fine.meshb")
     given = parser.parse_args()
-    camber, poisson = Program(os.path.abspath(given.camber)), Program(os.path.abspath(given.poisson))
+    camber = Program(os.path.abspath(given.camber))
+    if given.meshes:
+        folder = os.path.abspath(given.meshes)
+        with tempfile.TemporaryDirectory() as here:
+            os.chdir(here)
+            return against_shape(camber, folder)
+    poisson = Program(os.path.abspath(given.poisson))
     print("| field, complexity | by the computed solution | by the expression | default |\n|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
