@@ -63,7 +63,9 @@ struct Frame {
         for (std::size_t e = 0; e < home.size(); ++e) home[e] = mesh.mid_nodes[e].point - middle_of(mesh, e);
     }
     Frame(const Frame&) = delete;
+    Frame(Frame&&) = delete;
     Frame& operator=(const Frame&) = delete;
+    Frame& operator=(Frame&&) = delete;
     ~Frame() = default;
 
     [[nodiscard]] double unit() const { return known.size() == 1 ? std::ldexp(1.0, known.front().exponent) : 1; }
