@@ -83,6 +83,17 @@ class Cycles(unittest.TestCase):
             self.assertAlmostEqual(told["h1"] / found["curved"]["h1"]["value"], 1, delta=3e-3)
 
     @unittest.skipIf(SANITIZED, "the same paths as in 2D")
+    def test_straight_meshes_for_elements_of_degree_2_are_judged_by_these(self):
+        with Adapting() as folder:
+            done = folder.adapt("--field", FIELD, "--degree", 1, "--set", "metric/solution/degree=2", "--folder", "c",
+                                "--cycles", 3, "--settled", 0, "--result", "last")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            told = folder.rows("c")[-1]["interpolation_error"]
+            self.assertEqual(folder.camber("convert", "n.meshb", "--elevate", "-o", "two.meshb").returncode, 0)
+            checked = folder.check("two.meshb", "--field", FIELD)["interpolation"][0]["curved"]
+            for key in ("l2", "h1"):
+                self.assertAlmostEqual(told[key] / checked[key]["value"], 1, delta=1e-2)
+
     def test_tetrahedra(self):
         with Adapting() as folder:
             folder.camber("generate", "box", "-o", "b.meshb", "--set", "cells=[3,3,3]")

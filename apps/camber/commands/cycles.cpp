@@ -225,7 +225,8 @@ class Cycles {
     Outcome<Done> compare(const AnyMesh& mesh, run::CycleRow& row) {
         if (pipeline_.adapt.exact.empty()) return Done{};
         const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
-        const auto interpolated = run::error_of_interpolant(mesh, pipeline_.adapt.exact, execution);
+        const auto interpolated = run::error_of_interpolant(mesh, run::interpolated_degree(mesh, pipeline_.metric),
+                                                            pipeline_.adapt.exact, execution);
         if (!interpolated) return fail(interpolated.error());
         row.interpolated = *interpolated;
         if (!solved_) return Done{};

@@ -116,7 +116,8 @@ class CyclesInMemory {
         const std::string& exact = pipeline_.adapt.exact;
         if (exact.empty()) return Done{};
         const Execution execution{.threads = pipeline_.threads, .stop = host_.stop};
-        const auto interpolated = run::error_of_interpolant(now.mesh.mesh, exact, execution);
+        const auto interpolated = run::error_of_interpolant(
+            now.mesh.mesh, run::interpolated_degree(now.mesh.mesh, pipeline_.metric), exact, execution);
         if (!interpolated) return fail(interpolated.error());
         row.interpolated = *interpolated;
         if (!solver_) return Done{};

@@ -8,6 +8,7 @@ module;
 #include <variant>
 module camber.run;
 import camber.core;
+import camber.config;
 import camber.fields;
 import camber.interpolation;
 import camber.io;
@@ -72,10 +73,16 @@ int degree_of(const AnyMesh& mesh) {
 
 }  // namespace
 
-Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, const std::string& exact, const Execution& execution) {
+int interpolated_degree(const AnyMesh& mesh, const config::Metric& metric) {
+    const auto* const made = std::get_if<config::SolutionMetric>(&metric);
+    return made == nullptr ? degree_of(mesh) : std::max(degree_of(mesh), made->degree);
+}
+
+Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,
+                                         const Execution& execution) {
     const auto field = field_of_expression(mesh, exact, execution);
     if (!field) return fail(field.error());
-    return error_of(mesh, field->field.values, degree_of(mesh), exact, execution);
+    return error_of(mesh, field->field.values, degree, exact, execution);
 }
 
 Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields, const std::string& exact,

@@ -64,9 +64,12 @@ struct CycleRow {
     bool is_valid = true;                  ///< all elements are certified valid
     std::vector<std::string> misses = {};  ///< how its mesh is not the one that was wanted
 };
-/// Of the exact solution's interpolant of the mesh's degree, and of the first scalar field. Errors: usage, no
-/// expression, or not finite somewhere; input, no such field.
-[[nodiscard]] Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, const std::string& exact,
+/// The degree of the interpolant that a cycle's mesh is judged by: the mesh's, or that of the metric of the solution if
+/// it is higher (a straight mesh for elements of degree 2).
+[[nodiscard]] int interpolated_degree(const AnyMesh& mesh, const config::Metric& metric);
+/// Of the exact solution's interpolant of this degree, and of the first scalar field. Errors: usage, no expression, or
+/// not finite somewhere; input, no such field.
+[[nodiscard]] Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,
                                                        const Execution& execution);
 [[nodiscard]] Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields,
                                                     const std::string& exact, const Execution& execution);
