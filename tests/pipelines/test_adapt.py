@@ -270,6 +270,25 @@ class Solvers(unittest.TestCase):
             self.assertIn("camber repair", done.stderr)
             self.assertFalse((folder.path / "n.cycles" / "cycle-000" / "solver.txt").exists())
 
+    def test_a_mesh_with_invalid_elements_is_made_again_with_a_smaller_step(self):
+        """Without a stage that repairs them, edges that follow the metric leave some at a coarse wall."""
+        with Adapting() as folder:
+            folder.camber("generate", "annulus", "-o", "a.mesh", "--elements", 200, "--set", "outer_radius=5")
+            told = folder.adapt("--field", "exp(-(sqrt(x^2+y^2)-1)/0.02)", "--cycles", 3, "--print-config", mesh="a.mesh")
+            config = json.loads(told.stdout)
+            config["stages"] = ["elevate", "remesh", {"curve": {"objective": "length"}}, "validate"]
+            config["adapt"]["complexity"] = [80]
+            config["adapt"]["folder"] = "c"
+            (folder.path / "c.json").write_text(json.dumps(config))
+            done = folder.camber("run", "c.json")
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn("are not certified valid; tried again at", done.stderr)
+            rows = folder.rows("c")
+            self.assertFalse(rows[-1].get("valid", True))
+            self.assertLess(rows[-1]["complexity"], 80)
+            kept = folder.path / "c" / f"cycle-{len(rows) - 2:03}" / "mesh.meshb"
+            self.assertEqual((folder.path / "n.meshb").read_bytes(), kept.read_bytes())
+
     def test_a_command_is_checked_before_anything_is_done(self):
         with Adapting() as folder:
             for command, told in (("flow {mesh}", "has no {solution}"), ("flow {solution}", "has no {mesh}"),
