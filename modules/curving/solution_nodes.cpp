@@ -24,7 +24,7 @@ constexpr int solve_steps = 12;
 constexpr int halvings = 3;
 /// A round that gains less of the squared error is the last, and so is a frame.
 constexpr double least_gain = 0.01, least_gain_of_frame = 0.04;
-/// How often moves that turn out to be too long are shortened.
+/// Largest number of times that moves are shortened after a frame.
 constexpr int shortenings = 3;
 
 template <int D>
@@ -45,7 +45,7 @@ double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>
     return std::abs(change) <= room ? 1 : room / std::abs(change);
 }
 
-/// The elements with some nodes, and the solution in them.
+/// A mesh with mid nodes, and the solution in its elements.
 template <int D>
 struct Frame {
     QuadraticMesh<D> mesh;
@@ -78,7 +78,7 @@ struct Moves {
     std::size_t drawn_back = 0;
 };
 
-/// Where the error is least as the solution in one frame has it.
+/// The search for the nodes of least error within one frame.
 template <int D>
 class Search {
   public:
@@ -109,7 +109,7 @@ class Search {
         return frame_.system.begin(*offsets, frame_.home, execution);
     }
 
-    /// The step, as chords and elements bear it.
+    /// Adds a step to the moves, within the limits of chords and elements.
     Outcome<Moves<D>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
         const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
@@ -126,7 +126,7 @@ class Search {
         return Moves<D>{std::move(*moves), *limited};
     }
 
-    /// Takes a step if it pays: the error after it.
+    /// Takes a step if it reduces the error; returns the squared error.
     Outcome<double> round(double before, const Execution& execution) {
         const auto step = frame_.system.solved(solve_steps, part_of(execution, 0, 0.5));
         if (!step) return fail(step.error());
@@ -149,7 +149,7 @@ class Search {
     Moves<D> made_;
 };
 
-/// Frame after frame.
+/// The search through several frames.
 template <int D>
 class Frames {
   public:
@@ -213,7 +213,7 @@ class Frames {
         return frame_of(*best, execution);
     }
 
-    /// The frame of the nodes that are found in this one; with this one's nodes where they are no better.
+    /// Returns the frame of the nodes found in this one, or a frame with the same nodes if they are no better.
     Outcome<OwnFrame> next(OwnFrame frame, const Execution& execution) {
         const QuadraticMesh<D> from = frame->mesh;
         const double before = frame->error;
@@ -253,7 +253,7 @@ class Frames {
         return Column<LagrangeNode<D>>(std::move(nodes));
     }
 
-    /// Shortens the moves of edges around which the error has risen by what matters; returns their number.
+    /// Shortens the moves of edges around which the error has risen noticeably; returns their number.
     std::size_t shorten_worse(std::span<const double> before, std::span<const double> after, double all, double part,
                               Moves<D>& moves) const {
         constexpr double of_all = 1e-3, of_own = 0.2;

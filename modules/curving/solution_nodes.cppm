@@ -12,9 +12,8 @@ import camber.validity;
 /// Nodes of volume edges where a known solution is interpolated best. docs/algorithms/solution-nodes.md.
 export namespace camber {
 
-/// A scalar field within each element by a polynomial of that degree in the reference coordinates of the element as the
-/// mesh has it, curved or not: its values at the regular lattice, in the order of `multi_indices`, whatever is added to
-/// all of them.
+/// A scalar field within each element, as a polynomial of this degree in the reference coordinates of the (curved)
+/// element: its values at the regular lattice, in the order of `multi_indices`, up to a constant.
 inline constexpr int known_degree = 5;
 template <int D>
 struct KnownField {
@@ -24,29 +23,36 @@ struct KnownField {
 };
 template <int D>
 using KnownSolution = std::vector<KnownField<D>>;
-/// What is known in the elements of this mesh, as its mid nodes curve them. A copy of the mesh with other mid nodes is
-/// another mesh.
+/// Returns the solution in the elements of a mesh, which its mid nodes curve. It is called for copies of the mesh with
+/// other mid nodes.
 template <int D>
 using SolutionInElements = std::function<Outcome<KnownSolution<D>>(const QuadraticMesh<D>&, const Execution&)>;
 
 struct SolutionNodesOptions {
-    int frames = 4;          ///< how often the solution is looked at anew in the elements that were found, at most
-    int rounds = 3;          ///< how often the error's dependence on the nodes is taken anew in a frame, at most
-    double stiffness = 0.3;  ///< an offset as long as its element counts as so many times the element's squared error
-    double max_slide = 0.2;  ///< how far along its chord a node may be from the middle, as a share of the chord
+    int frames = 4;                       ///< largest number of frames
+    int rounds = 3;                       ///< largest number of least-squares steps in a frame
+    double stiffness = 0.3;               ///< an offset as long as its element adds this share of the squared error
+    double max_slide = 0.2;               ///< largest distance of a node from the middle along its chord, in chords
     double min_jacobian = default_bound;  ///< see limit_by_jacobian
 };
 
 template <int D>
 struct SolutionNodes {
     Column<LagrangeNode<D>> nodes;  ///< one an edge
-    /// The expected error with the first of the given nodes, and with these: of one field weight · ‖u − u_h‖ in the
-    /// user's unit, of several the root of Σ (weight ‖u − u_h‖)² in the units of the fields.
+    /// Expected error with the first start, and with `nodes`: of one field weight · ‖u − u_h‖ in the user's unit; of
+    /// several fields the root of Σ (weight ‖u − u_h‖)² in the units of the fields.
     double before = 0, after = 0;
-    int frames = 0;              ///< that were taken
-    std::size_t drawn_back = 0;  ///< edges that go a part of their way, for their elements
+    int frames = 0;              ///< number of frames that reduced the error
+    std::size_t drawn_back = 0;  ///< number of edges that were moved by only a part of their step
 };
 
+/// Moves the nodes of volume edges so that the sum over fields and elements of ∫ (u − u_h)² is least; u_h is the
+/// interpolant of degree 2 on the curved elements. The search begins with the best of `starts` (one node an edge each;
+/// boundary nodes stay), and keeps elements above `min_jacobian`. Each turn takes the solution in the present elements
+/// (the frame) and finds nodes by least squares about it. The polynomials of a frame are inaccurate far from it, so
+/// edges are moved by a part of their step where the elements turn out worse. The expected error never rises, and is
+/// the error of the interpolant. The result does not depend on the number of threads. Errors: columns that do not fit
+/// (internal); those of `solution`; stopped, memory.
 /// From the best of the nodes `starts` (one an edge each; boundary nodes stay) volume edges' nodes are moved so that
 /// the sum over fields and elements of ∫ (u − u_h)² is least, u_h the interpolant of degree 2 on the elements that they
 /// curve; elements stay above `min_jacobian`. In turns, the solution is taken in the elements as they are (the frame),
