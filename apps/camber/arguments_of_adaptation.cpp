@@ -77,7 +77,7 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     add_described<double>(verb, a.of_solution, camber::option_of(&S::max_anisotropy));
     add_sizes(verb, a.metric.sizes);
     verb->add_option("--geometry-error", a.metric.geometry_error,
-                     "Largest distance of the boundary from its geometry, both ways; what the last mesh misses is exit "
+                     "Largest distance of the boundary from its geometry, both ways; what the result misses is exit "
                      "code 1. Default: any")
         ->check(above<double>(0));
     verb->add_option("--gradation", a.metric.gradation,
@@ -129,11 +129,10 @@ void add_adapt(CLI::App& app, Verb& verb) {
         "remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every "
         "mesh is valid. The boundary stays on the geometry: that of --geometry or --cad, else the first mesh's. Cycles "
         "end when the error has settled (--settled), after --cycles of them, or by Ctrl-C; the mesh with the least "
-        "error "
-        "is then in OUTPUT (--result). How it works: docs/algorithms/adaptation.md");
+        "error is then in OUTPUT (--result). How it works: docs/algorithms/adaptation.md");
     AdaptArguments& a = verb.adapt;
     adapt->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    adapt->add_option("-o,--output", a.output, "Where the last mesh goes (" + endings_of_output() + ")")->required();
+    adapt->add_option("-o,--output", a.output, "Where the result goes (" + endings_of_output() + ")")->required();
     add_aims(adapt, a);
     add_metric_of_solution_options(adapt, a);
     add_cycles(adapt, a);

@@ -178,6 +178,10 @@ TEST_CASE("The result is a valid mesh, the last one of a solver that is told the
     CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 1);
     CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}", "-n{cycle}"}}) == 3);
     rows[1].misses = {"off by 1"};
+    CHECK_MESSAGE(result({.cycles = 3}) == 2, "a mesh that misses something is the result only if all do");
+    for (CycleRow& each : rows) each.is_of_gradients = true;
+    rows[3].interpolated = run::CycleError{9, 0.5};
+    CHECK_MESSAGE(result({.cycles = 3}) == 3, "the error in H1");
     const auto read = run::read_cycles(run::cycles_json(rows), "cycles.json");
     REQUIRE(read);
     CHECK((*read)[1].misses == rows[1].misses);

@@ -144,6 +144,7 @@ class Cycles {
         }
         run::CycleRow row = run::row_of(cycle, pipeline_.adapt, report);
         for (const run::StageTime& time : report.times) row.seconds += time.seconds;
+        row.is_of_gradients = run::is_of_gradients(pipeline_.metric);
         if (!made->miss.empty()) row.misses.push_back(made->miss);
         solved_.reset();
         const bool is_valid = report.has_valid_elements();

@@ -39,7 +39,7 @@ class CyclesInMemory {
             const bool is_valid = made->has_valid_elements;
             if (run::row_of_result(rows_, pipeline_.adapt) + 1 == rows_.size()) result_ = std::move(*made);
             if (!is_valid) {
-                result_->holds_what_was_asked = result_->has_valid_elements = false;
+                result_->holds_what_was_asked = false;
                 reason_ = fmt::format("the mesh of cycle {} has elements that are not certified valid", cycle);
                 break;
             }
@@ -61,6 +61,8 @@ class CyclesInMemory {
         auto made = mesh_of(cycle, into);
         if (!made) return fail(made.error());
         run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->run.report);
+        row.is_of_gradients = run::is_of_gradients(pipeline_.metric);
+        if (!made->miss.empty()) row.misses.push_back(made->miss);
         for (const run::StageTime& time : made->run.report.times) row.seconds += time.seconds;
         MadeInMemory now = made_of(std::move(made->run), input_);
         if (!made->miss.empty()) {

@@ -12,6 +12,7 @@ import camber.config;
 import camber.fields;
 import camber.interpolation;
 import camber.io;
+import camber.solution_metric;
 import :cycles;
 import :solution;
 import :solution_source;
@@ -76,6 +77,11 @@ int degree_of(const AnyMesh& mesh) {
 int interpolated_degree(const AnyMesh& mesh, const config::Metric& metric) {
     const auto* const made = std::get_if<config::SolutionMetric>(&metric);
     return made == nullptr ? degree_of(mesh) : std::max(degree_of(mesh), made->degree);
+}
+
+bool is_of_gradients(const config::Metric& metric) {
+    const auto* const made = std::get_if<config::SolutionMetric>(&metric);
+    return made != nullptr && made->error_of == ErrorOf::gradients;
 }
 
 Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,

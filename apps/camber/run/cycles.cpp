@@ -89,7 +89,12 @@ double wanted_complexity(const config::Adaptation& adapt, int cycle) {
 /// Whether two cycles were asked for meshes of one complexity.
 bool is_like(const CycleRow& a, const CycleRow& b) { return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted; }
 
-bool is_less(const std::optional<double>& a, const std::optional<double>& b) { return a && b && *a < *b; }
+/// Whether a mesh misses less than another, or has a smaller error.
+bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& adapt) {
+    const auto of_a = error_of_mesh(a, adapt), of_b = error_of_mesh(b, adapt);
+    if (!of_a || !of_b) return false;
+    return a.misses.empty() != b.misses.empty() ? a.misses.empty() : *of_a < *of_b;
+}
 
 /// A command that is told the cycle may solve another problem in each.
 bool returns_last(const config::Adaptation& adapt) {
@@ -296,7 +301,8 @@ CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report
 }
 
 std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt) {
-    if (adapt.solve.empty() && row.interpolated) return row.interpolated->l2;
+    if (adapt.solve.empty() && row.interpolated)
+        return row.is_of_gradients ? row.interpolated->h1 : row.interpolated->l2;
     return row.expected;
 }
 
@@ -306,7 +312,7 @@ std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptati
     if (returns_last(adapt)) return last;
     std::size_t best = last;
     for (std::size_t i = last; i > 0 && is_like(rows[i], rows[last]); --i)
-        if (is_less(error_of_mesh(rows[i], adapt), error_of_mesh(rows[best], adapt))) best = i;
+        if (is_better(rows[i], rows[best], adapt)) best = i;
     return best;
 }
 

@@ -61,12 +61,15 @@ struct CycleRow {
     std::optional<double> expected = {};                  ///< L2 error that `curve` expects (objective solution)
     std::optional<CycleError> interpolated = {}, solved;  ///< where the exact solution is known
     double seconds = 0, solve_seconds = 0;
+    bool is_of_gradients = false;          ///< the metric is for the error of gradients
     bool is_valid = true;                  ///< all elements are certified valid
     std::vector<std::string> misses = {};  ///< how its mesh is not the one that was wanted
 };
 /// The degree of the interpolant that a cycle's mesh is judged by: the mesh's, or that of the metric of the solution if
 /// it is higher (a straight mesh for elements of degree 2).
 [[nodiscard]] int interpolated_degree(const AnyMesh& mesh, const config::Metric& metric);
+/// Whether the metric is for the error of the solution's gradients.
+[[nodiscard]] bool is_of_gradients(const config::Metric& metric);
 /// Of the exact solution's interpolant of this degree, and of the first scalar field. Errors: usage, no expression, or
 /// not finite somewhere; input, no such field.
 [[nodiscard]] Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,
@@ -88,11 +91,11 @@ struct CycleRun {
 [[nodiscard]] Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
                                           const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
 
-/// The L2 error of a cycle's mesh: that of the interpolant where the solution is known, else the one that `curve`
-/// expects. None where there is neither.
+/// The error of a cycle's mesh: that of the interpolant if the solution is known, in L2, or in H1 if the metric is for
+/// gradients; otherwise the L2 error that `curve` expects. None if there is neither.
 [[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
-/// The row whose mesh is the result: of the valid ones of the last complexity the one with the least error, or the
-/// last.
+/// The row whose mesh is the result. Among the valid meshes of the last complexity it is the one with the least error,
+/// where meshes that miss something come last; with `result` "last" it is the last valid mesh.
 [[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 /// Why no more cycles are needed (`settled` of the config): the least error has not fallen, or without an error meshes
 /// become no nearer to unit in their own solution's metric. Empty: they are needed.

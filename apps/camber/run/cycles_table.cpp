@@ -37,6 +37,7 @@ Json json(const CycleRow& row) {
     if (row.solved) j["solution_error"] = {{"l2", row.solved->l2}, {"h1", row.solved->h1}};
     j["seconds"] = row.seconds;
     j["solve_seconds"] = row.solve_seconds;
+    if (row.is_of_gradients) j["error_of"] = "gradients";
     if (!row.is_valid) j["valid"] = false;
     if (!row.misses.empty()) j["misses"] = row.misses;
     return j;
@@ -62,6 +63,7 @@ CycleRow row_of(const Json& j) {
                  .solved = error_of(j, "solution_error"),
                  .seconds = j.at("seconds").get<double>(),
                  .solve_seconds = j.at("solve_seconds").get<double>()};
+    row.is_of_gradients = j.contains("error_of");
     row.is_valid = j.value("valid", true);
     if (j.contains("misses")) row.misses = j.at("misses").get<std::vector<std::string>>();
     if (j.contains("expected_error")) row.expected = j.at("expected_error").get<double>();
