@@ -51,8 +51,11 @@ void add_norm(CLI::App* verb, SolutionMetric& metric) {
     verb->add_option("--norm", metric.norm, help_of(norm) + "; H1: as --norm 2 --error-of gradients")
         ->check(within<double>(norm.limits))
         ->transform(CLI::Validator(
-            [&metric](std::string& given) {
+            [&metric, verb](std::string& given) -> std::string {
                 if (given == "H1") {
+                    const CLI::Option* const other = verb->get_option("--error-of");
+                    if (other->count() > 0 && other->results().back() == "values")
+                        return "H1 is the norm of gradients: leave --error-of values out";
                     metric.error_of = camber::ErrorOf::gradients;
                     given = "2";
                 }

@@ -209,6 +209,9 @@ class Errors(unittest.TestCase):
                        for norm in (("--norm", "H1"), ("--norm", 2, "--error-of", "gradients"))]
             self.assertEqual(*configs)
             self.assertIn("gradients", configs[0])
+            both = folder.adapt("--field", FIELD, "--norm", "H1", "--error-of", "values")
+            self.assertEqual(both.returncode, 2)
+            self.assertIn("leave --error-of values out", both.stderr)
             wrong = folder.adapt("--field", FIELD, "--norm", "H2")
             self.assertEqual(wrong.returncode, 2)
             self.assertIn("--norm", wrong.stderr)

@@ -327,8 +327,9 @@ std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const c
     const CycleRow& row = rows[at];
     std::vector<std::string> notes;
     if (at + 1 < rows.size())
-        notes.push_back(fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least", row.cycle,
-                                    *error_of_mesh(row, adapt)));
+        notes.push_back(
+            fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least of those that {}", row.cycle,
+                        *error_of_mesh(row, adapt), row.misses.empty() ? "are as required" : "were made"));
     if (at == 0 || !is_like(rows[at - 1], row)) return notes;
     const CycleRow& before = rows[at - 1];
     constexpr double least_fall_of_edges = 0.05, least_fall_of_quality = 0.5;
