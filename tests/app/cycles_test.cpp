@@ -176,15 +176,22 @@ TEST_CASE("The result is a valid mesh, the last one of a solver that is told the
     rows[3].is_valid = true;
     rows[1].expected = 0.5;
     CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}"}}) == 1);
-    CHECK(result({.cycles = 3, .solve = {"flow", "{mesh}", "{solution}", "-n{cycle}"}}) == 3);
+    const std::vector<std::string> of_cycle{"flow", "{mesh}", "{solution}", "-n{cycle}"};
+    CHECK(result({.cycles = 3, .solve = of_cycle}) == 3);
+    CHECK(result({.cycles = 3, .solve = of_cycle, .result = config::ResultOfCycles::best}) == 1);
     rows[1].misses = {"off by 1"};
     CHECK_MESSAGE(result({.cycles = 3}) == 2, "a mesh that misses something is the result only if all do");
     for (CycleRow& each : rows) each.is_of_gradients = true;
     rows[3].interpolated = run::CycleError{9, 0.5};
     CHECK_MESSAGE(result({.cycles = 3}) == 3, "the error in H1");
+    rows[1].misses.clear();
+    rows[1].interpolated = run::CycleError{0.1, 0.1};
+    rows[1].problem = "x";
+    CHECK_MESSAGE(result({.cycles = 3}) == 3, "errors of another problem are not compared");
     const auto read = run::read_cycles(run::cycles_json(rows), "cycles.json");
     REQUIRE(read);
-    CHECK((*read)[1].misses == rows[1].misses);
+    CHECK((*read)[2].misses == rows[2].misses);
+    CHECK((*read)[1].problem == "x");
 }
 
 TEST_CASE("What is worth knowing of the result") {

@@ -10,9 +10,9 @@ import camber.core;
 export namespace camber::config {
 
 /// Which cycle's mesh is the result of an adaptation.
-enum class ResultOfCycles : std::uint8_t { best, last };
+enum class ResultOfCycles : std::uint8_t { automatic, best, last };
 [[nodiscard]] constexpr auto words(ResultOfCycles) {
-    return words_of(Word{ResultOfCycles::best, "best"}, Word{ResultOfCycles::last, "last"});
+    return words_of(Word{ResultOfCycles::automatic, "auto"}, Word{ResultOfCycles::best, "best"}, Word{ResultOfCycles::last, "last"});
 }
 
 /// Cycles of a pipeline's stages, each on the mesh that the one before made; a solver may be asked for the solution
@@ -26,7 +26,7 @@ struct Adaptation {
     std::string mesh = "mesh.meshb", solution = "solution.sol";  ///< names of files within a cycle's folder
     std::string exact = {};                                      ///< empty: not known
     double settled = 0.1;
-    ResultOfCycles result = ResultOfCycles::best;
+    ResultOfCycles result = ResultOfCycles::automatic;
 
     [[nodiscard]] bool is_asked() const { return cycles > 0; }
 
@@ -66,8 +66,9 @@ struct Adaptation {
                 .at_least(0)
                 .at_most(1),
             option("result", &S::result,
-                   "best: the mesh of the last complexity with the least error, unless the solver's command has "
-                   "{cycle}, with which each cycle may solve another problem; last: that of the last cycle"));
+                   "best: the mesh with the least error among those of the last complexity; last: the mesh of the last "
+                   "cycle; auto: last if the solver's command has {cycle}, with which each cycle may solve another "
+                   "problem, otherwise best"));
     }
     friend bool operator==(const Adaptation&, const Adaptation&) = default;
 };

@@ -86,8 +86,18 @@ double wanted_complexity(const config::Adaptation& adapt, int cycle) {
     return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
 }
 
-/// Whether two cycles were asked for meshes of one complexity.
-bool is_like(const CycleRow& a, const CycleRow& b) { return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted; }
+/// The solver and the exact solution, which a cycle's errors depend on.
+std::string problem_of(const config::Adaptation& adapt) {
+    std::string text = adapt.exact;
+    for (const std::string& word : adapt.solve) text += '\n' + word;
+    return text;
+}
+
+/// True if the errors of two meshes can be compared: of one complexity, for the same problem.
+bool is_like(const CycleRow& a, const CycleRow& b) {
+    return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted && a.problem == b.problem &&
+           a.is_of_gradients == b.is_of_gradients;
+}
 
 /// Whether a mesh misses less than another, or has a smaller error.
 bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& adapt) {
@@ -96,11 +106,11 @@ bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& a
     return a.misses.empty() != b.misses.empty() ? a.misses.empty() : *of_a < *of_b;
 }
 
-/// A command that is told the cycle may solve another problem in each.
+bool has_cycle(const std::string& word) { return word.find("{cycle}") != std::string::npos; }
+
 bool returns_last(const config::Adaptation& adapt) {
-    return adapt.result == config::ResultOfCycles::last ||
-           std::ranges::any_of(adapt.solve,
-                               [](const std::string& word) { return word.find("{cycle}") != std::string::npos; });
+    using enum config::ResultOfCycles;
+    return adapt.result == last || (adapt.result == automatic && std::ranges::any_of(adapt.solve, has_cycle));
 }
 
 /// The least errors up to a cycle and up to the one two before it are compared, all of the last complexity.
@@ -281,6 +291,7 @@ CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report
     CycleRow row{.cycle = cycle,
                  .unknowns = report.mesh.nodes,
                  .elements = report.mesh.judged(),
+                 .problem = problem_of(adapt),
                  .wanted = wanted_complexity(adapt, cycle),
                  .solved = {}};
     if (report.metric && cycle > 0) row.complexity = report.metric->complexity;

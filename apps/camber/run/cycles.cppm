@@ -54,6 +54,7 @@ struct CycleError {
 struct CycleRow {
     int cycle = 0;
     std::size_t unknowns = 0, elements = 0;
+    std::string problem = {};  ///< the exact solution and the solver's command
     double wanted = 0, complexity = 0;       ///< 0: not asked for; no metric
     double unit_before = 0, unit_edges = 0;  ///< shares: of the mesh that it was made of, and its own
     double worst_quality = 0, mean_quality = 0;
@@ -94,8 +95,8 @@ struct CycleRun {
 /// The error of a cycle's mesh: that of the interpolant if the solution is known, in L2, or in H1 if the metric is for
 /// gradients; otherwise the L2 error that `curve` expects. None if there is neither.
 [[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
-/// The row whose mesh is the result. Among the valid meshes of the last complexity it is the one with the least error,
-/// where meshes that miss something come last; with `result` "last" it is the last valid mesh.
+/// The row whose mesh is the result. Among the valid meshes of the last complexity, for the same problem, it is the one
+/// with the least error, where meshes that miss something come last; with `result` "last" it is the last valid mesh.
 [[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 /// Why no more cycles are needed (`settled` of the config): the least error has not fallen, or without an error meshes
 /// become no nearer to unit in their own solution's metric. Empty: they are needed.

@@ -279,7 +279,7 @@ def adapt(
     cycles: int | None = None,
     degree: int | None = None,
     settled: float | None = None,
-    result: Literal["best", "last"] | None = None,
+    result: Literal["auto", "best", "last"] | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
     cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
@@ -331,8 +331,9 @@ def adapt(
     settled: Cycles end once the least error of the last complexity has fallen by no more than this share over two
         cycles; without an error, once the unit edges in the metric of the mesh's own solution rise by no more than
         a fifth of it in one; 0: never before their number. In [0, 1]. Default: 0.1.
-    result: Best: the mesh of the last complexity with the least error, unless the solver's command has {cycle},
-        with which each cycle may solve another problem; last: that of the last cycle.
+    result: Best: the mesh with the least error among those of the last complexity; last: the mesh of the last
+        cycle; auto: last if the solver's command has {cycle}, with which each cycle may solve another problem,
+        otherwise best.
     geometry: surrogate (from the mesh), straight, or JSON such as '{"analytic": [{"references": [1], "sphere":
         {"radius": 5}}]}' or '{"mesh": "first.meshb"}': the boundary of another mesh of the body. Or a mesh: its
         boundary. Default: surrogate.
