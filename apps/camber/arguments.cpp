@@ -48,8 +48,9 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
             "refines until it is met, or ends with exit code 1. Default: any")
         ->check(above<double>(0));
     verb->add_option("--gradation", a.gradation,
-                     "Largest ratio of the metric's sizes at adjacent edges. Default: as the metric is")
-        ->check(within<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
+                     "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
+                     "a solution, others as they are")
+        ->check(at_least<double>(0));
     verb->add_option("--complexity", a.complexity,
                      "Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6 "
                      "times as many triangles. Default: as the metric is")

@@ -84,8 +84,9 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
                      "code 1. Default: any")
         ->check(above<double>(0));
     verb->add_option("--gradation", a.metric.gradation,
-                     "Largest ratio of the metric's sizes at adjacent edges. Default: not limited")
-        ->check(within<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
+                     "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
+                     "a solution, others as they are")
+        ->check(at_least<double>(0));
 }
 
 void add_cycles(CLI::App* verb, AdaptArguments& a) {

@@ -96,8 +96,8 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
     add_options_of_metric(metric, a.metric);
     metric
         ->add_option("--gradation", a.metric.gradation,
-                     "Largest ratio of the sizes of adjacent edges. Default: not limited")
-        ->check(between<double>(1.0001, 1000));
+                     "Largest ratio of the sizes of adjacent edges; 0: not limited. Default: 2.5")
+        ->check(at_least<double>(0));
     metric
         ->add_option("--geometry-error", a.metric.geometry.chord_error,
                      "Largest distance of chords from the boundary's own surface; 0: any")

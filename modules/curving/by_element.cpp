@@ -1,6 +1,7 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -54,9 +55,9 @@ class Elements {
             return mesh_.edges.of_facets[e];
     }
 
-    /// Whether all of the present offsets keep the element above `least`, `jacobian` being of that.
+    /// True if all of the present offsets keep the element above `least`. \p jacobian: of the element with them.
     [[nodiscard]] static bool bears(const LowJacobian& jacobian, double least) {
-        return jacobian.is_finite() && (!(jacobian.straight > 0) || jacobian.lowest / jacobian.straight >= least);
+        return jacobian.is_finite() && scaled(jacobian.lowest, jacobian.straight) >= least;
     }
 
     /// The largest share of the present offsets that keeps the element above `least`.
@@ -82,12 +83,16 @@ class Elements {
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
-    /// The smallest coefficient of det J over det of the straight element, a lower bound of the scaled Jacobian; as
-    /// good as any where the straight element has none.
+    /// The smallest coefficient of det J over |det| of the straight element, a lower bound of the scaled Jacobian. A
+    /// thin element along a curve may be inverted when it is straight, and valid as it is bent.
+    [[nodiscard]] static double scaled(double lowest, double straight) {
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        if (straight == 0) return lowest >= 0 ? infinity : -infinity;
+        return lowest / std::abs(straight);
+    }
     [[nodiscard]] double scaled_jacobian(std::size_t e, double share) const {
         const auto jacobian = bounded_jacobian(at(e, share));
-        if (!(jacobian.straight > 0)) return std::numeric_limits<double>::infinity();
-        return *std::min_element(jacobian.coefficients.begin(), jacobian.coefficients.end()) / jacobian.straight;
+        return scaled(*std::min_element(jacobian.coefficients.begin(), jacobian.coefficients.end()), jacobian.straight);
     }
 
     const QuadraticMesh<D>& mesh_;

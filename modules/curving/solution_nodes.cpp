@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <span>
 #include <utility>
@@ -71,23 +72,15 @@ struct Frame {
     [[nodiscard]] double unit() const { return known.size() == 1 ? std::ldexp(1.0, known.front().exponent) : 1; }
 };
 
-/// Steps off the nodes of a frame.
-template <int D>
-struct Moves {
-    Buffer<Vec<D>> rows;  ///< one an edge
-    std::size_t drawn_back = 0;
-};
-
-/// The search for the nodes of least error within one frame.
+/// The search for the nodes of least error within one frame: moves off its nodes, one an edge. Elements stay above
+/// `least` at each step; with -∞ they may become invalid on the way.
 template <int D>
 class Search {
   public:
-    Search(Frame<D>& frame, const Incidence<ElementId>& shells, const SolutionNodesOptions& options)
-        : frame_(frame), shells_(shells), options_(options) {
-        made_.rows = Buffer<Vec<D>>(frame.home.size(), Vec<D>{});
-    }
+    Search(Frame<D>& frame, const Incidence<ElementId>& shells, const SolutionNodesOptions& options, double least)
+        : frame_(frame), shells_(shells), options_(options), least_(least), moves_(frame.home.size(), Vec<D>{}) {}
 
-    Outcome<Moves<D>> run(const Execution& execution) {
+    Outcome<Buffer<Vec<D>>> run(const Execution& execution) {
         double error = frame_.error;
         for (int i = 0; i < options_.rounds; ++i) {
             const auto next = round(error, part_of(execution, share(i), share(i + 1)));
@@ -96,7 +89,7 @@ class Search {
             error = *next;
             if (is_last) break;
         }
-        return std::move(made_);
+        return std::move(moves_);
     }
 
   private:
@@ -110,20 +103,19 @@ class Search {
     }
 
     /// Adds a step to the moves, within the limits of chords and elements.
-    Outcome<Moves<D>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
+    Outcome<Buffer<Vec<D>>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
         const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
-            if (step[e] == Vec<D>{}) return made_.rows[e];
+            if (step[e] == Vec<D>{}) return moves_[e];
             const auto& [a, b] = frame_.mesh.edges.vertices[e];
             const Vec<D> whole = length * step[e], chord = linear.points[b] - linear.points[a];
-            return made_.rows[e] +
-                   share_within_slide(frame_.home[e] + made_.rows[e], whole, chord, options_.max_slide) * whole;
+            return moves_[e] + share_within_slide(frame_.home[e] + moves_[e], whole, chord, options_.max_slide) * whole;
         });
-        if (!moves) return fail(moves.error());
-        const auto limited = limit_by_jacobian<D>(frame_.mesh, frame_.mesh.mid_nodes.view(), shells_,
-                                                  options_.min_jacobian, *moves, execution);
+        if (!moves || std::isinf(least_)) return moves;
+        const auto limited = limit_by_jacobian<D>(frame_.mesh, frame_.mesh.mid_nodes.view(), shells_, least_, *moves,
+                                                  execution);
         if (!limited) return fail(limited.error());
-        return Moves<D>{std::move(*moves), *limited};
+        return moves;
     }
 
     /// Takes a step if it reduces the error; returns the squared error.
@@ -134,10 +126,10 @@ class Search {
         for (int i = 0; i <= halvings; ++i, length /= 2) {
             auto moves = moved(*step, length, without_progress(execution));
             if (!moves) return fail(moves.error());
-            const auto after = error_of(moves->rows, i == 0 ? part_of(execution, 0.5, 1) : without_progress(execution));
+            const auto after = error_of(*moves, i == 0 ? part_of(execution, 0.5, 1) : without_progress(execution));
             if (!after) return after;
             if (!(*after < before)) continue;
-            made_ = std::move(*moves);
+            moves_ = std::move(*moves);
             return after;
         }
         return before;
@@ -146,7 +138,8 @@ class Search {
     Frame<D>& frame_;
     const Incidence<ElementId>& shells_;
     const SolutionNodesOptions& options_;
-    Moves<D> made_;
+    double least_;
+    Buffer<Vec<D>> moves_;
 };
 
 /// The search through several frames.
@@ -167,7 +160,7 @@ class Frames {
             const auto share = [&](int frames) {
                 return of_starts + (1 - of_starts) * frames / static_cast<double>(options_.frames);
             };
-            frame = next(std::move(*frame), part_of(execution, share(i), share(i + 1)));
+            frame = next(std::move(*frame), bound_of_search(i), part_of(execution, share(i), share(i + 1)));
             if (!frame) return fail(frame.error());
             if ((*frame)->error < error) ++made_.frames;
             if (!((*frame)->error < (1 - least_gain_of_frame) * error)) break;
@@ -179,6 +172,12 @@ class Frames {
 
   private:
     using OwnFrame = std::unique_ptr<Frame<D>>;
+
+    /// In a stack of thin elements each blocks the next although all are valid again at the least error: every other
+    /// search does without a bound, and the moves that it finds are limited as a whole.
+    [[nodiscard]] double bound_of_search(int frame) const {
+        return frame % 2 == 1 ? -std::numeric_limits<double>::infinity() : options_.min_jacobian;
+    }
 
     Outcome<OwnFrame> frame_of(Column<LagrangeNode<D>> nodes, const Execution& execution) {
         QuadraticMesh<D> curved = mesh_;
@@ -214,35 +213,37 @@ class Frames {
     }
 
     /// Returns the frame of the nodes found in this one, or a frame with the same nodes if they are no better.
-    Outcome<OwnFrame> next(OwnFrame frame, const Execution& execution) {
+    Outcome<OwnFrame> next(OwnFrame frame, double least_jacobian, const Execution& execution) {
         const QuadraticMesh<D> from = frame->mesh;
         const double before = frame->error;
         const Buffer<double> errors(frame->system.errors().begin(), frame->system.errors().end());
-        auto moves = Search<D>(*frame, shells_, options_).run(part_of(execution, 0, 0.8));
+        auto moves = Search<D>(*frame, shells_, options_, least_jacobian).run(part_of(execution, 0, 0.8));
         if (!moves) return fail(moves.error());
         frame.reset();
         Column<LagrangeNode<D>> best = from.mid_nodes;
         double least = before;
+        std::size_t drawn_back = 0;
         for (int i = 0; i <= shortenings; ++i) {
-            auto to = frame_of(moved(from, moves->rows), part_of(execution, 0.8 + 0.2 * i / (shortenings + 1), 1));
+            const auto limited = limit_by_jacobian<D>(from, from.mid_nodes.view(), shells_, options_.min_jacobian,
+                                                      *moves, without_progress(execution));
+            if (!limited) return fail(limited.error());
+            drawn_back += *limited;
+            auto to = frame_of(moved(from, *moves), part_of(execution, 0.8 + 0.2 * i / (shortenings + 1), 1));
             if (!to) return to;
             const bool is_better = (*to)->error < least;
             if (!is_better && least < before) break;  // shortened by too much
             if (is_better) {
                 best = (*to)->mesh.mid_nodes;
                 least = (*to)->error;
-                made_.drawn_back = moves->drawn_back;
+                made_.drawn_back = drawn_back;
             }
             const double part = i + 1 < shortenings ? 0.25 : 0;
             const std::size_t shortened = shorten_worse(errors, (*to)->system.errors(), before, part, *moves);
             if (shortened == 0 && is_better) return to;
             to->reset();
             if (shortened == 0)
-                for (Vec<D>& move : moves->rows) move *= 0.5;
-            auto limited = limit_by_jacobian<D>(from, from.mid_nodes.view(), shells_, options_.min_jacobian,
-                                                moves->rows, without_progress(execution));
-            if (!limited) return fail(limited.error());
-            moves->drawn_back += shortened + *limited;
+                for (Vec<D>& move : *moves) move *= 0.5;
+            drawn_back += shortened;
         }
         return frame_of(std::move(best), without_progress(execution));
     }
@@ -255,18 +256,18 @@ class Frames {
 
     /// Shortens the moves of edges around which the error has risen noticeably; returns their number.
     std::size_t shorten_worse(std::span<const double> before, std::span<const double> after, double all, double part,
-                              Moves<D>& moves) const {
+                              Buffer<Vec<D>>& moves) const {
         constexpr double of_all = 1e-3, of_own = 0.2;
         std::size_t shortened = 0;
-        for (std::size_t e = 0; e < moves.rows.size(); ++e) {
-            if (moves.rows[e] == Vec<D>{}) continue;
+        for (std::size_t e = 0; e < moves.size(); ++e) {
+            if (moves[e] == Vec<D>{}) continue;
             double was = 0, is = 0;
             for (const ElementId element : shells_[e]) {
                 was += before[element.index()];
                 is += after[element.index()];
             }
             if (is - was < std::max(of_all * all, of_own * was)) continue;
-            moves.rows[e] *= part;
+            moves[e] *= part;
             ++shortened;
         }
         return shortened;

@@ -138,6 +138,14 @@ Outcome<Column<LagrangeNode<D>>> held_by_elements(const QuadraticMesh<D>& mesh, 
     return Column<LagrangeNode<D>>(std::move(held));
 }
 
+/// The largest number of frames. A function is known exactly in each. Polynomials of fields are no better in the second
+/// (docs/algorithms/solution-nodes.md), where only a mesh with curves of its own may have nodes that were blocked.
+template <int D>
+int frames_for(const CurvedFrom<D>& from, const GivenSolution<D>& given) {
+    if (given.function) return SolutionNodesOptions{}.frames;
+    return from.nodes == NodesOf::input ? 2 : 1;
+}
+
 /// Those of the volume by a solution: from the nodes of `shape`, or from where a mesh with curves of its own has them
 /// if the error is less there. In rows of thin elements that follow a solution chords tell nothing of it.
 template <int D>
@@ -155,7 +163,8 @@ Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start
         return known_solution(from.mesh, given, curved, e);
     };
     auto found = solution_nodes<D>(from.mesh, input.kinds, starts, input.shells, solution,
-                                   {.min_jacobian = options.min_jacobian}, part_of(execution, 0.35, 1));
+                                   {.min_jacobian = options.min_jacobian, .frames = frames_for(from, given)},
+                                   part_of(execution, 0.35, 1));
     if (!found) return fail(found.error());
     expected = {found->before, found->after, found->frames};
     Buffer<EdgeChange> changes = take(std::move(proposal.changes));

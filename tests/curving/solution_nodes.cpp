@@ -2,6 +2,7 @@
 // counts.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -20,6 +21,7 @@ import camber.bezier;
 import camber.core;
 import camber.curving;
 import camber.interpolation;
+import camber.validity;
 
 using namespace camber;
 using namespace camber::testing;
@@ -265,9 +267,109 @@ void laws() {
              {.count = 2});
 }
 
+/// Rows of thin triangles along a circle, each row shifted by half a triangle: with straight edges a part of them is
+/// inverted, with nodes in the middle in polar coordinates all are valid.
+struct ThinRows {
+    static constexpr double angle = 0.2, height = 0.0015;
+    QuadraticMesh<2> mesh;
+    Column<EdgeKind> kinds;
+    Incidence<ElementId> shells;
+
+    explicit ThinRows(std::uint64_t seed) {
+        LatticeOptions<2> options;
+        options.cells = {6, 5};
+        options.seed = seed;
+        options.place = [](const Vec<2>& p) { return p; };
+        auto linear = lattice_mesh(options);
+        linear.points = Column<Vec<2>>(must(map_each(alone, linear.points.size(), [&](std::size_t i) {
+            const Vec<2>& p = linear.points[i];
+            const double a = angle * (p[0] - p[1] / 2), r = 1 + height * p[1];
+            return Vec<2>{{-r * std::cos(a), r * std::sin(a)}};
+        })));
+        mesh = must(elevate(std::move(linear), alone));
+        shells = must(camber::shells(mesh.edges, alone));
+        kinds = boundary_kinds(mesh.linear, mesh.edges);
+        mesh.mid_nodes = nodes([](std::size_t) { return 0.0; });
+    }
+
+    /// Nodes in the middle in polar coordinates, those of inner edges farther out by a share of the rows' height.
+    [[nodiscard]] Column<LagrangeNode<2>> nodes(const auto& share) const {
+        Buffer<LagrangeNode<2>> all(mesh.edges.size());
+        for (std::size_t e = 0; e < all.size(); ++e) {
+            const Vec<2>&p = mesh.linear.points[mesh.edges.vertices[e][0]], &q = mesh.linear.points[mesh.edges.vertices[e][1]];
+            const double out = kinds[EdgeId(e)] == EdgeKind::volume ? share(e) * height : 0;
+            all[e].point = ((norm(p) + norm(q)) / 2 + out) * normalised(normalised(p) + normalised(q));
+        }
+        return Column<LagrangeNode<2>>(std::move(all));
+    }
+
+    /// The smallest coefficient of det J of each element, as a share of the absolute value of the straight element's.
+    [[nodiscard]] std::vector<double> jacobians(const Column<LagrangeNode<2>>& at) const {
+        std::vector<double> all(mesh.linear.elements.size());
+        for (std::size_t e = 0; e < all.size(); ++e) {
+            const auto j = bounded_jacobian(nodal_form<2>(mesh.linear.points, at.view(), mesh.linear.elements.vertices[e],
+                                                          mesh.edges.of_elements[e]));
+            all[e] = *std::min_element(j.coefficients.begin(), j.coefficients.end()) / std::abs(j.straight);
+        }
+        return all;
+    }
+};
+
+/// exp(-(r - 1)/δ) in the elements.
+SolutionInElements<2> layer(double thickness) {
+    return [thickness](const QuadraticMesh<2>& mesh, const Execution&) -> Outcome<KnownSolution<2>> {
+        Buffer<std::array<float, node_count<known_degree, 2>>> values(mesh.linear.elements.size());
+        const auto u = [&](std::size_t e, std::size_t q) {
+            return std::exp(-(norm(place_of(mesh, ElementId(e), lattice<2>[q])) - 1) / thickness);
+        };
+        for (std::size_t e = 0; e < values.size(); ++e)
+            for (std::size_t q = 0; q < values[e].size(); ++q) values[e][q] = static_cast<float>(u(e, q) - u(e, 0));
+        return KnownSolution<2>{{.values = std::move(values)}};
+    };
+}
+
+void laws_of_thin_rows() {
+    property("elements that are inverted when straight keep the bound that they have",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const ThinRows rows(seed + 1);
+                 RC_ASSERT(std::ranges::any_of(rows.mesh.linear.elements.vertices, [&](const auto& v) {
+                     const auto& x = rows.mesh.linear.points;
+                     return cross(x[v[1]] - x[v[0]], x[v[2]] - x[v[0]]) < 0;
+                 }));
+                 Buffer<Vec<2>> offsets(rows.mesh.edges.size(), Vec<2>{});
+                 for (std::size_t e = 0; e < offsets.size(); ++e)
+                     if (rows.kinds[EdgeId(e)] == EdgeKind::volume) offsets[e] = 2 * ThinRows::height * dice.vector<2>(-1, 1);
+                 auto at = Buffer<LagrangeNode<2>>(rows.mesh.mid_nodes.begin(), rows.mesh.mid_nodes.end());
+                 const double least = 0.1;
+                 RC_ASSERT(std::ranges::min(rows.jacobians(rows.mesh.mid_nodes)) > least);
+                 RC_ASSERT(must(limit_by_jacobian<2>(rows.mesh, rows.mesh.mid_nodes.view(), rows.shells, least, offsets, alone)) > 0);
+                 for (std::size_t e = 0; e < at.size(); ++e) at[e].point += offsets[e];
+                 RC_ASSERT(std::ranges::min(rows.jacobians(Column<LagrangeNode<2>>(std::move(at)))) >= least);
+             },
+             {.count = 10});
+    property("nodes that lie too far out in a stack of thin elements come back together",
+             [](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const ThinRows rows(seed + 1);
+                 const auto solution = layer(1.5 * ThinRows::height);
+                 const auto start = rows.nodes([&](std::size_t) { return dice.uniform(0.1, 0.2); });
+                 const auto search = [&](const Column<LagrangeNode<2>>& from, int frames) {
+                     return must(solution_nodes<2>(rows.mesh, rows.kinds, {&from, 1}, rows.shells, solution, {.frames = frames}, alone));
+                 };
+                 const auto made = search(start, 4);
+                 const double least = search(rows.mesh.mid_nodes, 0).before;
+                 RC_ASSERT(made.before > 3 * least);
+                 RC_ASSERT(made.after < least);
+                 RC_ASSERT(std::ranges::min(rows.jacobians(made.nodes)) > 0);
+             },
+             {.count = 10});
+}
+
 }  // namespace
 
 TEST_CASE("nodes for a known solution: triangles") { laws<2>(); }
 TEST_CASE("nodes for a known solution: tetrahedra") { laws<3>(); }
 TEST_CASE("nodes for a solution known in curved elements: triangles") { laws_of_frames<2>(); }
 TEST_CASE("nodes for a solution known in curved elements: tetrahedra") { laws_of_frames<3>(); }
+TEST_CASE("nodes for a known solution: thin rows of triangles along a circle") { laws_of_thin_rows(); }

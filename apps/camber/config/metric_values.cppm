@@ -95,7 +95,8 @@ struct SolutionMetric {
     double norm = NormOptions{}.p;
     ErrorOf error_of = NormOptions{}.error_of;
     double complexity = 0, vertices = 0, elements = 0;  ///< one of them at most; none: as many elements as the mesh has
-    double gradation = 0, min_size = 0, max_size = 0, max_anisotropy = 0;
+    double gradation = 2.5;
+    double min_size = 0, max_size = 0, max_anisotropy = 0;
     std::vector<ReferenceSize> sizes = {};
     GeometryMetric geometry = {};
     std::vector<FilePath> intersect = {};
@@ -117,7 +118,9 @@ struct SolutionMetric {
                    "or about so many elements; 0: not asked. Where none of the three is, as many elements as "
                    "the mesh has")
                 .at_least(0),
-            option("gradation", &S::gradation, "largest ratio of the sizes of adjacent edges; 0: not limited")
+            option("gradation", &S::gradation,
+                   "largest ratio of the sizes of adjacent edges; 0: not limited. Without a limit an element at the end "
+                   "of a layer may reach from its sizes to those many times larger, and errors jump from cycle to cycle")
                 .at_least(0),
             option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
             option("max_size", &S::max_size, "largest size; 0: the domain's diameter").unit("model units").at_least(0),
