@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Parts as CAD programs make them, meshed by Gmsh and curved by Camber (`curve --cad`) and by Gmsh itself, in one run.
 
     python3 bench/cad_parts.py FOLDER                                 the models (.step) and their straight meshes (.msh)

@@ -94,6 +94,6 @@ CASES = {
     "steep-thin": steep(4.6e-5, 1.6, 17),
     "steep-2d": Case(FLAT_WALL, annulus({"count": 10, "first_height": 0.002, "growth": 1.4})),
 }
-SHOWN = ("layer-single", "circle-2d", "shock-2d", "bend")  # in docs/curvature.md
+SHOWN = ("layers-1.4", "circle-2d", "shock-2d", "bend")  # in docs/curvature.md
 SAFE = ("circle-2d", "shock-2d", "layer-single", "layer-double", "spheres-fine", "cube-cylinder", "bend", "elbow", "block")
 LAYERS = ("layer-single", "steep-1.4", "steep-1.6", "steep-2.4", "steep-thin", "steep-2d")
