@@ -9,7 +9,7 @@
 
 A measured table is a Markdown table or a `text` block behind a comment that the rendered page does not show:
 
-    <!-- measured NAME: within 1.3; 20 s; needs gmsh -->
+    <!-- measured NAME: within 1.3; 20 s; needs mpirun, python3-gmsh -->
 
 Its command is the nearest `sh` block above it. Several tables behind one command are the tables that it prints, in their order. A `text`
 block begins with the same line in the page and in the output, and ends at an empty line. Commands run in an empty folder in which the
@@ -18,7 +18,7 @@ interpreter that runs this script.
 
 Texts and first columns must be equal. Other numbers must agree within the factor, or within a unit of the last digit of a decimal number.
 Seconds and megabytes, known by the unit behind a number or at the end of a column's title, are reported and not compared. The exit code
-is 1 if a table differs or a command fails. Tables whose programs or Python modules are missing are listed and not run.
+is 1 if a table differs or a command fails. Tables whose programs or Python modules (python3-NAME) are missing are listed and not run.
 """
 import argparse
 import importlib.util
@@ -123,8 +123,11 @@ def programs_of(command):
 
 def missing(table, camber):
     """The programs and Python modules that a table needs and this machine does not have."""
-    built = [name for name in programs_of(table.command)[0] if not (camber.parent / name).exists()]
-    return built + [name for name in table.needs if not shutil.which(name) and not importlib.util.find_spec(name)]
+    built = programs_of(" ".join((table.command, *table.needs)))[0]
+    modules = [name for name in table.needs if name.startswith("python3-")]
+    others = [name for name in table.needs if not name.startswith(("python3-", "build/"))]
+    return [*(name for name in built if not (camber.parent / name).exists()), *(name for name in others if not shutil.which(name)),
+            *(name for name in modules if not importlib.util.find_spec(name.removeprefix("python3-")))]
 
 
 def printed(command, camber):
@@ -232,13 +235,13 @@ class Comparison:
         if old[:dashes] != new[:dashes]:
             self.differences.append(f"titles {titles}, printed {new[:dashes]}")
             return
-        for one, other in zip(old[dashes + 1:], new[dashes + 1:]):
+        for row, (one, other) in enumerate(zip(old[dashes + 1:], new[dashes + 1:]), start=1):
             row_name = one[0] or row_name
             if len(one) != len(other) or one[0] != other[0]:
-                self.differences.append(f"row '{one[0]}', printed '{other[0]}'")
+                self.differences.append(f"row {row}: '{one[0]}', printed '{other[0]}'")
                 continue
             for title, a, b in list(zip(titles, one, other))[1:]:
-                self.compare(f"{row_name}, {title}", a, b, [lambda _, title=title: is_of_machine(title)] * 2)
+                self.compare(f"row {row}, {row_name}, {title}", a, b, [lambda _, title=title: is_of_machine(title)] * 2)
 
     def summary(self):
         times = f"; seconds and memory {min(self.times):.2g} to {max(self.times):.2g} of the page's" if self.times else ""

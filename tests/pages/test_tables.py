@@ -84,7 +84,7 @@ class Pages(unittest.TestCase):
 
     def test_texts_keys_titles_and_rows_are_compared(self):
         self.differs("valid", "invalid", "'2.0e-3, valid', printed '2.0e-3, invalid'")
-        self.differs("a-2", "a-1", "row 'a-2', printed 'a-1'")
+        self.differs("a-2", "a-1", "row 2: 'a-2', printed 'a-1'")
         self.differs("| error |", "| mistake |", "titles")
         self.differs("| a-2 | 0 | -0.05 (3 s) | 2.0 |\n", "", "4 lines, printed 3")
 
@@ -170,7 +170,7 @@ class Markers(unittest.TestCase):
                 for script in scripts:
                     self.assertTrue((ROOT / script).exists(), script)
                 for program in programs:
-                    sources = [ROOT / "bench" / f"{program.removeprefix('bench_')}.cpp", ROOT / "apps" / program, ROOT / "apps" / program.replace("camber-", "")]
+                    sources = [ROOT / "bench" / f"{program.removeprefix('bench_')}.cpp", ROOT / "apps" / program, ROOT / "tests" / program.removeprefix("test_")]
                     self.assertTrue(any(source.exists() for source in sources), program)
 
     def test_commands_need_no_file_that_a_user_cannot_have(self):
