@@ -1,10 +1,11 @@
-"""What a bound on the scaled Jacobian costs by the defaults: which elements it finds, and the errors of interpolants after
-their repair.
+#!/usr/bin/env python3
+"""The cost of a bound on the scaled Jacobian with the defaults: the elements below it, and the errors of interpolants after their repair.
 
-    /usr/bin/python3 bench/bounds.py build/bin/camber MESHES
-    /usr/bin/python3 bench/bounds.py build/bin/camber MESHES --meshes steep-thin --objective energy
+    bench/bounds.py build/bin/camber
+    bench/bounds.py build/bin/camber --meshes steep-thin --objective energy
+    bench/bounds.py build/bin/camber --folder FOLDER --meshes layer-single
 
-Cases and folder are those of curvature.py. Prints a Markdown table, a line a case: elements below each bound before repair;
+Cases and the folder are those of curvature.py. Prints a Markdown table, a line a case: elements below each bound before repair;
 then for each bound the L2 error ratio straight/curved of the case's first fields after repair, elements that are left below it,
 and seconds of the stage relax.
 """
@@ -44,12 +45,13 @@ def row(bench, name, objective):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
-    parser.add_argument("meshes_folder", metavar="MESHES")
-    parser.add_argument("--meshes", default=",".join(curvature_cases.CASES), help="names, divided by commas (%(default)s)")
+    parser.add_argument("--folder", default=".", help="folder with meshes of other programs (%(default)s)")
+    parser.add_argument("--meshes", default=",".join(name for name, case in curvature_cases.CASES.items() if case.shape),
+                        help="names, divided by commas (%(default)s)")
     parser.add_argument("--objective", default="accuracy", help="of the stage curve (%(default)s)")
     parser.add_argument("--threads", default=1)
     arguments = parser.parse_args()
-    bench = Bench(arguments.camber, arguments.meshes_folder, arguments.threads)
+    bench = Bench(arguments.camber, arguments.folder, arguments.threads)
     bounds = ", ".join(f"{b:g}" for b in BOUNDS)
     print(f"| mesh | elements | below {bounds} before repair | " +
           " | ".join(f"at {b:g}: L2 ratios; left; relax" for b in BOUNDS) + " |\n|" + "---|" * (3 + len(BOUNDS)))

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Broken meshes of degree 2 from CAD, made with Gmsh: coarse curved parts, high order not optimised; and, if asked,
 what Gmsh's own optimisers and Camber's repair make of them.
 
@@ -232,15 +233,14 @@ def boundary_of(path):
     return {points[n - 1] for n in nodes}
 
 
-def row(part, what, camber, path, original, seconds):
-    moved = boundary_of(path) - original
-    farthest = max((min(math.dist(p, q) for q in original) for p in moved), default=0)
-    elements, invalid, least = check(camber, path)
-    print(f"{part:10}{what:26}{elements:>9}{invalid:>9}{least:>11.3g}{seconds:>9}{len(moved):>8}{farthest:>10.2g}",
-          flush=True)
+def cell(camber, path, original, seconds):
+    """Elements that are not certified valid, smallest scaled Jacobian, time, boundary nodes that are elsewhere."""
+    _, invalid, least = check(camber, path)
+    return f"{invalid}, {least:.2g}, {seconds:.2f} s, {len(boundary_of(path) - original)}"
 
 
-def run_optimiser(part, name, folder, camber, original, limit):
+def by_optimiser(part, name, folder, camber, original, limit):
+    """The cell of one of Gmsh's optimisers."""
     path = folder / f"{part}-gmsh-{name[0]}.mesh"
     seconds = multiprocessing.Value("d", 0)
     process = multiprocessing.Process(target=optimise, args=(part, name, path, seconds))
@@ -248,32 +248,41 @@ def run_optimiser(part, name, folder, camber, original, limit):
     process.join(limit)
     if process.is_alive():
         process.kill()
-        print(f"{part:10}Gmsh {name}: not done in {limit:g} s", flush=True)
-    elif process.exitcode != 0:
-        print(f"{part:10}Gmsh {name}: ended with {process.exitcode}", flush=True)
-    else:
-        row(part, "Gmsh " + name, camber, path, original, f"{seconds.value:.2f}")
+        return f"not done in {limit:g} s"
+    return cell(camber, path, original, seconds.value) if process.exitcode == 0 else "gave up"
 
 
-def run_camber(part, what, camber, original, path, *arguments):
+def by_camber(camber, original, path, *arguments):
+    """The cell of one run of Camber."""
     start = time.perf_counter()
     done = subprocess.run([camber, *arguments, "-o", path], capture_output=True, text=True)
     seconds = time.perf_counter() - start
     if done.returncode > 1:
         sys.exit(f"broken_meshes.py: {done.stderr}")
-    row(part, "Camber, " + what, camber, path, original, f"{seconds:.2f}")
+    return cell(camber, path, original, seconds)
 
 
-def run_repairs(part, folder, camber, original, tolerance):
+def ways_of_camber(part, folder, tolerance):
+    """{title: (name of the output, arguments)}"""
     mesh, straight, model = folder / f"{part}.mesh", folder / f"{part}-straight.mesh", folder / f"{part}.step"
-    out = lambda name: folder / f"{part}-camber-{name}.mesh"
-    for limit in (0, tolerance):
-        run_camber(part, f"tolerance {limit:g}", camber, original, out(f"{limit:g}"), "repair", mesh, "--boundary-tolerance", str(limit))
-    for bound in ("1e-9", "0.2"):
-        run_camber(part, f"CAD, bound {bound}", camber, original, out("cad-" + bound), "repair", mesh, "--cad", model,
-                   "--min-scaled-jacobian", bound)
-    run_camber(part, "straight, shape", camber, original, out("shape"), "curve", straight, "--cad", model, "--objective", "shape",
-               "--min-scaled-jacobian", "0.2")
+    with_model = lambda bound: ("repair", mesh, "--cad", model, "--min-scaled-jacobian", bound)
+    return {"boundary fixed": ("fixed", ("repair", mesh, "--boundary-tolerance", "0")),
+            f"tolerance {tolerance:g}": ("moved", ("repair", mesh, "--boundary-tolerance", str(tolerance))),
+            "CAD, valid": ("cad", with_model("1e-9")),
+            "CAD, 0.2": ("cad-0.2", with_model("0.2")),
+            "straight mesh, `shape`, CAD, 0.2": ("shape", ("curve", straight, "--cad", model, "--objective", "shape", "--min-scaled-jacobian", "0.2"))}
+
+
+def row(part, given):
+    """The cells of one part."""
+    original = boundary_of(given.folder / f"{part}.mesh")
+    elements, invalid, _ = check(given.camber, given.folder / f"{part}.mesh")
+    cells = [part, elements, invalid]
+    for name, arguments in ways_of_camber(part, given.folder, given.tolerance).values():
+        cells.append(by_camber(given.camber, original, given.folder / f"{part}-camber-{name}.mesh", *arguments))
+    for name in OPTIMISERS if given.optimise else ():
+        cells.append(by_optimiser(part, name, given.folder, given.camber, original, given.limit))
+    return cells
 
 
 def in_process_of_its_own(target, *arguments):
@@ -301,18 +310,15 @@ def main():
         parser.error("--optimise needs --camber, which judges what comes out")
     arguments.folder.mkdir(parents=True, exist_ok=True)
     if arguments.camber:
-        print(f"{'part':10}{'':26}{'elements':>9}{'invalid':>9}{'min':>11}{'seconds':>9}{'moved':>8}{'by':>10}")
+        optimisers = [f"Gmsh {name}" for name in OPTIMISERS] if arguments.optimise else []
+        titles = ["part", "elements", "invalid", *ways_of_camber("", arguments.folder, arguments.tolerance), *optimisers]
+        print("| " + " | ".join(titles) + " |\n" + "|---" * len(titles) + "|", flush=True)
     for part in arguments.parts or PARTS:
         in_process_of_its_own(make, part, arguments.folder)
-        path = arguments.folder / f"{part}.mesh"
-        if not arguments.camber:
-            print(path, flush=True)
-            continue
-        original = boundary_of(path)
-        row(part, "as generated", arguments.camber, path, original, "")
-        run_repairs(part, arguments.folder, arguments.camber, original, arguments.tolerance)
-        for name in OPTIMISERS if arguments.optimise else ():
-            run_optimiser(part, name, arguments.folder, arguments.camber, original, arguments.limit)
+        if arguments.camber:
+            print("| " + " | ".join(map(str, row(part, arguments))) + " |", flush=True)
+        else:
+            print(arguments.folder / f"{part}.mesh", flush=True)
 
 
 if __name__ == "__main__":

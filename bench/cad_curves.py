@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Plane models as CAD programs make them, meshed by Gmsh and curved by Camber (`curve --cad`) in 2D.
 
     python3 bench/cad_curves.py FOLDER --camber build/bin/camber      the models (.step), their meshes (.msh), and a Markdown table

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Parts as CAD programs make them, meshed by Gmsh and curved by Camber (`curve --cad`) and by Gmsh itself, in one run.
 
     python3 bench/cad_parts.py FOLDER                                 the models (.step) and their straight meshes (.msh)
@@ -278,7 +279,7 @@ def run_camber(part, camber, folder, threads=1):
 
 HEAD = ("part", "tetrahedra", "faces, edges, vertices met", "in doubt: facets, edges, vertices", "vertices off",
         "nodes off", "by OpenCASCADE", "relaxed surface edges", "invalid", "below 0.1", "min", "s",
-        "Gmsh order 2: invalid, min; s", "+ FastCurving: invalid, min; s")
+        "Gmsh order 2: invalid, min; time", "+ FastCurving: invalid, min; time")
 
 
 def row(part, camber, folder):
@@ -300,8 +301,8 @@ def row(part, camber, folder):
             f"{cad['largest_vertex_distance'] / size:.1e}", f"{cad['largest_node_distance'] / size:.1e}",
             f"{by_occ[0]:.1e}" if by_occ else "–", report["relax"]["relaxed_surface_edges"],
             valid["invalid"] + valid["undecided"], valid["below_bound"], f"{valid['min_scaled_jacobian']:.3g}",
-            f"{seconds:.1f}", f"{verdict('order2')}; {by_gmsh[0]:.2f}" if by_gmsh else "–",
-            f"{verdict('gmsh')}; {by_gmsh[1]:.2f}" if by_gmsh else "–"]
+            f"{seconds:.1f}", f"{verdict('order2')}; {by_gmsh[0]:.2f} s" if by_gmsh else "–",
+            f"{verdict('gmsh')}; {by_gmsh[1]:.2f} s" if by_gmsh else "–"]
 
 
 def report_size(path):

@@ -1,12 +1,13 @@
+#!/usr/bin/env python3
 """Does curvature pay? Curves meshes in some ways and compares errors of fields, interpolated (`camber check --field`) and solved (`poisson --field`).
 
-    /usr/bin/python3 bench/curvature.py build/bin/camber MESHES                                the table: an hour and more
-    /usr/bin/python3 bench/curvature.py build/bin/camber MESHES --meshes circle-2d,bend --ways straight,default
-    /usr/bin/python3 bench/curvature.py build/bin/camber MESHES --safe [--set PATH=VALUE]      smooth fields: what the default loses
-    /usr/bin/python3 bench/curvature.py build/bin/camber MESHES --layers [--set PATH=VALUE]    layers: what it gains
-    /usr/bin/python3 bench/curvature.py build/bin/camber MESHES --trade PATH VALUE,VALUE       both for each value of an option
+    bench/curvature.py build/bin/camber                                the tables of docs/curvature.md: half an hour
+    bench/curvature.py build/bin/camber --meshes circle-2d,bend --ways straight,default
+    bench/curvature.py build/bin/camber --safe [--set PATH=VALUE]      smooth fields: losses of the default
+    bench/curvature.py build/bin/camber --layers [--set PATH=VALUE]    layers: gains of the default
+    bench/curvature.py build/bin/camber --trade PATH VALUE,VALUE       both for each value of an option
 
-MESHES is a folder with the meshes that docs/results.md describes; what is not there is left out, and so are ways that the program does not know.
+Meshes of other programs are read from a folder (`--folder`); meshes that are not there are left out, and so are ways that the program does not know.
 `poisson` is looked for beside the program (`ninja -C build poisson`); without it nothing is solved. Parts with CAD models are made by Gmsh's
 Python module.
 
@@ -20,7 +21,7 @@ import sys
 
 from curvature_cases import CASES, ERRORS, LAYERS, SAFE, SHOWN
 from curvature_measure import WAYS, Bench, Unknown, ways_of
-from curvature_table import lines, markdown, titles
+from curvature_table import lines, markdown, titles, titles_of_took, took
 
 OF_LAYERS = ("wall", "front")
 
@@ -28,13 +29,13 @@ OF_LAYERS = ("wall", "front")
 def figures(bench, name, way):
     """A row of the table: plain numbers by name. Empty: the program does not know this way of a field."""
     try:
-        took, found = bench.figures(name, way)
+        like, found = bench.figures(name, way)
     except Unknown as why:
         if way in ("shape", "default"):
             raise
         print(f"curvature.py: {way} on {name} is left out: {why}", file=sys.stderr, flush=True)
         return {}
-    row = dict(took)
+    row = dict(like)
     for label, errors in found.items():
         row[f"{bench.fields(name)[label][0]} {label}"] = 1
         row |= {f"{error} {label}": value for error, value in errors.items()}
@@ -49,7 +50,8 @@ def table(bench, names, ways):
             if way in ways_of(name):
                 print(f"curvature.py: {name}, {way}", file=sys.stderr, flush=True)
                 found[name][way] = figures(bench, name, way)
-    print(markdown(titles(found), lines(found)), end="")
+    print(markdown(titles(found), lines(found)))
+    print(markdown(titles_of_took(found), took(found)), end="")
 
 
 def compared(bench, names, kinds, settings):
@@ -120,8 +122,8 @@ def there(bench, names, parser):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
-    parser.add_argument("meshes_folder", metavar="MESHES")
-    parser.add_argument("--meshes", help="names, divided by commas (all; of --safe and --layers those that tell most)")
+    parser.add_argument("--folder", default=".", help="folder with meshes of other programs (%(default)s)")
+    parser.add_argument("--meshes", help="names, divided by commas (those of docs/curvature.md; of --safe and --layers the most sensitive)")
     parser.add_argument("--ways", default=",".join(WAYS), help="of the table (%(default)s)")
     parser.add_argument("--set", action="append", default=[], metavar="PATH=VALUE", help="an option of the default, of --safe and --layers")
     parser.add_argument("--threads", default=2)
@@ -130,7 +132,7 @@ def main():
     mode.add_argument("--layers", action="store_true", help="layers and fronts alone: errors by shape/by the default")
     mode.add_argument("--trade", nargs=2, metavar=("PATH", "VALUES"), help="an option's values: worst loss of --safe, gain of --layers")
     arguments = parser.parse_args()
-    bench = Bench(arguments.camber, arguments.meshes_folder, arguments.threads)
+    bench = Bench(arguments.camber, arguments.folder, arguments.threads)
     if not bench.poisson.exists():
         print(f"curvature.py: no {bench.poisson}: nothing is solved", file=sys.stderr)
     chosen = lambda names: there(bench, arguments.meshes.split(",") if arguments.meshes else names, parser)
@@ -142,7 +144,7 @@ def main():
     elif arguments.trade:
         trade(bench, chosen(SAFE), there(bench, LAYERS, parser), arguments.trade[0], arguments.trade[1].split(","))
     else:
-        table(bench, chosen(CASES), arguments.ways.split(","))
+        table(bench, chosen(SHOWN), arguments.ways.split(","))
 
 
 if __name__ == "__main__":

@@ -84,6 +84,7 @@ CASES = {
                       annulus({"count": 6, "first_height": 0.02, "growth": 1.3})),
     "shock-2d": Case(fronts(CIRCLE, 0.5, (0.03, 0.1, 0.3)) | unrelated(0.5, 2),
                      {"rectangle": {"cells": [32, 32], "jitter": 0.2}}, metric=SHOCK, geometry="straight"),
+    "layers-1.25": Case(WALL | unrelated(5), shell((0.46, 1.75), {"count": 8, "first_height": 0.02, "growth": 1.25})),
     "layers-1.4": Case(WALL | unrelated(5), shell((0.3, 1.6), {"count": 8, "first_height": 0.02, "growth": 1.4})),
     "bend": Case(BEND | unrelated(20), part="bend", boundary={ZERO: f"({ENDS}) ? {BEND[ZERO][1]} : 0"}),
     "elbow": Case(unrelated(20), part="elbow"),
@@ -94,6 +95,6 @@ CASES = {
     "steep-thin": steep(4.6e-5, 1.6, 17),
     "steep-2d": Case(FLAT_WALL, annulus({"count": 10, "first_height": 0.002, "growth": 1.4})),
 }
-SHOWN = ("layer-single", "circle-2d", "shock-2d", "bend")  # in docs/curvature.md
+SHOWN = ("layers-1.25", "circle-2d", "shock-2d", "bend")  # in docs/curvature.md
 SAFE = ("circle-2d", "shock-2d", "layer-single", "layer-double", "spheres-fine", "cube-cylinder", "bend", "elbow", "block")
 LAYERS = ("layer-single", "steep-1.4", "steep-1.6", "steep-2.4", "steep-thin", "steep-2d")

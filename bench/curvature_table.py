@@ -56,10 +56,11 @@ def lines(found):
 
 def took(found):
     """A line a mesh and figure."""
-    shown = {"invalid_before": ("invalid before repair", "d"), "smallest": ("smallest scaled Jacobian", ".3g"), "seconds": ("seconds", ".1f")}
+    shown = {"invalid_before": ("invalid before repair", "d"), "smallest": ("smallest scaled Jacobian", ".3g"), "seconds": ("time", ".1f")}
     for mesh, ways in found.items():
         for i, (key, (what, form)) in enumerate(shown.items()):
-            written = (f"{ways[way][key]:{form}}" if key in ways.get(way, {}) else "-" for way in ("shape", *ways_of(found)))
+            unit = " s" if key == "seconds" else ""
+            written = (f"{ways[way][key]:{form}}{unit}" if key in ways.get(way, {}) else "-" for way in ("shape", *ways_of(found)))
             yield [mesh if i == 0 else "", what, *written]
 
 

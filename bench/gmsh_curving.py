@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Layers around spheres curved to degree 2 by Gmsh's HighOrderFastCurving and by Camber's `objective: "shape"`: on the
 same linear meshes, in one run, by turns. Prints a Markdown table.
 
@@ -204,14 +205,14 @@ class Camber:
 
 def head(layers):
     return ("case", "tetrahedra", "Gmsh order 2: not valid, min",
-            f"+ FastCurving, {DEFAULT_LAYERS} layers (default): not valid, min; s (call, with set-order, with files)",
+            f"+ FastCurving, {DEFAULT_LAYERS} layers (default): not valid, min; time (call, with set-order, with files)",
             f"+ FastCurving, {layers} layers", "Camber shape, 1 thread: not valid, min before → after repair; "
-            "s (curve to commit, stages, program)", "2 threads: s", "Camber with the spheres, 1 thread",
+            "time (curve to commit, stages, program)", "2 threads: time", "Camber with the spheres, 1 thread",
             "off the spheres: Gmsh, Camber, Camber with the spheres")
 
 
 def medians(rows):
-    return ", ".join(f"{statistics.median(column):.2f}" for column in zip(*rows))
+    return ", ".join(f"{statistics.median(column):.2f} s" for column in zip(*rows))
 
 
 def off(path, radii):

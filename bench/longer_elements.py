@@ -199,7 +199,7 @@ def main():
         def place(name):
             (base / name).mkdir(parents=True, exist_ok=True)
             return base / name
-        print('| | h_t, h_r | sagitta / h_r | start | elements | over complexity | unit edges | lengths | invalid | accepted, of stars | s, one thread |\n'
+        print('| | h_t, h_r | sagitta / h_r | start | elements | over complexity | unit edges | lengths | invalid | accepted, of stars | s |\n'
               '|---|---|---|---|---|---|---|---|---|---|---|')
         for dim, least in ((2, 0.002), (3, 0.004)):
             for along in (0.1, 0.2):

@@ -1,12 +1,13 @@
-"""What a bound on the scaled Jacobian costs: the gain that the paper's θ-relaxation, single edges, cavities and going home lose.
+#!/usr/bin/env python3
+"""The cost of a bound on the scaled Jacobian: the length reduction that the paper's θ-relaxation, single edges, cavities and the extension lose.
 
-    python3 bench/repair_bounds.py build/bin/camber configs/paper-spheres-coarse.json layer.meshb steep:1.4
-    python3 bench/repair_bounds.py build/bin/camber steep:1.6 --bounds 0.05 --ways relax cavity
+    bench/repair_bounds.py build/bin/camber configs/paper-spheres-coarse.json layer.meshb steep:1.4
+    bench/repair_bounds.py build/bin/camber steep:1.6 --bounds 0.05 --ways relax cavity
 
 Each CASE is a configuration, a mesh, or steep:G: layers of growth G around a sphere, of the generator (the first a tenth of
 the wall's sagitta); steep:thin has growth 1.6 and anisotropy 10^4. Prints a Markdown table, a line per case and bound:
-elements below the bound before repair; then for each way the mean gain of length it loses, its part of what θ-relaxation
-loses, the smallest Jacobian after it, surface edges relaxed, elements left below the bound, and seconds of the stage.
+elements below the bound before repair; then for each way the mean length reduction that it loses, as a part of the loss by θ-relaxation,
+the smallest scaled Jacobian after it, surface edges relaxed, elements left below the bound, and seconds of the stage.
 """
 import argparse
 import json
@@ -82,7 +83,7 @@ def main():
     parser.add_argument("--ways", nargs="+", default=["relax", "edge", "cavity", "extension"])
     arguments = parser.parse_args()
     print("| case | bound | below it | " + " | ".join(
-        f"{way}: lost, of relax's, min, surface, left, s" for way in arguments.ways) + " |")
+        f"{way}: lost (of relax's), smallest, surface edges, left, time" for way in arguments.ways) + " |")
     print("|---" * (3 + len(arguments.ways)) + "|")
     with tempfile.TemporaryDirectory() as folder:
         for case in arguments.cases:
@@ -94,8 +95,8 @@ def main():
                 for f in found.values():
                     share = f"{100 * f['lost'] / theirs:.1f} %" if theirs else "–"
                     moved = f", {f['vertices']} vertices" if f["vertices"] else ""
-                    cells.append(f"{f['lost']:.2g}, {share}, {f['min']:.2g}, {f['surface']}, {f['left']}, "
-                                 f"{f['seconds']:.2f}{moved}")
+                    cells.append(f"{f['lost']:.2g} ({share}), {f['min']:.2g}, {f['surface']}, {f['left']}, "
+                                 f"{f['seconds']:.2f} s{moved}")
                 below = next(iter(found.values()))["before"]
                 print(f"| {name_of(case)} | {bound} | {below} | " + " | ".join(cells) + " |", flush=True)
 

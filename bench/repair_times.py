@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Meshes that are hard to repair: the time that `--dry-run` predicts for curving them, and the time that it takes.
 
     /usr/bin/python3 bench/repair_times.py FOLDER                             the meshes (.mesh)

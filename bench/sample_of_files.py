@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """How many files of other programs are read: a sample of some hundreds, made here by Gmsh, meshio and VTK, and by hand after the forms of
 others, each given to `camber info`, `convert` and `check`.
 

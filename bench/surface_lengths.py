@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Nodes of boundary edges by length and by accuracy beside the projected middle, in anisotropic metrics.
 
     python3 bench/surface_lengths.py FOLDER --camber build/bin/camber              Markdown table

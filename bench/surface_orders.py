@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """At which order curved boundaries come near a surface that is known, on irregular meshes, each half as coarse as the last.
 
     python3 bench/surface_orders.py FOLDER --camber build/bin/camber               Markdown table; FOLDER/orders.json

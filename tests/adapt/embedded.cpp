@@ -341,6 +341,7 @@ TEST_CASE("vertices where baffles and lines meet walls, and each other, stay") {
                 for (const double size : {0.4, 1.2}) expect_end_stays<2>(ending, bow, degree, size);
 }
 
+// Guards against curves in smooth faces that lose their corners and place.
 TEST_CASE("curves on plane faces and paths inside keep corners, lengths and places") {
     const LinearMesh<3> mesh = slab();
     const auto length_of_path = [&](const LinearMesh<3>& of) {

@@ -156,6 +156,7 @@ void collect_words(const nlohmann::json& schema, std::vector<std::string>& words
 
 }  // namespace
 
+// Guards against `camber explain` without topics of the schema.
 TEST_CASE("every word that the schema has is explained") {
     std::vector<std::string> words;
     collect_words(nlohmann::json::parse(pipeline_schema()), words);

@@ -129,6 +129,7 @@ TEST_CASE("histograms") {
     });
 }
 
+// Guards against histograms with nearly all values in one bin.
 TEST_CASE("the tails are told apart") {
     const auto bins = [](Quantity quantity, const std::vector<double>& values) {
         std::set<std::size_t> used;

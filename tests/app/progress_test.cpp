@@ -85,6 +85,7 @@ TEST_CASE("each stage tells rising shares of itself, and in the end the whole") 
             }
 }
 
+// Guards against stages of several loops that report no share of their work.
 TEST_CASE("stages that take long on large meshes tell more than their end") {
     for (const auto& [stage, shares] : told_by(shell_in_space, 2)) {
         CAPTURE(stage);

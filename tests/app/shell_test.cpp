@@ -291,6 +291,7 @@ TEST_CASE("progress tells part and time left") {
     CHECK(line(0.99, 0).ends_with("]  99 %"));
 }
 
+// Guards against progress of passes that falls back.
 TEST_CASE("steps in rounds tell one share, which rises and never becomes all") {
     RoundsShare share;
     double before = 0;

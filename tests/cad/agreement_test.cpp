@@ -54,6 +54,7 @@ constexpr std::array<Askew, 4> askew{{{Kind::tilted_hole, {0.2, 0.5236, 0}},
 
 }  // namespace
 
+// Guards against right models that are refused because of the boxes of trimmed faces.
 TEST_CASE("models that are cut askew are those of their meshes, in each format") {
     for (const auto& [kind, sizes] : askew) {
         const LinearMesh<3> mesh = mesh_of(triangles_of(kind, sizes, 0.02), 1);
@@ -117,6 +118,7 @@ TEST_CASE("the unit of a mesh is found by its boundary where one alone fits") {
     }
 }
 
+// Guards against a model without one of the faces of the mesh that is accepted.
 TEST_CASE("a model that has lost a face is refused by the reference that lay there") {
     // All faces of a box of sizes 40, 1, 1 but the last, as the mesh of a longer one has them.
     BoxOptions<3> options;

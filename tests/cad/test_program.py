@@ -283,6 +283,7 @@ class Program(unittest.TestCase):
         self.assertEqual({e["kind"] for e in report["boundary"]["distances"]["entities"]} - {"curve", "edge", "ridge"},
                          {"face", "surface", "patch"})
 
+    # Guards against a CAD model without one of the faces of the mesh that is accepted.
     def test_a_hole_that_the_model_has_in_part(self):
         """The surrogate of the rest takes the model's normals where both meet: the hole is smooth there."""
         points, tetrahedra, triangles = plate.plate(n=6, layers=3)
@@ -422,6 +423,7 @@ class Program(unittest.TestCase):
             self.assertIn("give that as the unit" if scale != 1 else "",
                           camber("curve", mesh, "-o", self.path / "x.meshb", "--cad", MODEL, "--cad-unit", "file").stderr)
 
+    # Guards against a CAD model with a damaged edge that moves vertices by several times the size of the part.
     def test_an_edge_of_the_model_that_is_elsewhere_is_refused(self):
         """Each face fits, and the edge between two of them is eleven away along its line: nodes would go there."""
         self.path.joinpath("plate.mesh").write_text(plate.text(*plate.plate()))

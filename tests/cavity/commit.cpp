@@ -58,6 +58,7 @@ TEST_CASE("patches") {
     property("that are disjoint commute, 3D", [](std::uint64_t seed) { commuting<3>(seed); }, {.count = 40});
 }
 
+// Guards against a commit that trusts any verdicts of the right length.
 TEST_CASE("a commit of nothing is nothing; what does not fit is refused, and nothing is changed") {
     const DynamicMesh<3> mesh = dynamic_of(random_domain<3>(7));
     const auto same = must(replace_cavities<3>(mesh, {}));

@@ -163,6 +163,7 @@ void tell_parts(const Execution& execution, Dice& dice, int depth) {
 
 }  // namespace
 
+// Guards against stages of several loops that report no share of their work.
 TEST_CASE("what is made of parts tells rising shares and ends with the whole, however deep") {
     property("parts of parts", [](std::uint64_t seed) {
         Dice dice(seed);

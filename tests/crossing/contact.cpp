@@ -149,11 +149,13 @@ void check_bounds(const QuadraticMesh<3>& mesh, const Crossings& found, std::siz
 
 }  // namespace
 
+// Guards against touching facets that are subdivided 4000 times and stay undecided.
 TEST_CASE("straight facets are decided, and by how little they are moved shows that they are rightly") {
     law_of_straight_facets<2>();
     law_of_straight_facets<3>();
 }
 
+// Guards against milliseconds for each pair of boxes that touch face to face.
 TEST_CASE("contact face to face") {
     SUBCASE("straight: all of it is decided, at a step a pair") {
         const auto mesh = plates(8, 0, 0);
@@ -192,6 +194,7 @@ TEST_CASE("contact face to face") {
     }
 }
 
+// Guards against minutes for nested arcs in a plane wall.
 TEST_CASE("rings of layers in a plane") {
     for (const double turn : {0.0, 0.7}) {
         const auto mesh = rings(40, 8, 0.01, turn);
@@ -202,6 +205,7 @@ TEST_CASE("rings of layers in a plane") {
     }
 }
 
+// Guards against minutes for a quadratic mesh with one coordinate at 9e18.
 TEST_CASE("a vertex far away") {
     auto mesh = rings(10, 8, 0.1, 0.3);
     Buffer<Vec<3>> points = take(std::move(mesh.linear.points));

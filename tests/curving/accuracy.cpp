@@ -74,6 +74,7 @@ void accuracy_laws(const std::array<int, D>& cells) {
                  RC_ASSERT(c.statistics.curved_edges > 0U);
              },
              {.count = 3});
+    // Guards against nodes that are relaxed for `min_jacobian` without a report.
     property("elements have a say: the bound is held as far as the walls let it, and no node goes further",
              [&](std::uint64_t seed) {
                  const auto b = in_a_wild_field(shell_block<D>(cells, seed + 1), seed);

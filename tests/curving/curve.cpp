@@ -103,6 +103,7 @@ void curve_laws(const std::array<int, D>& cells) {
                  RC_ASSERT(relaxed > 0U);
              },
              {.count = 3});
+    // Guards against length reductions against the chords before a vertex moved.
     property("updated lengths: where a vertex moved, against the chords as they are now",
              [&](std::uint64_t seed) {
                  Dice dice(seed);

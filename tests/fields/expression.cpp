@@ -150,6 +150,7 @@ TEST_CASE("expressions give the metrics of their formulas") {
     CHECK(flat.size() == 3);
 }
 
+// Guards against an error that echoes 300 kB of an expression.
 TEST_CASE("what cannot be read is named, with the place in it and what may be written") {
     const auto points = places<3>(3);
     const std::string unknown = error_of<3>(SizeExpression{"0.1 + 0.2*q"}, points);

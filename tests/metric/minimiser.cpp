@@ -150,6 +150,7 @@ void minimiser_laws() {
             },
             {.count = 10});
     }
+    // Guards against volume nodes of a curved input that the search ignores.
     property("back edges: from a node that is there already, never worse than it",
              [&](std::uint64_t seed) {
                  Dice dice(seed);

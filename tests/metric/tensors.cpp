@@ -125,6 +125,7 @@ std::string said_of(const Sym<D>& bad, TensorPrecision precision) {
 
 }  // namespace
 
+// Guards against zero tensors that are called negative, and singular ones that are accepted.
 TEST_CASE("a zero tensor is called zero, one with no size in a direction singular") {
     const std::string zero = "metric at vertex 2: is zero (sizes would be infinite: give each direction a size)";
     const std::string singular =

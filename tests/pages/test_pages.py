@@ -1,8 +1,7 @@
-"""The pages hold what they are taken from: measured figures, the manifests of the modules, each other.
+"""Links, paths and names in the pages exist; tables of modules are those of the manifests. Measured tables: test_tables.py.
 
     python3 tests/pages/test_pages.py [unittest arguments]
 """
-import json
 import re
 import sys
 import unittest
@@ -10,69 +9,40 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench"))
-import result_pages  # noqa: E402
-
-RESULTS = json.loads((ROOT / "docs" / "results.json").read_text(encoding="utf-8"))
+from tables import pages  # noqa: E402
 
 
 def text_of(page):
     return page.read_text(encoding="utf-8")
 
 
-class Figures(unittest.TestCase):
-    """Numbers that pages quote from docs/results.json."""
-
-    def test_pages_quote_what_was_measured(self):
-        for page in result_pages.pages():
-            with self.subTest(page=page.name):
-                self.assertEqual(text_of(page), result_pages.written(text_of(page), RESULTS),
-                                 "run bench/result_pages.py")
-
-    def test_every_table_is_in_a_page(self):
-        shown = [name for page in result_pages.pages() for _, name, _ in result_pages.TABLE.findall(text_of(page))]
-        self.assertEqual(sorted(shown), sorted(result_pages.TABLES))
-
-    def test_what_looks_like_a_quotation_is_one(self):
-        for page in result_pages.pages():
-            text = text_of(page)
-            self.assertEqual(len(result_pages.NUMBER.findall(text)), len(re.findall(r"<!-- \w+/", text)), page.name)
-
-    def test_a_stale_number_is_found(self):
-        quoted = 0
-        for page in result_pages.pages():
-            text = text_of(page)
-            for match in result_pages.NUMBER.finditer(text):
-                quoted += 1
-                stale = text[:match.start(1)] + "17.5" + text[match.end(1):]
-                self.assertEqual(result_pages.written(stale, RESULTS), text)
-        self.assertGreater(quoted, 5)
-
-    def test_a_stale_table_is_found(self):
-        page = ROOT / "docs" / "results.md"
-        text = text_of(page)
-        for name in result_pages.TABLES:
-            head = f"<!-- table {name} -->\n"
-            if head not in text:
-                continue
-            row = text.index("\n", text.index(head) + len(head))
-            self.assertEqual(result_pages.written(text[:row] + " " + text[row:], RESULTS), text)
-
-    def test_every_table_says_how_it_was_made(self):
-        for name, table in RESULTS.items():
-            with self.subTest(table=name):
-                self.assertTrue(table["command"] and table["of"] and table["made"] and table["rows"])
+def headings(page):
+    """The anchors of a page's headings, as GitHub makes them."""
+    text = re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)
+    lower = [re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", line).lower() for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)]
+    return {re.sub(r"[^\w\- ]", "", line).strip().replace(" ", "-") for line in lower}
 
 
 class Links(unittest.TestCase):
     def test_what_pages_link_to_is_there(self):
         links = 0
-        for page in result_pages.pages():
+        for page in pages():
             for target in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)):
                 if "://" in target:
                     continue
                 links += 1
                 self.assertTrue((page.parent / target).exists(), f"{page.relative_to(ROOT)} links to {target}")
         self.assertGreater(links, 50)
+
+    def test_headings_that_pages_link_to_are_there(self):
+        anchors = 0
+        for page in pages():
+            for target, anchor in re.findall(r"\]\(([^)#\s]*)#([^)]*)\)", re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)):
+                if "://" in target or not target.endswith(".md") and target:
+                    continue
+                anchors += 1
+                self.assertIn(anchor, headings(page.parent / target if target else page), f"{page.relative_to(ROOT)} links to {target}#{anchor}")
+        self.assertGreater(anchors, 20)
 
 
 def braces(path):
@@ -85,14 +55,14 @@ class Words(unittest.TestCase):
     def test_one_name_for_a_thing(self):
         """docs/glossary.md has the words; docs/report.md tells of a key that was called otherwise."""
         other = re.compile(r"normali[sz]ed[ _]jacobian|untangl", re.IGNORECASE)
-        for page in result_pages.pages():
+        for page in pages():
             if page.name not in ("glossary.md", "report.md"):
                 self.assertIsNone(other.search(text_of(page)), page.relative_to(ROOT))
 
     def test_words_of_the_house_stay_away(self):
         """Said instead: recommended, settled, curved back mesh, length reduction, disjoint."""
         other = re.compile(r"\bwish(?:es|ed)?\b|\bat rest\b|\bcarried (?:field|one)\b|\b(?:length|mean) gain|proved clear", re.IGNORECASE)
-        for page in result_pages.pages():
+        for page in pages():
             self.assertIsNone(other.search(" ".join(text_of(page).split())), page.relative_to(ROOT))
 
 
@@ -121,7 +91,7 @@ class Places(unittest.TestCase):
 
     def test_files_are_there(self):
         files = 0
-        for page in result_pages.pages():
+        for page in pages():
             for named in re.findall(r"`((?:apps|bench|cmake|configs|modules|tests)/[^`\s]*)`", text_of(page)):
                 for path in braces(named):
                     if re.search(r"[A-Z]{3,}|…", path) or re.fullmatch(r"configs/\w+\.\w+\.json", path):

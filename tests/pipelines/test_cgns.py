@@ -291,6 +291,7 @@ class Cgns(unittest.TestCase):
         self.assertEqual(done.returncode, 3)
         self.assertIn("far.cgns: tetrahedron 1: a node is not one of those that the file lists", done.stderr)
 
+    # Guards against gigabytes that are allocated for data sets without chunks.
     def test_data_that_nobody_wrote_are_not_believed(self):
         """A data set of HDF5 is as large as it says, whether its chunks were written or not."""
         many = 400_000_000

@@ -389,6 +389,7 @@ class Check(unittest.TestCase):
                 self.assertLessEqual(worst["min_scaled_jacobian"], value)
                 self.assertLess(value - worst["min_scaled_jacobian"], 4e-3 * max(1, abs(value)))
 
+    # Guards against printed places of invalid elements at which det J is positive.
     def test_what_is_printed_of_an_invalid_element_fails_exactly(self):
         """det J at the very digits of the text and of --json, in fractions of the file's numbers."""
         for dim, n, amplitude, scale in ((2, 3, 0.4, 1.0), (3, 1, 0.4, 1e-40), (3, 1, 0.3, 1e40)):
@@ -417,6 +418,7 @@ class Check(unittest.TestCase):
                 least = float(row.split()[3])
                 self.assertLessEqual(least, worst["min_scaled_jacobian"])
 
+    # Guards against a negative smallest scaled Jacobian beside "0 invalid".
     def test_no_bound_below_zero_beside_elements_that_are_valid(self):
         """Where det J almost vanishes within the element, and a bound is asked for that is not kept."""
         straight = elevated(Mesh([[0, 0], [1, 0], [0, 1]], [(0, 1, 2)], [(0, 1), (1, 2), (2, 0)]))

@@ -263,6 +263,7 @@ class CommandLine(unittest.TestCase):
                            'stages=["elevate", "reinsert"]', "--print-config")
         self.assertIn('"min_scaled_jacobian": 0.2', done.stdout)
 
+    # Guards against outputs that overwrite inputs or each other, also through links.
     def test_outputs_never_overwrite_what_is_needed(self):
         self.write("m.sol", SIZES)
         for name in ("r.json", "old.vtu"):
@@ -319,6 +320,7 @@ class CommandLine(unittest.TestCase):
         self.assertTrue((self.folder.path / "link.mesh").is_symlink())
         self.assertEqual(json.loads(self.camber("info", "two.mesh", "--json").stdout)["degree"], 2)
 
+    # Guards against a second output that fails without a word on the first.
     def test_what_was_written_before_a_failure_is_told(self):
         (self.folder.path / "r.json").symlink_to("/dev/full")
         (self.folder.path / "plots").mkdir()
@@ -334,6 +336,7 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
             self.assertIn("o.mesh", self.folder.files())
 
+    # Guards against commands that treat /dev/full and closed pipes differently.
     def test_standard_output_that_fails_is_told_alike_by_all_verbs(self):
         written = {"curve": "o.mesh", "repair": "p.mesh", "convert": "o.mesh", "plot": "plots"}
         verbs = (("convert", "two.mesh", "-o", "o.mesh", "--elevate"), ("repair", "o.mesh", "-o", "p.mesh"),
@@ -429,6 +432,7 @@ class CommandLine(unittest.TestCase):
         self.assertTrue(self.camber("check", "inverted.mesh").stdout.startswith(
             "NO: 1 of 2 elements is inverted or flat: mend the straight mesh"))
 
+    # Guards against a NUL in a path that truncates the name.
     def test_a_path_with_a_nul_is_refused(self):
         for place, config in (("/output/report", {"output": {"mesh": "o.mesh", "report": "x\0y.json"}}),
                               ("/output/plots", {"output": {"mesh": "o.mesh", "plots": "x\0y"}}),
@@ -436,6 +440,7 @@ class CommandLine(unittest.TestCase):
             self.write("run.json", json.dumps({"input": {"mesh": "two.mesh"}} | config))
             self.fails(2, f'{place}: the path has a NUL character after "x', "run", "run.json")
 
+    # Guards against an output name of 251 bytes that fails because of its temporary name.
     def test_the_longest_names(self):
         for length in (251, 255):
             name = "n" * (length - 5) + ".mesh"
@@ -460,6 +465,7 @@ class CommandLine(unittest.TestCase):
                     self.assertIn(done.returncode, (0, 1, 2, 3), done.stderr[:400])
                     self.assertLess(len(done.stderr), 6000)
 
+    # Guards against a misspelt command without a suggestion.
     def test_misspelt_words_are_explained(self):
         self.fails(2, 'camber: cuvre: is no command (did you mean "curve"?)', "cuvre", "two.mesh", "-o", "o.mesh")
         self.fails(2, "camber: fly: is no command (known: run, curve,", "fly")
@@ -468,6 +474,7 @@ class CommandLine(unittest.TestCase):
         self.fails(2, 'did you mean "--boundary-tolerance"?', "repair", "two.mesh", "-o", "o.mesh", "--boundary", "0.1")
         self.fails(2, "camber: -o, --output: is missing (see camber curve --help)", "curve", "two.mesh")
 
+    # Guards against malformed JSON that is taken for a file name.
     def test_a_metric_that_begins_as_json_is_json(self):
         curve = ("curve", "two.mesh", "-o", "o.mesh", "--metric")
         self.fails(2, "--metric: expected an object, got an array", *curve, "[1,2]")
@@ -476,6 +483,7 @@ class CommandLine(unittest.TestCase):
         self.write("[1,2].sol", SIZES)
         self.assertEqual(self.camber(*curve, "./[1,2].sol").returncode, 0)
 
+    # Guards against help texts that are badly wrapped and repeat the exit codes.
     def test_help_fits_and_tells_exit_codes_once(self):
         texts = {verb: self.camber(*verb.split(), "--help").stdout
                  for verb in ("", "run", "curve", "repair", "convert", "plot", "picture", "check", "info", "explain", "schema")}

@@ -49,6 +49,7 @@ class Commit(unittest.TestCase):
     def vertices(self, mesh):
         return mesh.points[:len(self.straight.points)]
 
+    # Guards against moved vertices that reach the mesh without the stage commit.
     def test_no_commit_and_nothing_moves(self):
         elevated, _ = self.run_stages(["elevate"])
         mended, report = self.run_stages(["elevate", "curve", "validate", "relax"])
@@ -56,6 +57,7 @@ class Commit(unittest.TestCase):
         self.assertTrue(any("not committed" in notice for notice in report["notices"]), report["notices"])
         np.testing.assert_array_equal(mended.points, elevated.points)
 
+    # Guards against a later curve that takes its metric and chords from the points before the move.
     def test_a_later_curve_sees_the_vertices_where_they_are(self):
         first = ["elevate", "curve", "validate", "relax", "commit"]
         mended, report = self.run_stages(first)
@@ -74,6 +76,7 @@ class Commit(unittest.TestCase):
         (self.folder.path / name).write_text(
             f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices {len(points)}\n1 3\n{rows}\nEnd\n")
 
+    # Guards against a metric file whose rows move with the vertices.
     def test_a_metric_file_stays_in_its_place(self):
         """Its rows are of the vertices as they were read: a vertex that moves takes the field of where it comes to."""
         self.write_metric("m.sol", self.straight.points)
@@ -89,6 +92,7 @@ class Commit(unittest.TestCase):
                                    metric={"file": "moved.sol"})
         self.assertAlmostEqual(again["metric"]["complexity"], alone["metric"]["complexity"], 6)
 
+    # Guards against a vertex beyond the opposite face that is repaired to a sliver.
     def test_what_moves_keeps_a_shape(self):
         before = mean_ratios(self.straight, "Tetrahedra")
         mended, report = self.run_stages(["elevate", "curve", "validate", "relax", "commit"])

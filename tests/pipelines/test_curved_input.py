@@ -42,6 +42,7 @@ class CurvedInput(unittest.TestCase):
         (self.folder.path / "bulged.mesh").write_bytes(ascii_file(self.first))
         return self.first.points[self.surface]
 
+    # Guards against boundary nodes of a curved input that are replaced by the surrogate's.
     def test_boundary_nodes_stay(self):
         places = self.bulged(0.01)
         out, report = self.curve("bulged.mesh", codes=(0, 1))

@@ -128,6 +128,7 @@ class Flat(unittest.TestCase):
 
     # ---------------------------------------------------------------- the verbs
 
+    # Guards against triangles in a plane that are curved as a surface.
     def test_curve(self):
         mesh = self.annulus()
         for z, ending in ((0.0, "mesh"), (2.5, "meshb")):
@@ -164,6 +165,7 @@ class Flat(unittest.TestCase):
                 np.testing.assert_array_equal(one[name], other[name])
         self.assertIn("metric", low.point_data)
 
+    # Guards against triangles in a plane that are reported as "0 invalid" of 0 elements.
     def test_check(self):
         straight, curved = self.annulus(), self.broken()
         for mesh, code in ((straight, 0), (curved, 1), (without_edges(straight), 0), (clockwise(straight), 1)):
@@ -214,6 +216,7 @@ class Flat(unittest.TestCase):
 
     # ---------------------------------------------------------------- what a file may hold
 
+    # Guards against unlisted boundary edges of a flat mesh that stay straight.
     def test_edges_that_are_not_listed(self):
         """They are added and told of, and curved as those that are."""
         mesh = without_edges(self.annulus())

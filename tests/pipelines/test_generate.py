@@ -114,7 +114,7 @@ class Generate(unittest.TestCase):
                 (2, "elements are nearest to 5 (", ("shell", "-o", "o.mesh", *LAYERS, "--elements", "5")),
                 (2, "--elements", ("box", "-o", "o.mesh", "--elements", "0")),
                 (2, "no format known for this ending", ("box", "-o", "o.ply")),
-                (2, "too many", ("shell", "-o", "o.mesh", "--structure", "prisms", "--set", "inner_size=1e-9")),
+                (2, "too many", ("shell", "-o", "o.mesh", "--structure", "prisms", "--set", "inner_size=1e-9")),  # guards against an internal error
                 (2, "high above low", ("box", "-o", "o.mesh", "--set", "high=[-1, 1, 1]")),
                 (3, "absent.json", ("absent.json", "-o", "o.mesh")),
                 (3, "its folder /dev/null is a file", ("box", "-o", "/dev/null/o.mesh"))):

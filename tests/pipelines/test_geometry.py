@@ -45,6 +45,7 @@ class Geometry(unittest.TestCase):
         nodes = cells.nodes[cells.refs == reference][:, mesh.dim:].ravel()
         return np.abs(np.linalg.norm(mesh.points[nodes], axis=1) - radius).max()
 
+    # Guards against straight facets on references beside analytic ones.
     def test_references_without_a_surface_take_the_surrogate(self):
         for shape in SHAPES:
             off, largest = {}, {}
@@ -76,6 +77,7 @@ class Geometry(unittest.TestCase):
             np.testing.assert_array_equal(metrics["mixed"][on], metrics[other][on])
         self.assertTrue((metrics["surrogate"] != metrics["analytic"]).any())
 
+    # Guards against nodes that slide off a curve in a smooth face.
     def test_nodes_of_a_listed_curve_stay_on_it(self):
         """A square on a plane face, and a line inside: a field that slides nodes within the face leaves theirs."""
         mesh = made_meshes.lattice(3, 4)
@@ -109,6 +111,7 @@ class Geometry(unittest.TestCase):
                 self.assertIn(part, done.stderr)
             self.assertEqual(self.folder.files(), files)
 
+    # Guards against analytic surfaces that do not fit the mesh: exit code 0 with moved vertices, or minutes of work.
     def test_surfaces_that_are_not_the_mesh_s_are_refused(self):
         self.config("shell", "straight", mesh="run.meshb", report="run-report.json")
         self.camber("run", "run.json", "--set", "stages=[]", "--set", "output/mesh=plain.meshb",
@@ -136,6 +139,7 @@ class Geometry(unittest.TestCase):
         self.assertEqual(named, 1 + max(range(len(points)), key=lambda v: abs(
             np.linalg.norm(points[v] - [40, 0, 0]) - 5) if v + 1 in on_sphere else -1))
 
+    # Guards against vertices off their analytic surface that are not reported.
     def test_vertices_off_their_surface_are_told(self):
         """A vertex may be off by a tenth of its edges, and stays there: with how many, and how far the farthest."""
         off = 0.01
@@ -212,6 +216,7 @@ class Geometry(unittest.TestCase):
             self.assertIn(said, done.stderr)
             self.assertFalse((self.folder.path / "no.meshb").exists())
 
+    # Guards against a boundary that drifts because its own facets are its geometry in each run.
     def test_a_mesh_that_is_remeshed_many_times(self):
         """Its geometry is smooth through vertices and nodes, and the report says so; or the first mesh's."""
         self.camber("generate", "shell", "-o", "shell.meshb", "--set", "inner_size=0.5", "--set", "outer_size=1",

@@ -77,6 +77,7 @@ class MetricMesh(unittest.TestCase):
         self.assertLess(np.median(off), 0.01)
         self.assertLess(off.max(), 0.1)
 
+    # Guards against a metric mesh elsewhere that gives the value of one boundary point to all.
     def test_a_mesh_in_another_place_is_refused(self):
         for dim in (2, 3):
             mesh = lattice(dim, 3)

@@ -174,6 +174,7 @@ class Configs(unittest.TestCase):
     def test_a_stage_that_comes_twice_is_blamed_on_the_config(self):
         folder = Folder()
         with folder:
+            # Guards against an error that blames the file.
             done = folder.camber("run", CONFIGS / "annulus-2d.json", "--set", 'stages=["elevate", "elevate"]')
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("/stages/1", done.stderr)

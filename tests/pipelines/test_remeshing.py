@@ -373,6 +373,7 @@ class Remesh(unittest.TestCase):
             self.assertNotIn("put onto it", done.stderr)
             self.assertEqual(sorted(map(tuple, before)), sorted(map(tuple, self.read("again.mesh").points)))
 
+    # Guards against metrics that request more elements than the memory holds.
     def test_what_there_is_no_room_for_is_refused(self):
         """Before any pass, with the numbers, and by `--dry-run` in the same words."""
         for dim in (2, 3):
@@ -397,6 +398,7 @@ class Remesh(unittest.TestCase):
             made = report_of(self.folder.path / "r.json")["mesh"]["elements"]
             self.assertLess(max(asked / made, made / asked), 2.5)
 
+    # Guards against tensors of anisotropy 1e16 that are raised without a note.
     def test_wild_metrics_end(self):
         """Anisotropy of 1e16, jumps of 1e4 between neighbours, spikes of 1e8: each command ends soon, and tells."""
         random = np.random.default_rng(1)

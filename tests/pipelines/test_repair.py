@@ -269,6 +269,7 @@ class Repair(unittest.TestCase):
         self.assertEqual(report["relax"]["moved_vertices"], 1)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
 
+    # Guards against repair without end of elements that cannot be repaired.
     def test_work_has_bounds(self):
         """What is not mended when the work is spent is listed with that reason; the plan of a run tells the limit."""
         mesh = elevate(cube(2))

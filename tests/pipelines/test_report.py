@@ -177,6 +177,7 @@ class Report(unittest.TestCase):
         for key in sorted(keys):
             self.assertTrue(any(pattern(key).match(path) for path in seen), f"docs/report.md has {key}, which nothing writes")
 
+    # Guards against a peak of memory that each stage resets.
     def test_who_waits_for_the_program_reads_the_same_peak_of_memory(self):
         process = subprocess.Popen([CAMBER, "run", str(CONFIGS / "spheres.json"), "--set", 'output={"report": "r.json"}'],
                                    cwd=self.folder.name, stdout=subprocess.DEVNULL)

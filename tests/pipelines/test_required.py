@@ -66,6 +66,7 @@ class Required(unittest.TestCase):
         moved = (out.points[:len(straight.points)] != straight.points).any(axis=1)
         return np.flatnonzero(moved), report_of(self.folder.path / "r.json")
 
+    # Guards against required vertices that are read and ignored.
     def test_vertices(self):
         (inner,), report = self.repaired_block(code=0)
         self.assertEqual(report["relax"]["moved_vertices"], 1)
@@ -79,6 +80,7 @@ class Required(unittest.TestCase):
         moved, report = self.repaired_block("--set", "stages/relax/vertices=keep", code=1)
         self.assertEqual((len(moved), report["relax"]["moved_vertices"]), (0, 0))
 
+    # Guards against required edges, facets and elements that are read and ignored.
     def test_edges_triangles_and_tetrahedra(self):
         tetrahedra, triangles = range(1, 200, 7), range(1, 60, 3)
         mesh, straight = self.shell(RequiredTetrahedra=tetrahedra, RequiredTriangles=triangles)

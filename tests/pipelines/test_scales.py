@@ -65,6 +65,7 @@ class Scales(unittest.TestCase):
         done = self.folder.camber("repair", "broken.mesh", "-o", "mended.mesh")
         return before, done.returncode, done.stderr if done.returncode > 1 else self.found("mended.mesh")
 
+    # Guards against answers that depend on the unit of length: lost ridges below 1e-27, refused elements at 1e77.
     def test_curve(self):
         for arguments in ((), ("--metric", "m.solb")):
             self.write_metric(1.0)
@@ -84,6 +85,7 @@ class Scales(unittest.TestCase):
                 with self.subTest(dim=dim, scale=scale):
                     self.assertEqual(self.repaired(dim, scale / 4), whole)
 
+    # Guards against lengths beyond the range that are accepted by one command and refused by another.
     def test_beyond(self):
         for scale, (defect, says) in BEYOND.items():
             with self.subTest(scale=scale):

@@ -77,6 +77,7 @@ std::array<Vec<D>, D + 1> corners(const LinearMesh<D>& mesh, const Column<Vec<D>
 template <int D>
 void vertices_that_move(const std::array<int, D>& cells) {
     std::size_t moves = 0;
+    // Guards against a repaired vertex that leaves a sliver.
     property("vertices that move leave what they must",
              [&](std::uint64_t seed) {
                  Dice dice(seed);
@@ -431,6 +432,7 @@ TEST_CASE("repair: home") {
     goes_home<2>({10, 5});
     goes_home<3>({3, 3, 3});
 }
+// Guards against repair without end, and progress that falls from 100 % to 20 %.
 TEST_CASE("repair: work has bounds") {
     work_has_bounds<2>({12, 8});
     work_has_bounds<3>({3, 3, 3});

@@ -186,6 +186,7 @@ LinearMesh<3> shallow_tetrahedron() {
 
 }  // namespace
 
+// Guards against smooth listed edges that end a wall.
 TEST_CASE("ridges and other references end a wall, smooth listed edges do not") {
     const ExamineOptions options{.ridge_angle_degrees = 30};
     const std::vector<WallElement> whole{{ElementId(0), {VertexId(0), VertexId(1)}}};

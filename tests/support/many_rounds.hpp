@@ -1,4 +1,5 @@
 // A domain brought to metrics that are coarser and finer in turn, by all passes, round after round, with what it keeps.
+// Guards against passes that lower the worst quality again and again.
 #pragma once
 
 #include <algorithm>

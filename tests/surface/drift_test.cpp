@@ -142,6 +142,7 @@ TEST_CASE("a boundary that is made anew on the one before does not drift, in 3D"
     CHECK(found.smooth == 1);
 }
 
+// Guards against a remeshed boundary that drifts.
 TEST_CASE("a sphere that is made anew on the one before is hardly farther off than one on the sphere itself") {
     constexpr std::size_t rounds = camber::testing::less_if_sanitized<std::size_t>(20, 4);
     const auto layout = [](std::size_t round) {

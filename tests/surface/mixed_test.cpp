@@ -78,6 +78,7 @@ struct Can {
 
 }  // namespace
 
+// Guards against straight facets on references beside analytic ones.
 TEST_CASE("where every reference has a surface there is no surrogate, and no digit changes") {
     const auto b = build(welded({referred(sphere(4, 5), 1), referred(sphere(4, 2, 7), 2)}).mesh());
     const AnalyticGeometry<3> both{{{1, Sphere<3>{{}, 5}}, {2, Sphere<3>{{}, 2}}}};

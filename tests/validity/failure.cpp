@@ -74,11 +74,13 @@ void laws_of_failures() {
 
 }  // namespace
 
+// Guards against printed places of invalid elements at which det J is positive.
 TEST_CASE("where elements fail") {
     laws_of_failures<2>();
     laws_of_failures<3>();
 }
 
+// Guards against a negative smallest scaled Jacobian beside "0 invalid".
 TEST_CASE("a bound that nobody asked for does not make a small positive Jacobian negative") {
     // An edge's node almost at a quarter, where det J vanishes at the edge's end.
     for (const double least : {1e-3, 5e-4, 1e-5, 1e-9}) {
