@@ -67,11 +67,11 @@ template <int D>
 std::vector<RemainingReport> remaining_report(std::vector<RemainingElement> elements, const Validation<D>& validation,
                                               const JacobianBound& bound) {
     std::vector<RemainingReport> reports;
-    for (const RemainingElement& left : elements)
-        if (bound.is_asked || std::ranges::binary_search(validation.not_positive, left.element, {},
+    for (const RemainingElement& remaining : elements)
+        if (bound.is_asked || std::ranges::binary_search(validation.not_positive, remaining.element, {},
                                                          [](const auto& entry) { return entry.first; }))
-            reports.push_back(
-                {left.element.index() + 1, left.reason, left.at.valid() ? left.at.index() + 1 : 0, left.is_given_up});
+            reports.push_back({remaining.element.index() + 1, remaining.reason,
+                               remaining.at.valid() ? remaining.at.index() + 1 : 0, remaining.is_given_up});
     return reports;
 }
 
