@@ -405,6 +405,18 @@ class StraightLoops(unittest.TestCase):
                 rows = [int((here / name).read_text().split()[5]) for name in ("guess.sol", "solution.sol")]
                 self.assertEqual(*rows)
 
+    def test_another_order_of_nodes_is_refused_or_noted(self):
+        told = {"elements": (3, "in the order in which elements"), "random": (3, "are in another order"),
+                "all": (0, "as unrelated as in a random order")}
+        with Adapting(cells=20) as folder:
+            for order, (code, text) in told.items():
+                done = self.loop(folder, "--cycles", 1, "--folder", f"c{order}", order=order, complexity="100")
+                self.assertEqual(done.returncode, code, (order, done.stderr))
+                self.assertIn(text, done.stderr)
+                self.assertIn("docs/formats.md", done.stderr)
+            done = self.loop(folder, "--cycles", 1, "--folder", "c", complexity="100")
+            self.assertEqual((done.returncode, "order" in done.stderr), (0, False), done.stderr)
+
     def test_rows_that_are_neither_are_refused_with_both_numbers(self):
         with Adapting() as folder:
             (folder.path / "u.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n3\n1 1\n1\n2\n3\nEnd\n")
