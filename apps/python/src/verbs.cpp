@@ -33,8 +33,11 @@ using Words = std::vector<std::string>;
 /// Fields on a mesh: a row a vertex, or a row a node that the mesh has in degree 2.
 std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict& fields) {
     bool is_at_vertices = true;
-    for (const auto& [name, values] : fields)
-        is_at_vertices &= !py::hasattr(values, "__len__") || py::len(values) == mesh.vertices();
+    for (const auto& [name, values] : fields) {
+        const auto array = py::array::ensure(values);
+        const bool has_rows = array && array.ndim() > 0;
+        if (has_rows && static_cast<std::size_t>(array.shape(0)) != mesh.vertices()) is_at_vertices = false;
+    }
     const std::size_t nodes = is_at_vertices ? mesh.nodes() : value_of(run::nodes_in_degree_2(mesh.value.mesh, {}));
     return fields_of(fields, mesh.dimension(), mesh.vertices(), nodes);
 }
