@@ -3,6 +3,7 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <optional>
 #include <span>
@@ -157,6 +158,39 @@ std::pair<VertexId, double> farthest_corner(const LinearMesh<D>& mesh, const Cad
     return found;
 }
 
+/// Returns true if elements of one reference are on both sides of the facet.
+template <int D>
+bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, FacetId facet) {
+    const auto& corners = mesh.facets.vertices[facet];
+    std::vector<Reference> sides;
+    for (const ElementId e : balls[corners[0]]) {
+        const auto& vertices = mesh.elements.vertices[e];
+        const bool has_facet = std::all_of(corners.begin(), corners.end(), [&](VertexId v) {
+            return std::find(vertices.begin(), vertices.end(), v) != vertices.end();
+        });
+        if (has_facet) sides.push_back(mesh.elements.references[e]);
+    }
+    return sides.size() == 2 && sides[0] == sides[1];
+}
+
+/// Returns true if that holds of all facets of a reference.
+template <int D>
+bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, Reference reference) {
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        if (mesh.facets.references[f] == reference && !is_within_material(mesh, balls, FacetId(f))) return false;
+    return true;
+}
+
+/// Returns true if a corner of the facet is farther from the model than `off_limit` of the longest side.
+template <int D>
+bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const std::size_t> candidates, FacetId facet) {
+    const auto corners = facet_site(mesh, facet).corners;
+    const double most = off_limit * longest_side(corners);
+    return std::any_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
+        return !candidates.empty() && distance_from(model, candidates, p) > most;
+    });
+}
+
 /// Which of the facets that were looked at are not on the model.
 std::string strays_of(const auto& verdict, const char* facets) {
     const bool is_one = verdict.share <= 0.1 && verdict.lost != nullptr;
@@ -209,6 +243,28 @@ Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model, s
 }
 
 template <int D>
+Outcome<std::vector<Reference>> references_within_materials(const LinearMesh<D>& mesh, const CadModel& model,
+                                                            std::span<const Reference> elsewhere,
+                                                            const Execution& execution) {
+    return guarded([&]() -> Outcome<std::vector<Reference>> {
+        const auto around = balls(mesh, execution);
+        if (!around) return fail(around.error());
+        const std::vector<std::size_t> all = candidates<D>(model);
+        std::vector<Reference> found;
+        for (const SampledReference& some : sampled(mesh, elsewhere)) {
+            if (!is_within_material(mesh, *around, some.reference)) continue;
+            const auto off = map_each(execution, some.facets.size(), [&](std::size_t i) -> std::uint8_t {
+                return is_off<D>(mesh, model, all, some.facets[i]) ? 1 : 0;
+            });
+            if (!off) return fail(off.error());
+            const auto count = static_cast<std::size_t>(std::count(off->begin(), off->end(), 1));
+            if (all.empty() || 2 * count > some.facets.size()) found.push_back(some.reference);
+        }
+        return found;
+    });
+}
+
+template <int D>
 Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const CadAssociation& association) {
     const bool is_whole = association.facets == mesh.facets.size();
     const Box<D> of_part = box_of(mesh, [&](std::size_t f) { return association.faces[f] != no_face; });
@@ -248,6 +304,8 @@ Outcome<Done> check_part(const LinearMesh<D>& mesh, const CadModel& model, const
                                              const Execution&);                                                 \
     template Outcome<Done> check_sample<D>(const LinearMesh<D>&, const CadModel&, std::span<const std::size_t>, \
                                            std::span<const Reference>, const Execution&);                       \
+    template Outcome<std::vector<Reference>> references_within_materials<D>(                                    \
+        const LinearMesh<D>&, const CadModel&, std::span<const Reference>, const Execution&);                   \
     template Outcome<Done> check_part<D>(const LinearMesh<D>&, const CadModel&, const CadAssociation&);
 
 CAMBER_INSTANTIATE(2)

@@ -89,6 +89,17 @@ template <int D>
 [[nodiscard]] Outcome<CadModel> in_unit_of(const LinearMesh<D>& mesh, const CadModel& model,
                                            std::span<const Reference> elsewhere, const Execution& execution);
 
+/// Returns the references of facets that lie within one material and not on the model, rising: each of these facets has
+/// elements of one and the same reference on both sides, and more than half of some of them have a corner farther from
+/// the model than `off_limit` of their longest side. The model need not know of such facets: they are sheets (2D:
+/// lines) that somebody put into the mesh. Facets of the references `elsewhere` (rising) are left out. Errors: stopped,
+/// memory.
+template <int D>
+[[nodiscard]] Outcome<std::vector<Reference>> references_within_materials(const LinearMesh<D>& mesh,
+                                                                          const CadModel& model,
+                                                                          std::span<const Reference> elsewhere,
+                                                                          const Execution& execution);
+
 /// How well a face of a model fits a facet, in model units.
 struct CadFit {
     std::size_t face = 0;

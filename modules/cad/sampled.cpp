@@ -106,8 +106,9 @@ std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const
 }
 
 template <int D>
-Outcome<Verdict> judged(const LinearMesh<D>& mesh, const CadModel& model, std::span<const SampledReference> sample,
-                        std::span<const std::size_t> candidates, double factor, const Execution& execution) {
+Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
+                              std::span<const SampledReference> sample, std::span<const std::size_t> candidates,
+                              double factor, const Execution& execution) {
     constexpr double half = 0.5;
     std::vector<FacetId> facets;
     for (const auto& some : sample) facets.insert(facets.end(), some.facets.begin(), some.facets.end());
@@ -120,7 +121,7 @@ Outcome<Verdict> judged(const LinearMesh<D>& mesh, const CadModel& model, std::s
         },
         4);
     if (!looked) return fail(looked.error());
-    Verdict verdict;
+    SampleVerdict verdict;
     verdict.facets = facets.size();
     double strays = 0, all = 0, farthest = -1, max_lost = half;
     std::size_t i = 0;
@@ -148,10 +149,11 @@ Outcome<Verdict> judged(const LinearMesh<D>& mesh, const CadModel& model, std::s
     return verdict;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                     \
-    template std::vector<SampledReference> sampled<D>(const LinearMesh<D>&, std::span<const Reference>);          \
-    template Outcome<Verdict> judged<D>(const LinearMesh<D>&, const CadModel&, std::span<const SampledReference>, \
-                                        std::span<const std::size_t>, double, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template std::vector<SampledReference> sampled<D>(const LinearMesh<D>&, std::span<const Reference>);               \
+    template Outcome<SampleVerdict> judged<D>(const LinearMesh<D>&, const CadModel&,                                   \
+                                              std::span<const SampledReference>, std::span<const std::size_t>, double, \
+                                              const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

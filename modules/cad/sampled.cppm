@@ -24,7 +24,7 @@ template <int D>
 
 /// How much of a sample is astray. A facet's share is that of its vertices which are farther from the model's best face
 /// for it than half of its longest edge; all of it where that face runs across it.
-struct Verdict {
+struct SampleVerdict {
     double share = 0;                        ///< of all facets, as the sample tells
     std::size_t astray = 0, facets = 0;      ///< of those looked at
     const SampledReference* lost = nullptr;  ///< more than half of it is astray, the most of all
@@ -39,8 +39,9 @@ struct Verdict {
 
 /// `factor`: of the mesh's coordinates. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Verdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
-                                      std::span<const SampledReference> sample, std::span<const std::size_t> candidates,
-                                      double factor, const Execution& execution);
+[[nodiscard]] Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
+                                            std::span<const SampledReference> sample,
+                                            std::span<const std::size_t> candidates, double factor,
+                                            const Execution& execution);
 
 }  // namespace camber

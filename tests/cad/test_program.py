@@ -298,6 +298,101 @@ class Program(unittest.TestCase):
         alone, beside = off("surrogate"), off({"cad": {"file": str(PLATE), "references": list(range(1, 8))}})
         self.assertLess(beside, 0.4 * alone)
 
+    def sheet(self, across, name, is_required=True):
+        """The plate's mesh with facets of reference 50, those of which `across(places)`."""
+        points, tetrahedra, triangles = plate.plate(rings=4)
+        faces = {}
+        for t in tetrahedra:
+            for left_out in range(4):
+                face = t[:left_out] + t[left_out + 1:]
+                faces.setdefault(tuple(sorted(face)), []).append(face)
+        inner = [(*f[0], 50) for f in faces.values() if len(f) == 2 and across([points[v] for v in f[0]])]
+        self.assertGreater(len(inner), 4)
+        numbers = range(len(triangles) + 1, len(triangles) + len(inner) + 1)
+        required = f"RequiredTriangles\n{len(inner)}\n" + "".join(f"{n}\n" for n in numbers) if is_required else ""
+        path = self.path / name
+        path.write_text(plate.text(points, tetrahedra, triangles + inner).replace("End", required + "End"))
+        return path, inner, points
+
+    def test_sheets_within_one_material_have_no_cad_geometry(self):
+        """One that ends inside, one that meets the model's faces: curve, remesh and adapt; the walls stay on the model."""
+        sheets = {"inside": lambda p: all(abs(z - 0.25) < 1e-9 and 0.51 < max(abs(x), abs(y)) < 0.88 for x, y, z in p),
+                  "across": lambda p: all(abs(z - 0.25) < 1e-9 for x, y, z in p)}
+        for name, across in sheets.items():
+            # Required facets keep their edges' nodes, at the hole too.
+            mesh, inner, points = self.sheet(across, f"{name}.mesh", is_required=name == "inside")
+            done, report = self.curve_plate("--cad", PLATE, mesh=mesh)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("reference 50: the facets lie within one material and not on the CAD model", done.stderr)
+            cad = report["boundary"]["cad"]
+            self.assertEqual((cad["references_within_materials"], cad["surrogate_facets"]), ([50], len(inner)))
+            self.assert_on_plate(self.path / "plate-p2.mesh")
+            self.assertEqual(report["validity"]["invalid"], 0)
+            places = {tuple(points[v]) for t in inner for v in t[:3]}
+            for verb in (("remesh", "--metric", "0.3", "--geometry-error", "0.05"),
+                         ("adapt", "--field", "tanh((x-0.7)/0.3)", "--complexity", "60", "--cycles", "1")):
+                out = self.path / f"{name}-{verb[0]}.mesh"
+                done = camber(verb[0], mesh, "--cad", PLATE, "-o", out, *verb[1:])
+                self.assertIn(done.returncode, (0, 1), done.stderr)
+                self.assertIn("reference 50", done.stderr)
+                checked = json.loads(camber("check", out, "--json").stdout)
+                self.assertEqual(checked["invalid"], 0)
+                words = out.read_text().split()
+                at = words.index("Vertices") + 2
+                written = {tuple(map(float, words[at + 4 * v:at + 4 * v + 3])) for v in range(int(words[at - 1]))}
+                if name == "inside":
+                    self.assertLessEqual(places, written)
+
+    def test_boundaries_and_interfaces_off_the_model_are_refused(self):
+        """A wall that the model does not have, and one between two materials."""
+        points, tetrahedra, triangles = plate.plate(rings=4)
+        mesh = self.path / "wall.mesh"
+        mesh.write_text(plate.text([(x, y, z * (1.4 if z > 0.4 else 1)) for x, y, z in points], tetrahedra, triangles))
+        done, _ = self.curve_plate("--cad", PLATE, mesh=mesh)
+        self.assertEqual(done.returncode, 3)
+        self.assertIn("do not lie on it", done.stderr)
+        _, inner, _ = self.sheet(lambda p: all(abs(z - 0.25) < 1e-9 for x, y, z in p), "unused.mesh")
+        text = plate.text(points, tetrahedra, triangles + inner).split("Tetrahedra\n")
+        rows = text[1].split("\n")
+        for i, t in enumerate(tetrahedra, 1):
+            if sum(points[v][2] for v in t) > 1:
+                rows[i] = rows[i].rsplit(" ", 1)[0] + " 2"
+        mesh.write_text(text[0] + "Tetrahedra\n" + "\n".join(rows))
+        done, _ = self.curve_plate("--cad", PLATE, mesh=mesh)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn("triangles looked at do not lie on it", done.stderr)
+
+    def test_lines_within_one_material_of_a_plane_model(self):
+        """An arc of edges in an annulus: not on the circles of the model, and kept."""
+        mesh, lines = self.path / "lines.mesh", self.path / "lines-p2.mesh"
+        finer = ("--set", "inner_size=0.25", "--set", "outer_size=0.25")
+        self.assertEqual(camber("generate", "annulus", "--set", "outer_radius=2", *finer, "-o", mesh).returncode, 0)
+        words = mesh.read_text().split()
+        at, triangles = words.index("Vertices") + 2, words.index("Triangles") + 2
+        place = lambda v: [float(c) for c in words[at + 3 * (v - 1):at + 3 * v - 1]]
+        sides = {}
+        for t in range(int(words[triangles - 1])):
+            a, b, c = map(int, words[triangles + 4 * t:triangles + 4 * t + 3])
+            for side in ((a, b), (b, c), (c, a)):
+                sides.setdefault(tuple(sorted(side)), 0)
+        inner = [s for s in sides if all(1.2 < math.hypot(*place(v)) < 1.8 and place(v)[0] > 0 for v in s)][:4]
+        self.assertEqual(len(inner), 4)
+        edges = words.index("Edges") + 1
+        count = int(words[edges])
+        rows = words[edges + 1:edges + 1 + 3 * count] + [str(w) for s in inner for w in (*s, 50)]
+        words[edges:edges + 1 + 3 * count] = [str(count + 4), *rows, "RequiredEdges", "4", *(str(count + 1 + i) for i in range(4))]
+        mesh.write_text(" ".join(words) + "\n")
+        done = camber("curve", mesh, "--cad", ANNULUS, "-o", lines)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("reference 50: the facets lie within one material", done.stderr)
+        for verb in (("adapt", "--field", "tanh((y-0.5)/0.1)", "--complexity", "80", "--cycles", "2"),
+                     ("remesh", "--metric", "0.3")):
+            done = camber(verb[0], mesh, "--cad", ANNULUS, "-o", lines, *verb[1:])
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("reference 50", done.stderr)
+        done = camber("geometry", mesh, "--cad", ANNULUS, "--json")
+        self.assertEqual(json.loads(done.stdout)["cad"]["references_within_materials"], [50])
+
     def test_layers_that_end_at_plane_walls(self):
         """The first is a seventh of the wall's sagitta: nodes go along on the planes as they do inside."""
         mesh = self.path / "layers.mesh"

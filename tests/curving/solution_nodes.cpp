@@ -373,3 +373,45 @@ TEST_CASE("nodes for a known solution: tetrahedra") { laws<3>(); }
 TEST_CASE("nodes for a solution known in curved elements: triangles") { laws_of_frames<2>(); }
 TEST_CASE("nodes for a solution known in curved elements: tetrahedra") { laws_of_frames<3>(); }
 TEST_CASE("nodes for a known solution: thin rows of triangles along a circle") { laws_of_thin_rows(); }
+
+namespace {
+
+template <int D>
+void check_expected_on_straight(std::uint64_t seed) {
+    Dice dice(seed);
+    const Block<D> b = shell_block<D>(cells<D>, seed + 1);
+    const QuadraticMesh<D> mesh = must(elevate(b.mesh.linear, alone));
+    const std::vector<Cubic<D>> fields{Cubic<D>(dice, 1), Cubic<D>(dice, 2)};
+    const ScalarField<D> field = [&] {
+        return PointFunction<D>([&](std::span<const Vec<D>> points, std::span<double> values) {
+            for (std::size_t i = 0; i < points.size(); ++i) values[i] = fields[0](points[i]);
+        });
+    };
+    const auto found = must(interpolation_error<D>(mesh, field, {}, alone));
+    const auto known_one = known<D>(mesh, {fields.data(), 1});
+    CHECK(must(expected_error(mesh.linear, known_one, 1, alone)) ==
+          doctest::Approx(found.linear.l2.value).epsilon(2e-3));
+    CHECK(must(expected_error(mesh.linear, known_one, 2, alone)) ==
+          doctest::Approx(found.straight.l2.value).epsilon(2e-3));
+    // Several fields: the root of the sum of squares, each with its weight.
+    auto both = known<D>(mesh, fields);
+    both[1].weight = 3;
+    const double first = must(expected_error(mesh.linear, known<D>(mesh, {fields.data(), 1}), 2, alone));
+    const double second = must(expected_error(mesh.linear, known<D>(mesh, {fields.data() + 1, 1}), 2, alone));
+    CHECK(must(expected_error(mesh.linear, both, 2, alone)) ==
+          doctest::Approx(std::hypot(first, 3 * second)).epsilon(1e-9));
+    // In the user's unit, of one field.
+    auto scaled = known_one;
+    scaled[0].exponent = -20;
+    CHECK(must(expected_error(mesh.linear, scaled, 2, alone)) == std::ldexp(first, -20));
+    CHECK(!expected_error(mesh.linear, known_one, 3, alone));
+}
+
+}  // namespace
+
+TEST_CASE("the expected error on straight elements is that of the interpolant") {
+    for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        check_expected_on_straight<2>(seed);
+        check_expected_on_straight<3>(seed);
+    }
+}

@@ -2,7 +2,9 @@
 
 test_bad_input.py runs the cases, and docs/input.md lists them.
 """
+import math
 import os
+import random
 import resource
 from dataclasses import dataclass
 from typing import Callable
@@ -14,6 +16,7 @@ from bad_meshes import *  # noqa: F403  (the whole vocabulary of the cases)
 CURVE = ("curve", "in.mesh", "-o", "out.mesh")
 RUN_SEQUENTIALLY = ("run", "run.json", "--threads", "1")
 RUN, RUN_P2 = ("run", "run.json"), ("run", "p2.json")
+FOR_SOLUTION = ("remesh", "in.mesh", "-o", "out.mesh", "--solution", "u.sol", "--metric", "solution", "--complexity", "99")
 WITH_METRIC = CURVE + ("--metric", "m.solb")
 BINARY = ("curve", "in.meshb", "-o", "out.mesh")
 
@@ -27,6 +30,27 @@ def with_cad_shell(radius=5):
         "%g %g %g 0\n" % p for p in octahedron + [(0, 0, 0)]) + "Tetrahedra\n8\n" + "".join(
         "%d %d %d 7 1\n" % f for f in faces) + "End\n"
     return plain(block)() | {"shell.brep": model, "shell.mesh": mesh.encode()}
+
+
+def quadratic_solution(order):
+    """A straight mesh of the unit square, and a field of degree 2: rows of vertices, then of edges in some order."""
+    n = 20
+    at = lambda i, j: i * (n + 1) + j
+    points = [(i / n, j / n) for i in range(n + 1) for j in range(n + 1)]
+    triangles = [t for i in range(n) for j in range(n)
+                 for t in ((at(i, j), at(i + 1, j), at(i + 1, j + 1)), (at(i, j), at(i + 1, j + 1), at(i, j + 1)))]
+    edges = list(dict.fromkeys(tuple(sorted(e)) for a, b, c in triangles for e in ((a, b), (b, c), (c, a))))
+    places = points + [tuple((a + b) / 2 for a, b in zip(points[v], points[w])) for v, w in order(edges)]
+    rows = lambda name, items: f"{name}\n{len(items)}\n" + "".join(" ".join(map(repr, r)) + "\n" for r in items)
+    mesh = "MeshVersionFormatted 2\nDimension 2\n" + rows("Vertices", [(*p, 0) for p in points]) + rows(
+        "Triangles", [(a + 1, b + 1, c + 1, 1) for a, b, c in triangles]) + "End\n"
+    values = "".join(f"{math.tanh((math.hypot(x, y) - 0.5) / 0.1)!r}\n" for x, y in places)
+    return {"in.mesh": mesh.encode(), "u.sol": ("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n"
+                                                f"{len(places)}\n1 1\n{values}End\n").encode()}
+
+
+def shuffled(edges):
+    return random.Random(1).sample(edges, len(edges))
 
 
 @dataclass
@@ -252,6 +276,14 @@ CASES = [
     Case("Metrics", "an assignment in a formula", "refused", 2, "at position 2 (write == to compare", plain(block),
          CURVE + ("--metric", '{"expression": {"size": "x=0.5 ? 1 : 2"}}')),
     Case("Metrics", "no such file", "refused", 3, "m.solb: cannot be read", plain(block), WITH_METRIC),
+
+    # ------------------------------------------------ solutions
+    Case("Solutions", "edges in the order in which elements first have them", "refused", 3,
+         "in the order in which elements", lambda: quadratic_solution(lambda edges: edges), FOR_SOLUTION),
+    Case("Solutions", "edges in any other order", "refused", 3, "are in another order",
+         lambda: quadratic_solution(shuffled), FOR_SOLUTION),
+    Case("Solutions", "with another number of rows", "refused", 3, "has 1680 rows, the mesh 441 vertices and 1681 nodes",
+         lambda: quadratic_solution(lambda edges: sorted(edges)[1:]), FOR_SOLUTION),
 
     # ------------------------------------------------ files and configs
     Case("Files", "no such mesh", "refused", 3, "in.mesh: cannot be read", lambda: {}),

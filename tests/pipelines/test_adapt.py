@@ -301,6 +301,130 @@ class Solvers(unittest.TestCase):
                 self.assertIn(told, done.stderr)
 
 
+# Takes the exact solution as the solved one on straight elements of degree 2: rows at the vertices, then one an edge.
+QUADRATIC_SOLVER = """
+import sys
+import numpy as np
+sys.path.insert(0, {oracle!r})
+import gmf
+mesh, solution, order = sys.argv[1:4]
+read = gmf.read(mesh)
+points = read.points
+cells = read.cells["Tetrahedra" if points.shape[1] == 3 else "Triangles"].nodes
+corners = cells.shape[1]
+ends = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)][:3 if corners == 3 else 6]
+named = np.sort(np.stack([cells[:, e] for e in ends], 1).reshape(-1, 2), 1)
+edges, first, of_cells = np.unique(named, axis=0, return_index=True, return_inverse=True)
+nodes = np.vstack([points, points[edges].mean(1)])
+u = np.tanh((np.sqrt((nodes ** 2).sum(1)) - 0.5) / 0.1)
+if order == "elements":
+    u[len(points):] = u[len(points) + np.argsort(first)]
+if order == "random":
+    u[len(points):] = np.random.default_rng(1).permutation(u[len(points):])
+if order == "all":
+    u = np.random.default_rng(1).permutation(u)
+if order == "vertices":
+    u = u[:len(points)]
+with open(solution, "w") as out:
+    if solution.endswith(".sol"):
+        out.write(f"MeshVersionFormatted 2\\nDimension {{points.shape[1]}}\\nSolAtVertices\\n{{len(u)}}\\n1 1\\n")
+        out.writelines(f"{{v!r}}\\n" for v in u.tolist())
+        out.write("End\\n")
+    else:
+        text = lambda rows: "\\n".join(" ".join(map(repr, row)) for row in rows)
+        kind, flat = (22, np.zeros((len(nodes), 1))) if corners == 3 else (24, np.zeros((len(nodes), 0)))
+        quadratic = np.hstack([cells, len(points) + of_cells.reshape(len(cells), -1)])
+        array = lambda type, name, rows, n=1: (
+            f'<DataArray type="{{type}}" Name="{{name}}" NumberOfComponents="{{n}}" format="ascii">{{text(rows)}}</DataArray>')
+        out.write(f'<VTKFile type="UnstructuredGrid" version="0.1"><UnstructuredGrid>'
+                  f'<Piece NumberOfPoints="{{len(nodes)}}" NumberOfCells="{{len(cells)}}"><Points>'
+                  + array("Float64", "Points", np.hstack([nodes, flat]).tolist(), 3) + "</Points><Cells>"
+                  + array("Int64", "connectivity", quadratic.tolist())
+                  + array("Int64", "offsets", [[quadratic.shape[1] * (i + 1)] for i in range(len(cells))])
+                  + array("UInt8", "types", [[kind]] * len(cells)) + "</Cells><PointData>"
+                  + array("Float64", "u", [[v] for v in u.tolist()])
+                  + "</PointData></Piece></UnstructuredGrid></VTKFile>")
+"""
+ROUND_FRONT = {2: "tanh((sqrt(x^2+y^2)-0.5)/0.1)", 3: "tanh((sqrt(x^2+y^2+z^2)-0.5)/0.1)"}
+
+
+class StraightLoops(unittest.TestCase):
+    """Straight meshes, and a solver with elements of degree 1 or 2 on them."""
+
+    def loop(self, folder, *more, order="edges", solution="solution.sol", settled=0, **options):
+        (folder.path / "quadratic.py").write_text(QUADRATIC_SOLVER.format(oracle=str(ROOT / "tests" / "oracle")))
+        return folder.adapt("--degree", 1, "--solve", f"{sys.executable} quadratic.py {{mesh}} {{solution}} {order}",
+                            "--solution-file", solution, "--mesh-file", "mesh.mesh", "--settled", settled, *more, **options)
+
+    def degree_of_metric(self, folder, way, cycle):
+        return report_of(folder.path / way / f"cycle-{cycle:03}" / "report.json")["solution_metric"]["degree"]
+
+    def test_the_metric_is_that_of_the_solvers_elements(self):
+        for dimension, complexity, cycles in ((2, "150", 3), (3, "150", 2)):
+            with self.subTest(dimension), Adapting(cells=10) as folder:
+                if dimension == 3:
+                    folder.camber("generate", "box", "-o", "r.mesh", "--set", "cells=[5,5,5]")
+                meshes, last = {}, {}
+                for way, order, solution in (("sol", "edges", "u.sol"), ("vtu", "edges", "u.vtu"),
+                                             ("linear", "vertices", "u.sol")):
+                    done = self.loop(folder, "--folder", way, "--cycles", cycles, "--field", ROUND_FRONT[dimension],
+                                     order=order, solution=solution, complexity=complexity)
+                    self.assertEqual(done.returncode, 0, done.stderr)
+                    self.assertEqual(self.degree_of_metric(folder, way, cycles), 1 if way == "linear" else 2)
+                    meshes[way], last[way] = (folder.path / "n.meshb").read_bytes(), folder.rows(way)[-1]
+                    checked = folder.check("n.meshb")
+                    self.assertEqual((checked["degree"], checked["invalid"]), (1, 0))
+                # The same values by other files are the same meshes.
+                self.assertEqual(meshes["sol"], meshes["vtu"])
+                self.assertLess(last["sol"]["solution_error"]["l2"], 0.5 * last["linear"]["solution_error"]["l2"])
+
+    def test_the_expected_error_is_that_of_the_solution_on_its_mesh(self):
+        with Adapting(cells=10) as folder:
+            for order in ("edges", "vertices"):
+                done = self.loop(folder, "--folder", order, "--cycles", 5, "--field", ROUND_FRONT[2], order=order,
+                                 complexity="200")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                for row in folder.rows(order)[3:]:
+                    ratio = row["expected_error"] / row["solution_error"]["l2"]
+                    self.assertTrue(1 / 1.5 < ratio < 1.5, (order, row))
+
+    def test_a_loop_without_the_exact_solution_ends_by_its_error(self):
+        with Adapting(cells=10) as folder:
+            done = self.loop(folder, "--folder", "c", "--cycles", 15, settled=0.1, complexity="150")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("settled: the least error is", done.stdout)
+            best = min(folder.rows("c")[1:], key=lambda row: row["expected_error"])
+            self.assertEqual(gmf.read(folder.path / "n.meshb").points.tolist(),
+                             gmf.read(folder.path / "c" / f"cycle-{best['cycle']:03}" / "mesh.mesh").points.tolist())
+
+    def test_the_guess_has_the_nodes_of_the_solution(self):
+        with Adapting() as folder:
+            for order in ("edges", "vertices"):
+                self.assertEqual(self.loop(folder, "--folder", order, "--cycles", 1, order=order).returncode, 0)
+                here = folder.path / order / "cycle-001"
+                rows = [int((here / name).read_text().split()[5]) for name in ("guess.sol", "solution.sol")]
+                self.assertEqual(*rows)
+
+    def test_another_order_of_nodes_is_refused_or_noted(self):
+        told = {"elements": (3, "in the order in which elements"), "random": (3, "are in another order"),
+                "all": (0, "as unrelated as in a random order")}
+        with Adapting(cells=20) as folder:
+            for order, (code, text) in told.items():
+                done = self.loop(folder, "--cycles", 1, "--folder", f"c{order}", order=order, complexity="100")
+                self.assertEqual(done.returncode, code, (order, done.stderr))
+                self.assertIn(text, done.stderr)
+                self.assertIn("docs/formats.md", done.stderr)
+            done = self.loop(folder, "--cycles", 1, "--folder", "c", complexity="100")
+            self.assertEqual((done.returncode, "order" in done.stderr), (0, False), done.stderr)
+
+    def test_rows_that_are_neither_are_refused_with_both_numbers(self):
+        with Adapting() as folder:
+            (folder.path / "u.sol").write_text("MeshVersionFormatted 2\nDimension 2\nSolAtVertices\n3\n1 1\n1\n2\n3\nEnd\n")
+            done = folder.camber("metric", "r.mesh", "--solution", "u.sol", "--complexity", 50, "-o", "m.sol")
+            self.assertEqual(done.returncode, 3)
+            self.assertIn("u.sol: has 3 rows, the mesh 49 vertices and 169 nodes in degree 2", done.stderr)
+
+
 class MovingFronts(unittest.TestCase):
     def test_meshes_coarsen_behind_and_refine_ahead(self):
         with Adapting() as folder:

@@ -122,6 +122,12 @@ class Report(unittest.TestCase):
             (self.folder.path / "capsule.mesh").write_text(capsule.across_circle())
             self.run_camber("curve", "capsule.mesh", "-o", "out.meshb", "--report", "r.json", "--cad", CAD_MODEL.parent / "capsule.brep")
             yield report_of(self.folder.path / "r.json")
+            points, tetrahedra, triangles = plate.plate()
+            faces = [t[:k] + t[k + 1:] for t in tetrahedra for k in range(4)]
+            sheet = {tuple(sorted(f)): (*f, 50) for f in faces if {points[v][2] for v in f} == {0.25}}
+            (self.folder.path / "sheet.mesh").write_text(plate.text(points, tetrahedra, triangles + list(sheet.values())))
+            self.run_camber("curve", "sheet.mesh", "-o", "out.meshb", "--report", "r.json", "--cad", CAD_MODEL.parent / "plate.brep")
+            yield report_of(self.folder.path / "r.json")
             points, tetrahedra, triangles = plate.plate()  # a vertex of the ridge x = y = -1 goes along the side x = -1
             points = [(-1, -0.9, z) if (x, y) == (-1, -1) and 0 < z < 0.5 else (x, y, z) for x, y, z in points]
             (self.folder.path / "ridge.mesh").write_text(plate.text(points, tetrahedra, triangles))

@@ -191,6 +191,23 @@ class Adapting(unittest.TestCase):
         x, y = made.mesh.points.T
         np.testing.assert_array_equal(made.solution["u"], np.tanh((x + y - 1) / 0.05))
 
+    def test_a_solver_of_degree_2_on_straight_meshes(self):
+        def solve(mesh, guess, cycle):
+            quadratic = camber.elevate(mesh)
+            if cycle > 0:
+                self.assertEqual(len(guess["u"]), len(quadratic.points))
+            x, y = quadratic.points.T
+            return np.tanh((x + y - 1) / 0.1)
+
+        made = camber.adapt(square(), solve=solve, complexity=100, cycles=3, settled=0, degree=1)
+        self.assertEqual(made.mesh.degree, 1)
+        self.assertEqual(made.report["solution_metric"]["degree"], 2)
+        self.assertGreater(made.cycles[-1]["expected_error"], 0)
+        self.assertEqual(len(made.solution["u"]), len(camber.elevate(made.mesh).points))
+        for wrong in (3, len(square().points) + 1):
+            with self.assertRaises(camber.Error):
+                camber.adapt(square(), solve=lambda mesh, guess, cycle: np.zeros(wrong), complexity=100, degree=1)
+
     def test_to_an_expression_as_the_program(self):
         with tempfile.TemporaryDirectory() as folder:
             given, out = os.path.join(folder, "s.meshb"), os.path.join(folder, "o.meshb")

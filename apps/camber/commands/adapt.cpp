@@ -22,7 +22,9 @@ constexpr const char* by_the_solution =
         {"curve": {"objective": "solution"}}, "validate", "relax", "commit"]})";
 constexpr const char* by_the_metric =
     R"({"input": {"mesh": "-"}, "stages": ["elevate", "remesh", "curve", "validate", "relax", "commit"]})";
-constexpr const char* straight =
+constexpr const char* straight = R"({"input": {"mesh": "-"}, "metric": {"solution": {}}, "stages": ["remesh"]})";
+/// An expression has values at all nodes: its degree says nothing of the elements that it is for.
+constexpr const char* straight_by_expression =
     R"({"input": {"mesh": "-"}, "metric": {"solution": {"degree": 1}}, "stages": ["remesh"]})";
 constexpr int usual_cycles = 8;
 
@@ -55,7 +57,9 @@ void put_given(const config::SolutionMetric& given, config::SolutionMetric& metr
 
 /// The pipeline of a cycle: nodes are placed by the solution where the metric is made of it, too.
 const char* cycle_of(const AdaptArguments& a) {
-    if (a.degree == 1) return straight;
+    const std::string& given = a.solution.given;
+    const bool is_expression = a.adapt.solve.empty() && (given.empty() || !names_a_file(given));
+    if (a.degree == 1) return is_expression ? straight_by_expression : straight;
     return a.metric.metric ? by_the_metric : by_the_solution;
 }
 

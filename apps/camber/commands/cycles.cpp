@@ -195,6 +195,13 @@ class Cycles {
             return fail(ErrorKind::input, fmt::format("was not written by the solver of cycle {}", cycle),
                         into.solution, {}, "see what it said in " + into.said);
         if (auto read = read_solved(into, execution); !read) return read;
+        const auto expected =
+            run::error_expected_on(solved_->mesh.mesh, solved_->fields, pipeline_.solution.weights, execution);
+        if (!expected) return fail(expected.error());
+        if (*expected) {
+            row.expected = **expected;
+            row.unknowns = run::count_nodes(solved_->fields);
+        }
         return write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution);
     }
 
@@ -226,8 +233,9 @@ class Cycles {
     Outcome<Done> compare(const AnyMesh& mesh, run::CycleRow& row) {
         if (pipeline_.adapt.exact.empty()) return Done{};
         const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
-        const auto interpolated = run::error_of_interpolant(mesh, run::interpolated_degree(mesh, pipeline_.metric),
-                                                            pipeline_.adapt.exact, execution);
+        const auto fields = solved_ ? std::span<const NamedField>(solved_->fields) : std::span<const NamedField>();
+        const auto interpolated = run::error_of_interpolant(
+            mesh, run::interpolated_degree(mesh, fields, pipeline_.metric), pipeline_.adapt.exact, execution);
         if (!interpolated) return fail(interpolated.error());
         row.interpolated = *interpolated;
         if (!solved_) return Done{};

@@ -3,6 +3,7 @@ module;
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
@@ -73,6 +74,13 @@ class CyclesInMemory {
             auto solved = solver_(now.mesh, now.solution, cycle);
             if (!solved) return fail(solved.error());
             now.solution = std::move(*solved);
+            const auto expected = run::error_expected_on(now.mesh.mesh, now.solution, pipeline_.solution.weights,
+                                                         {.threads = pipeline_.threads, .stop = host_.stop});
+            if (!expected) return fail(expected.error());
+            if (*expected) {
+                row.expected = **expected;
+                row.unknowns = run::count_nodes(now.solution);
+            }
         }
         if (auto known = compare(now, row); !known) return fail(known.error());
         keep(cycle, into, now);
@@ -118,8 +126,10 @@ class CyclesInMemory {
         const std::string& exact = pipeline_.adapt.exact;
         if (exact.empty()) return Done{};
         const Execution execution{.threads = pipeline_.threads, .stop = host_.stop};
+        const auto fields =
+            solver_ ? std::span<const run::NamedField>(now.solution) : std::span<const run::NamedField>();
         const auto interpolated = run::error_of_interpolant(
-            now.mesh.mesh, run::interpolated_degree(now.mesh.mesh, pipeline_.metric), exact, execution);
+            now.mesh.mesh, run::interpolated_degree(now.mesh.mesh, fields, pipeline_.metric), exact, execution);
         if (!interpolated) return fail(interpolated.error());
         row.interpolated = *interpolated;
         if (!solver_) return Done{};

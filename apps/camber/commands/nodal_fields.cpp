@@ -43,10 +43,10 @@ Nodes nodes_of(const AnyMesh& mesh) {
         mesh);
 }
 
-/// Whether two files have the same vertices, and the same edges where both have nodes on them.
-bool have_same_nodes(const AnyMesh& a, const AnyMesh& b) {
+/// Returns true if two files have the same vertices, and the same edges where the second has nodes on them.
+Outcome<bool> have_same_nodes(const AnyMesh& a, const AnyMesh& b, const Execution& execution) {
     return std::visit(
-        []<class A, class B>(const A& x, const B& y) {
+        [&]<class A, class B>(const A& x, const B& y) -> Outcome<bool> {
             if constexpr (A::dimension != B::dimension)
                 return false;
             else if constexpr (requires {
@@ -57,7 +57,10 @@ bool have_same_nodes(const AnyMesh& a, const AnyMesh& b) {
             else if constexpr (requires { x.linear; })
                 return x.linear.points == y.points;
             else if constexpr (requires { y.linear; })
-                return x.points == y.linear.points;
+                return x.points != y.linear.points ? Outcome<bool>(false)
+                                                   : unique_edges(x, execution).map([&](const auto& edges) {
+                                                         return edges.vertices == y.edges.vertices;
+                                                     });
             else
                 return x.points == y.points;
         },
@@ -85,17 +88,23 @@ Outcome<std::vector<NamedField>> of_solution(const DecodedMesh& mesh, const std:
     if (solution.dimension != nodes.dimension)
         return fail(ErrorKind::input, fmt::format("is in {}D, the mesh in {}D", solution.dimension, nodes.dimension),
                     path, {}, "give the solution of this mesh");
-    if (!sorted->is_at_nodes && solution.rows != nodes.vertices)
-        return fail(ErrorKind::input,
-                    fmt::format("has {} rows, the mesh {} vertices{}", solution.rows, nodes.vertices,
-                                nodes.edges > 0 ? fmt::format(" and {} nodes", nodes.vertices + nodes.edges) : ""),
-                    path, {}, "give the solution of this mesh");
+    bool is_at_nodes = sorted->is_at_nodes;
+    if (!is_at_nodes && solution.rows != nodes.vertices) {
+        const auto all = run::nodes_in_degree_2(mesh.mesh, without_progress(execution));
+        if (!all) return fail(all.error());
+        is_at_nodes = nodes.edges == 0 && solution.rows == *all;
+        if (!is_at_nodes)
+            return fail(ErrorKind::input,
+                        fmt::format("has {} rows, the mesh {} vertices and {} nodes in degree 2", solution.rows,
+                                    nodes.vertices, *all),
+                        path, {}, "give the solution of this mesh");
+    }
     std::vector<NamedField> fields;
     std::size_t begin = 0;
     for (const FieldKind kind : solution.fields) {
         const auto width = static_cast<std::size_t>(values_per_vertex(kind, solution.dimension));
         fields.push_back({fmt::format("field_{}", fields.size() + 1), kind,
-                          columns_of(solution.values, row_width(solution), begin, width, sorted->is_at_nodes ? 2 : 1)});
+                          columns_of(solution.values, row_width(solution), begin, width, is_at_nodes ? 2 : 1)});
         begin += width;
     }
     return fields;
@@ -107,7 +116,9 @@ Outcome<std::vector<NamedField>> of_mesh_file(const DecodedMesh& mesh, const std
     if (other && mesh.lift == std::nullopt && other->always_in_space && nodes_of(mesh.mesh).dimension == 2)
         other = with_flat_in_2d(std::move(*other), without_progress(execution));
     if (!other) return fail(other.error());
-    if (!have_same_nodes(mesh.mesh, other->mesh))
+    const auto is_same = have_same_nodes(mesh.mesh, other->mesh, without_progress(execution));
+    if (!is_same) return fail(is_same.error());
+    if (!*is_same)
         return fail(ErrorKind::input, "is a solution on another mesh", path, {},
                     "give its mesh as the input; camber transfer brings fields from one mesh to another");
     return fields_at_nodes(*other, notices);
@@ -149,33 +160,51 @@ run::RowsByNodes as_rows(const NamedField& field, int dimension) {
     return {std::move(out), field.field.degree == 2};
 }
 
-/// A row a node of the file that the mesh is from: of its vertices alone where all fields are of degree 1.
-Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField>& fields) {
-    const Nodes nodes = nodes_of(mesh.mesh);
-    const bool at_nodes =
-        nodes.edges > 0 && std::ranges::any_of(fields, [](const NamedField& f) { return f.field.degree == 2; });
-    Solution out{.dimension = nodes.dimension};
-    std::vector<Column<double>> columns;
-    for (const NamedField& field : fields) {
-        out.fields.push_back(field.kind);
-        if (!at_nodes) columns.push_back(field.field.values);
+/// Values of fields at the same nodes: a column a field.
+struct ColumnsAtNodes {
+    std::vector<Column<double>> columns = {};
+    std::size_t nodes = 0;
+    bool at_all_nodes = false;
+};
+/// All nodes if a field of a mesh of degree 2 is of degree 2, or if all fields of a straight mesh are; else its
+/// vertices.
+ColumnsAtNodes columns_at_nodes(const AnyMesh& mesh, const std::vector<NamedField>& fields) {
+    const Nodes nodes = nodes_of(mesh);
+    const auto is_quadratic = [](const NamedField& f) { return f.field.degree == 2; };
+    const bool is_straight = nodes.edges == 0;
+    const bool at_all = !fields.empty() && (is_straight ? std::ranges::all_of(fields, is_quadratic)
+                                                        : std::ranges::any_of(fields, is_quadratic));
+    ColumnsAtNodes out{.nodes = nodes.vertices + (at_all ? nodes.edges : 0), .at_all_nodes = at_all};
+    if (at_all && !is_straight) {
+        for (const MeshField& field : run::as_mesh_fields(mesh, fields))
+            out.columns.push_back(std::get<Column<double>>(field.values));
+        return out;
     }
-    if (at_nodes)
-        for (const MeshField& field : run::as_mesh_fields(mesh.mesh, fields))
-            columns.push_back(std::get<Column<double>>(field.values));
-    const std::size_t count = nodes.vertices + (at_nodes ? nodes.edges : 0);
+    for (const NamedField& field : at_all ? fields : run::at_vertices(mesh, fields))
+        out.columns.push_back(field.field.values);
+    if (at_all)
+        out.nodes = fields.front().field.values.size() / static_cast<std::size_t>(fields.front().field.components);
+    return out;
+}
+
+/// A row a node of the file that the mesh is from: of its vertices alone where all fields are of degree 1. On a
+/// straight mesh fields of degree 2 have a row a vertex, then one an edge.
+Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField>& fields) {
+    const ColumnsAtNodes at = columns_at_nodes(mesh.mesh, fields);
+    Solution out{.dimension = nodes_of(mesh.mesh).dimension};
+    for (const NamedField& field : fields) out.fields.push_back(field.kind);
     const auto number = [&](std::size_t n) {
-        return !at_nodes || mesh.node_numbers.empty() ? n + 1 : std::size_t{mesh.node_numbers[n]};
+        return !at.at_all_nodes || mesh.node_numbers.empty() ? n + 1 : std::size_t{mesh.node_numbers[n]};
     };
-    for (std::size_t n = 0; n < count; ++n) out.rows = std::max(out.rows, number(n));
+    for (std::size_t n = 0; n < at.nodes; ++n) out.rows = std::max(out.rows, number(n));
     const std::size_t width = row_width(out);
     Buffer<double> values(out.rows * width, 0.0);
-    for (std::size_t n = 0; n < count; ++n) {
+    for (std::size_t n = 0; n < at.nodes; ++n) {
         if (number(n) == 0) continue;  // an edge without a node in the file
         double* to = values.data() + (number(n) - 1) * width;
         for (std::size_t f = 0; f < fields.size(); ++f) {
             const auto w = static_cast<std::size_t>(fields[f].field.components);
-            to = std::copy_n(columns[f].data() + n * w, w, to);
+            to = std::copy_n(at.columns[f].data() + n * w, w, to);
         }
     }
     out.values = Column<double>(std::move(values));

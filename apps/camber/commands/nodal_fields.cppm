@@ -16,10 +16,11 @@ using run::NamedField;
 /// The fields of numbers at the nodes of a mesh that was read with them. Notices of those that are left out.
 [[nodiscard]] std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Notice>& notices);
 
-/// The fields of a solution file, or of a mesh file at its nodes, on the mesh that was read from `mesh_path`: at the
-/// vertices, or at all nodes of a mesh of degree 2. Fields of a solution file are called field_1 and so on. `only`: the
-/// names of those that are wanted; empty: all. Errors (input): rows that are not those of the mesh, a mesh that is
-/// another one, no field at nodes; (usage): a name that it does not have.
+/// The fields of a solution file, or of a mesh file at its nodes, on that mesh: at its vertices, or at all nodes that
+/// it has in degree 2. On a straight mesh the rows of the edges' nodes come after those of the vertices, in the order
+/// of (lower vertex, higher vertex). Fields of a solution file are called field_1 and so on. `only`: the names of those
+/// that are wanted; empty: all. Errors (input): rows that are not those of the mesh, a mesh that is another one, no
+/// field at nodes; (usage): a name that it does not have.
 [[nodiscard]] Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, const std::string& path,
                                                                  const std::vector<std::string>& only,
                                                                  std::vector<Notice>& notices,

@@ -56,6 +56,7 @@ Outcome<std::string> transfer_text(const TransferArguments& a, Written& written)
         tell_note("the new mesh is straight and of degree 1: the fields' values at its vertices are written");
     auto made = run::fields_brought_to(to->mesh, from->mesh, std::move(*fields), a.options, around);
     if (!made) return fail(of_file(made.error(), a.solution));
+    if (run::plan_size(to->mesh).degree == 1) made->fields = run::at_vertices(to->mesh, std::move(made->fields));
     auto done = written.add(a.output, run_step(around, "write", [&](const Execution& e) {
                                 return write_nodal_fields(*to, made->fields, a.output, a.format, e);
                             }));

@@ -68,6 +68,7 @@ Outcome<Done> check_references(const config::Cad& cad, const std::vector<Referen
 /// Which references lie on what, each rising.
 struct Shares {
     std::vector<Reference> on_model, on_analytic, on_rest;
+    std::vector<Reference> within_materials = {};  ///< of on_rest: they would be the model's, and are not on it
 
     /// All that are not on the model.
     [[nodiscard]] std::vector<Reference> elsewhere() const {
@@ -76,8 +77,23 @@ struct Shares {
         return all;
     }
 };
+/// References whose facets lie within one material and not on the model, which has all that is not analytic, go to the
+/// rest.
 template <int D>
-Outcome<Shares> shares_of(const config::Cad& cad, const LinearMesh<D>& mesh) {
+Outcome<Shares> with_sheets_on_rest(Shares shares, const CadModel& model, const LinearMesh<D>& mesh,
+                                    const Execution& execution) {
+    auto within = references_within_materials(mesh, model, shares.elsewhere(), execution);
+    if (!within) return fail(within.error());
+    if (within->size() == shares.on_model.size()) return shares;
+    std::erase_if(shares.on_model, [&](Reference r) { return is_among(*within, r); });
+    shares.on_rest = *within;
+    shares.within_materials = std::move(*within);
+    return shares;
+}
+
+template <int D>
+Outcome<Shares> shares_of(const config::Cad& cad, const CadModel& model, const LinearMesh<D>& mesh,
+                          const Execution& execution) {
     const auto all = references_of(mesh);
     if (auto checked = check_references(cad, all); !checked) return fail(checked.error());
     Shares shares;
@@ -89,7 +105,8 @@ Outcome<Shares> shares_of(const config::Cad& cad, const LinearMesh<D>& mesh) {
     if (shares.on_model.empty() && !all.empty())
         return fail(ErrorKind::usage, "all references of the mesh have analytic surfaces: none is left for the model",
                     "/geometry/cad/analytic", {}, "take the geometry \"analytic\", or fewer surfaces");
-    return shares;
+    if (!cad.references.empty()) return shares;
+    return with_sheets_on_rest(std::move(shares), model, mesh, without_progress(execution));
 }
 
 template <int D>
@@ -110,7 +127,7 @@ Outcome<GeometrySource> in_unit_of_mesh(const config::Geometry& geometry, Geomet
                                         const LinearMesh<D>& mesh, const Execution& execution) {
     const auto* const cad = std::get_if<config::Cad>(&geometry);
     if (!cad || !source.cad || cad->unit != CadUnit::automatic) return source;
-    const auto shares = shares_of(*cad, mesh);
+    const auto shares = shares_of(*cad, *source.cad, mesh, execution);
     if (!shares) return source;  // make_cad_mixture has the error
     auto model = in_unit_of(mesh, *source.cad, shares->elsewhere(), execution);
     if (!model) return fail(model.error());
@@ -124,7 +141,7 @@ Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadMo
                                           const Execution& execution) {
     auto analytic = make_analytic<D>(config.analytic, "/geometry/cad/analytic", mesh, without_progress(execution));
     if (!analytic) return fail(analytic.error());
-    const auto shares = shares_of(config, mesh);
+    const auto shares = shares_of(config, model, mesh, execution);
     if (!shares) return fail(shares.error());
     const auto elsewhere = shares->elsewhere();
     auto made = make_cad_geometry(config, model, mesh, edges, elsewhere, execution);
@@ -141,6 +158,7 @@ Outcome<MadeGeometry<D>> make_cad_mixture(const config::Cad& config, const CadMo
     }
     made->geometry = with_analytic(made->geometry);
     made->cad->is_unit_found = config.unit == CadUnit::automatic && !model.is_in_file_unit();
+    made->cad->within_materials = shares->within_materials;
     made->cad->analytic_facets = facets_of(mesh, shares->on_analytic);
     made->cad->surrogate_facets = facets_of(mesh, shares->on_rest);
     return made;
@@ -151,7 +169,7 @@ Outcome<MovedVertices<D>> moved_vertices(const config::Cad& config, const CadMod
                                          const EdgeSet<D>& edges, const Execution& execution) {
     auto analytic = make_analytic<D>(config.analytic, "/geometry/cad/analytic", mesh, without_progress(execution));
     if (!analytic) return fail(analytic.error());
-    const auto shares = shares_of(config, mesh);
+    const auto shares = shares_of(config, model, mesh, execution);
     if (!shares) return fail(shares.error());
     auto association = associate(mesh, edges, model, shares->elsewhere(), part_of(execution, 0, 0.6));
     if (!association) return fail(association.error());

@@ -2,16 +2,21 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 module camber.run;
 import camber.core;
+import camber.bezier;
 import camber.config;
+import camber.curving;
 import camber.fields;
 import camber.interpolation;
 import camber.io;
+import camber.recipes;
 import camber.solution_metric;
 import :cycles;
 import :solution;
@@ -72,11 +77,32 @@ int degree_of(const AnyMesh& mesh) {
         mesh);
 }
 
+template <int D>
+Outcome<double> expected_on_straight(const LinearMesh<D>& mesh, const SolutionSource& source,
+                                     const Execution& execution) {
+    const auto quadratic = elevate(mesh, execution);
+    if (!quadratic) return fail(quadratic.error());
+    const auto given = solution_on(source, *quadratic, plainly(execution));
+    if (!given) return fail(given.error());
+    const auto known = known_solution(*quadratic, *given, *quadratic, execution);
+    if (!known) return fail(known.error());
+    return expected_error(mesh, *known, source.fields.front().field.degree, execution);
+}
+
 }  // namespace
 
-int interpolated_degree(const AnyMesh& mesh, const config::Metric& metric) {
+int interpolated_degree(const AnyMesh& mesh, std::span<const NamedField> solved, const config::Metric& metric) {
+    int degree = degree_of(mesh);
+    for (const NamedField& field : solved) degree = std::max(degree, field.field.degree);
     const auto* const made = std::get_if<config::SolutionMetric>(&metric);
-    return made == nullptr ? degree_of(mesh) : std::max(degree_of(mesh), made->degree);
+    return made == nullptr ? degree : std::max(degree, made->degree);
+}
+
+std::size_t count_nodes(std::span<const NamedField> fields) {
+    std::size_t nodes = 0;
+    for (const NamedField& field : fields)
+        nodes = std::max(nodes, field.field.values.size() / static_cast<std::size_t>(field.field.components));
+    return nodes;
 }
 
 bool is_of_gradients(const config::Metric& metric) {
@@ -98,6 +124,19 @@ Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const Named
         return fail(ErrorKind::input, "has no scalar field to compare with the exact solution", {}, {},
                     "leave the exact solution out");
     return error_of(mesh, scalar->field.values, scalar->field.degree, exact, execution);
+}
+
+Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::vector<NamedField> fields,
+                                                 const std::vector<double>& weights, const Execution& execution) {
+    return std::visit(
+        [&]<class Mesh>(const Mesh& m) -> Outcome<std::optional<double>> {
+            if constexpr (requires { m.linear; })
+                return std::nullopt;
+            else
+                return expected_on_straight(m, {mesh, std::move(fields), {}, weights}, without_progress(execution))
+                    .map([](double error) { return std::optional(error); });
+        },
+        mesh);
 }
 
 }  // namespace camber::run

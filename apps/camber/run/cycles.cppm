@@ -59,16 +59,20 @@ struct CycleRow {
     double unit_before = 0, unit_edges = 0;  ///< shares: of the mesh that it was made of, and its own
     double worst_quality = 0, mean_quality = 0;
     double smallest_jacobian = 1;
-    std::optional<double> expected = {};                  ///< L2 error that `curve` expects (objective solution)
+    /// L2 error that `curve` expects (objective solution), or that the solution on a straight mesh lets expect
+    std::optional<double> expected = {};
     std::optional<CycleError> interpolated = {}, solved;  ///< where the exact solution is known
     double seconds = 0, solve_seconds = 0;
     bool is_of_gradients = false;          ///< the metric is for the error of gradients
     bool is_valid = true;                  ///< all elements are certified valid
     std::vector<std::string> misses = {};  ///< how its mesh is not the one that was wanted
 };
-/// The degree of the interpolant that a cycle's mesh is judged by: the mesh's, or that of the metric of the solution if
-/// it is higher (a straight mesh for elements of degree 2).
-[[nodiscard]] int interpolated_degree(const AnyMesh& mesh, const config::Metric& metric);
+/// The degree of the interpolant that a cycle's mesh is judged by: the largest of the mesh's, that of the metric of the
+/// solution, and that of the solver's fields (a straight mesh for elements of degree 2).
+[[nodiscard]] int interpolated_degree(const AnyMesh& mesh, std::span<const NamedField> solved,
+                                      const config::Metric& metric);
+/// The largest number of nodes at which a field is known.
+[[nodiscard]] std::size_t count_nodes(std::span<const NamedField> fields);
 /// Whether the metric is for the error of the solution's gradients.
 [[nodiscard]] bool is_of_gradients(const config::Metric& metric);
 /// Of the exact solution's interpolant of this degree, and of the first scalar field. Errors: usage, no expression, or
@@ -77,6 +81,13 @@ struct CycleRow {
                                                        const Execution& execution);
 [[nodiscard]] Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields,
                                                     const std::string& exact, const Execution& execution);
+
+/// The L2 error of the interpolant on a straight mesh that the solution there lets expect: of degree 1 where it is
+/// known at the vertices, else of degree 2. None: a mesh of degree 2, for which `curve` has it. Errors: those of
+/// `known_solution`; other numbers of weights than of fields (usage).
+[[nodiscard]] Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::vector<NamedField> fields,
+                                                               const std::vector<double>& weights,
+                                                               const Execution& execution);
 
 [[nodiscard]] CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report);
 
@@ -93,7 +104,7 @@ struct CycleRun {
                                           const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
 
 /// The error of a cycle's mesh: that of the interpolant if the solution is known, in L2, or in H1 if the metric is for
-/// gradients; otherwise the L2 error that `curve` expects. None if there is neither.
+/// gradients; otherwise the expected L2 error. None if there is neither.
 [[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
 /// The row whose mesh is the result. Among the valid meshes of the last complexity, for the same problem, it is the one
 /// with the least error, where meshes that miss something come last; with `result` "last" it is the last valid mesh.

@@ -186,7 +186,11 @@ class Inspector {
         const CadModel& model = *source_.cad;
         const std::vector<std::size_t> all = candidates<D>(model);
         const auto& cad = std::get<config::Cad>(compared_.geometry);
-        const auto is_on_model = [&](std::size_t f) { return lies_on_model(cad, mesh_.linear.facets.references[f]); };
+        const auto is_on_model = [&](std::size_t f) {
+            const Reference reference = mesh_.linear.facets.references[f];
+            return lies_on_model(cad, reference) &&
+                   !std::ranges::binary_search(report_.cad->within_materials, reference);
+        };
         const auto fits = map_each(
             execution, mesh_.linear.facets.size(),
             [&](std::size_t f) {

@@ -108,6 +108,11 @@ void add(Report& report, const CommitReport&) { report.committed = true; }
 
 void add(Report& report, const BoundaryReport& part) {
     report.boundary = part;
+    if (part.cad && !part.cad->within_materials.empty())
+        report.notices.push_back(fmt::format(
+            "reference{} {}: the facets lie within one material and not on the CAD model; they have no CAD "
+            "geometry",
+            part.cad->within_materials.size() == 1 ? "" : "s", fmt::join(part.cad->within_materials, ", ")));
     if (!part.off_surfaces || part.off_surfaces->vertices == 0) return;
     const OffSurfacesReport& off = *part.off_surfaces;
     report.notices.push_back(fmt::format(

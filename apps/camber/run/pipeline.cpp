@@ -240,7 +240,9 @@ Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> f
                     const Around& around) {
     auto carried = fields_brought_to(run.mesh, old_mesh, std::move(fields), pipeline.solution, around);
     if (!carried) return fail(of_solution(carried.error(), "/solution", pipeline.solution.file));
-    run.solution = std::move(carried->fields);
+    const bool is_evaluated = !pipeline.solution.expression.empty();
+    run.solution = is_evaluated && plan_size(run.mesh).degree == 1 ? at_vertices(run.mesh, std::move(carried->fields))
+                                                                   : std::move(carried->fields);
     run.report.transfer = std::move(carried->report);
     return Done{};
 }

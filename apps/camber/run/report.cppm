@@ -118,7 +118,8 @@ struct CadReport {
     std::size_t faces = 0, edges = 0, vertices = 0;  ///< of the model
     std::size_t faces_met = 0, edges_met = 0, vertices_met = 0;         ///< those with something of the mesh on them
     std::size_t facets = 0, analytic_facets = 0, surrogate_facets = 0;  ///< of the mesh, by what they lie on
-    std::size_t coincident_facets = 0;                                  ///< another face is at the same place
+    std::vector<Reference> within_materials = {};  ///< of facets off the model, with one material on both sides
+    std::size_t coincident_facets = 0;             ///< another face is at the same place
     std::size_t doubtful_facets = 0, settled_facets = 0, doubtful_edges = 0, doubtful_vertices = 0;
     double largest_vertex_distance = 0;           ///< (model units)
     std::optional<double> largest_node_distance;  ///< of boundary edges, in the end (model units)

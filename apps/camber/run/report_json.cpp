@@ -108,6 +108,7 @@ Json json(const CadReport& c) {
            {"doubtful_edges", c.doubtful_edges},
            {"doubtful_vertices", c.doubtful_vertices},
            {"largest_vertex_distance", c.largest_vertex_distance}};
+    if (!c.within_materials.empty()) j["references_within_materials"] = c.within_materials;
     if (c.largest_node_distance) j["largest_node_distance"] = *c.largest_node_distance;
     if (!c.joined.lists.empty()) j["joined"] = c.joined.lists;
     if (c.across.count > 0) {

@@ -59,6 +59,19 @@ Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& exec
 template Outcome<QuadraticMesh<2>> of_degree_2<2>(const AnyMesh&, const Execution&);
 template Outcome<QuadraticMesh<3>> of_degree_2<3>(const AnyMesh&, const Execution&);
 
+Outcome<std::size_t> nodes_in_degree_2(const AnyMesh& mesh, const Execution& execution) {
+    return std::visit(
+        [&](const auto& m) -> Outcome<std::size_t> {
+            if constexpr (requires { m.linear; })
+                return m.linear.points.size() + m.edges.size();
+            else
+                return unique_edges(m, execution).map([&](const auto& edges) {
+                    return m.points.size() + edges.size();
+                });
+        },
+        mesh);
+}
+
 namespace {
 
 template <int D>
@@ -127,6 +140,18 @@ Outcome<TransferredFields> fields_brought_to(const AnyMesh& new_mesh, const AnyM
                 });
         },
         new_mesh, old_mesh);
+}
+
+std::vector<NamedField> at_vertices(const AnyMesh& mesh, std::vector<NamedField> fields) {
+    const std::size_t vertices = nodes_of(mesh).vertices;
+    for (NamedField& field : fields) {
+        TransferField& given = field.field;
+        if (given.degree == 1) continue;
+        const auto count = static_cast<std::ptrdiff_t>(vertices * static_cast<std::size_t>(given.components));
+        given.values = Column<double>(Buffer<double>(given.values.begin(), given.values.begin() + count));
+        given.degree = 1;
+    }
+    return fields;
 }
 
 MeshFields as_mesh_fields(const AnyMesh& mesh, std::span<const NamedField> fields) {

@@ -1,4 +1,5 @@
 module;
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -29,6 +30,13 @@ struct NamedField {
 /// The mesh as one of degree 2: a straight one elevated. Errors: of another dimension (internal), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution);
+
+/// Number of nodes of the mesh in degree 2: its vertices, and one an edge. The nodes of a straight mesh are those of
+/// the elevated one. Errors: those of `unique_edges`.
+[[nodiscard]] Outcome<std::size_t> nodes_in_degree_2(const AnyMesh& mesh, const Execution& execution);
+
+/// The fields with their values at the vertices alone, as fields of degree 1.
+[[nodiscard]] std::vector<NamedField> at_vertices(const AnyMesh& mesh, std::vector<NamedField> fields);
 
 /// The metric that fields ask for: at the vertices of a straight mesh, at all nodes of a curved one. `given`: those
 /// that it is intersected with, rows at the vertices. Each component of each field is a function by itself. Errors:

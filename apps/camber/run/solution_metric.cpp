@@ -7,6 +7,8 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.bezier;
@@ -14,6 +16,7 @@ import camber.config;
 import camber.io;
 import camber.metric;
 import camber.recipes;
+import camber.recovery;
 import camber.solution_metric;
 import camber.transfer;
 import :plan;
@@ -106,6 +109,37 @@ Outcome<std::vector<Column<LogMetric<D>>>> logs_of(std::span<const Solution> giv
     return out;
 }
 
+/// The names of fields whose values are as unrelated as in a random order. Errors (input): values that are certainly in
+/// another order than the nodes.
+template <int D>
+Outcome<std::vector<std::string>> fields_in_doubt(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
+                                                  const Execution& execution) {
+    constexpr const char* remedy =
+        "give a row for each vertex, then one for each edge, these by (lower vertex, higher vertex), or a file with "
+        "its "
+        "own mesh, such as .vtu (docs/formats.md, Fields of degree 2)";
+    std::vector<std::string> in_doubt;
+    for (const NamedField& field : fields)
+        for (const Column<double>& values : scalars_of({&field, 1})) {
+            const auto check = check_node_order(mesh, values, execution);
+            if (!check) return fail(check.error());
+            const std::string nodes = "the values of " + field.name + " at the nodes of edges ";
+            if (check->order == NodeOrder::by_first_element)
+                return fail(ErrorKind::input,
+                            nodes + "are in the order in which elements, one after the other, first have these edges",
+                            {}, {}, remedy);
+            if (check->order == NodeOrder::unrelated_mid_nodes)
+                return fail(ErrorKind::input,
+                            fmt::format("{}are in another order: their correlation with the values at the ends of "
+                                        "their edges is {:.2f}, that of neighbouring vertices {:.2f}",
+                                        nodes, check->between_ends_and_middle, check->between_vertices),
+                            {}, {}, remedy);
+            if (check->order == NodeOrder::unrelated && (in_doubt.empty() || in_doubt.back() != field.name))
+                in_doubt.push_back(field.name);
+        }
+    return in_doubt;
+}
+
 template <int D>
 Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_degree,
                                         std::span<const NamedField> fields, const config::SolutionMetric& asked,
@@ -120,6 +154,8 @@ Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_d
         return logs_of<D>(given, mesh.linear.points.size(), asked.intersect, e);
     });
     if (!logs) return fail(logs.error());
+    auto in_doubt = run_step(around, "order", [&](const Execution& e) { return fields_in_doubt(mesh, fields, e); });
+    if (!in_doubt) return fail(in_doubt.error());
     const auto scalars = scalars_of(fields);
     const auto made = metric_of_solution<D>(mesh, scalars, *logs, options, around);
     if (!made) return fail(made.error());
@@ -128,7 +164,9 @@ Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_d
         if (!largest) return fail(largest.error());
         auto field = as_field(mesh, made->metric.log_metrics, mesh_degree, without_progress(e));
         if (!field) return fail(field.error());
-        return SolutionMetricMade{std::move(*field), told(*made, options, *largest)};
+        SolutionMetricReport report = told(*made, options, *largest);
+        report.fields_in_doubt = std::move(*in_doubt);
+        return SolutionMetricMade{std::move(*field), std::move(report)};
     });
 }
 

@@ -84,6 +84,12 @@ std::vector<std::string> solution_metric_notices(const SolutionMetricReport& r) 
                         r.of_fixed));
     else if (!r.is_reached)
         notices.emplace_back("the complexity is another than was asked for: bounds or gradation stand in the way");
+    for (const std::string& field : r.fields_in_doubt)
+        notices.push_back(fmt::format(
+            "the values of {} at neighbouring nodes are as unrelated as in a random order: the mesh does not "
+            "resolve the field, or its rows are in another order than the nodes (docs/formats.md, Fields of "
+            "degree 2)",
+            field));
     if (!r.is_graded) notices.emplace_back("the gradation ended before its time: somewhere sizes still grow faster");
     return notices;
 }

@@ -24,6 +24,7 @@ struct SolutionMetricReport {
     std::size_t rows = 0, from_inner_fits = 0, lower_degree = 0;  ///< of recovered derivatives
     std::size_t zero_models = 0, floored_models = 0;
     double models_max_anisotropy = 0;
+    std::vector<std::string> fields_in_doubt = {};  ///< fields whose values are as unrelated as in a random order
 };
 
 struct TransferReport {

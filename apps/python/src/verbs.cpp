@@ -30,6 +30,18 @@ namespace {
 
 using Words = std::vector<std::string>;
 
+/// Fields on a mesh: a row a vertex, or a row a node that the mesh has in degree 2.
+std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict& fields) {
+    bool is_at_vertices = true;
+    for (const auto& [name, values] : fields) {
+        const auto array = py::array::ensure(values);
+        const bool has_rows = array && array.ndim() > 0;
+        if (has_rows && static_cast<std::size_t>(array.shape(0)) != mesh.vertices()) is_at_vertices = false;
+    }
+    const std::size_t nodes = is_at_vertices ? mesh.nodes() : value_of(run::nodes_in_degree_2(mesh.value.mesh, {}));
+    return fields_of(fields, mesh.dimension(), mesh.vertices(), nodes);
+}
+
 /// What Python has in memory, by name: {"memory:mesh": Mesh}, metrics and solutions of a mesh among them.
 app::Given given_of(const py::dict& meshes, const py::dict& metrics, const py::dict& solutions, const MeshHandle* of) {
     app::Given given;
@@ -40,7 +52,7 @@ app::Given given_of(const py::dict& meshes, const py::dict& metrics, const py::d
             metric_of(rows.cast<py::array>(), of ? of->dimension() : 3, name.cast<std::string>());
     for (const auto& [name, fields] : solutions)
         given.solutions[name.cast<std::string>()] =
-            fields_of(fields.cast<py::dict>(), of ? of->dimension() : 3, of ? of->vertices() : 0, of ? of->nodes() : 0);
+            of ? solution_on(*of, fields.cast<py::dict>()) : fields_of(fields.cast<py::dict>(), 3, 0, 0);
     return given;
 }
 
@@ -103,7 +115,7 @@ py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given,
         const bool went_well = watched.call([&] {
             const MeshHandle handle = handle_of(on);
             const py::dict made = solver(handle, arrays_of(guess, handle.dimension()), cycle);
-            fields = fields_of(made, handle.dimension(), handle.vertices(), handle.nodes());
+            fields = solution_on(handle, made);
         });
         if (!went_well) return fail(ErrorKind::stopped, "the solver raised");
         return fields;
@@ -206,7 +218,7 @@ py::dict metric_words(const Words& words, const py::dict& meshes, const py::dict
 }
 
 py::array hessian(const MeshHandle& mesh, const py::dict& fields) {
-    const auto known = fields_of(fields, mesh.dimension(), mesh.vertices(), mesh.nodes());
+    const auto known = solution_on(mesh, fields);
     return array_of(Watched(py::none()).run([&](app::Host host) {
         return app::hessians_in_memory(mesh.value, known.front(), std::move(host));
     }));
@@ -215,7 +227,7 @@ py::array hessian(const MeshHandle& mesh, const py::dict& fields) {
 py::dict transfer(const Words& words, const MeshHandle& old_mesh, const MeshHandle& new_mesh, const py::dict& fields,
                   const py::object& progress) {
     const auto verb = value_of(app::verb_of(words));
-    auto known = fields_of(fields, old_mesh.dimension(), old_mesh.vertices(), old_mesh.nodes());
+    auto known = solution_on(old_mesh, fields);
     const auto made = Watched(progress).run([&](app::Host host) {
         return app::transfer_in_memory(old_mesh.value, new_mesh.value, std::move(known), verb->transfer.options,
                                        std::move(host));
