@@ -5,6 +5,7 @@ export import :material_rows;
 export import :derivatives;
 export import :element_values;
 export import :own_unit;
+export import :normal_gradients;
 import :monomials;
 import :whitening;
 import :rings;

@@ -99,6 +99,7 @@ struct SolutionMetric {
     std::vector<ReferenceSize> sizes = {};
     GeometryMetric geometry = {};
     std::vector<FilePath> intersect = {};
+    ExpectedError expected = {};  ///< of an adaptation's cycle before; not part of a config
 
     [[nodiscard]] static constexpr auto options() {
         using S = SolutionMetric;

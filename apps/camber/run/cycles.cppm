@@ -50,6 +50,12 @@ struct CycleError {
     double l2 = 0, h1 = 0;
 };
 
+/// The distance of the boundary from its geometry, that of the facet which is farthest by its bound (model units).
+struct BoundaryDistance {
+    double bound = 0, reached = 0;
+    bool is_required = false;  ///< by the config; else the bound is that of the expected error
+};
+
 /// A row of the table. Shares and qualities are those of the mesh in the metric that it was made by.
 struct CycleRow {
     int cycle = 0;
@@ -60,6 +66,7 @@ struct CycleRow {
     double smallest_jacobian = 1;
     std::optional<double> expected = {};                  ///< L2 error that `curve` expects (objective solution)
     std::optional<CycleError> interpolated = {}, solved;  ///< where the exact solution is known
+    std::optional<BoundaryDistance> boundary = {};        ///< where it is bounded
     double seconds = 0, solve_seconds = 0;
     bool is_of_gradients = false;          ///< the metric is for the error of gradients
     bool is_valid = true;                  ///< all elements are certified valid

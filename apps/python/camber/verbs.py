@@ -323,7 +323,7 @@ def adapt(
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of the boundary from its geometry, both ways; what the result misses is `holds`
-        is False. Default: any. In (0, inf).
+        is False. Default: by the expected error of the solution; what misses that is a note. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges. Default: not limited. In (1, 1000].
     cycles: So many cycles at most; they end where the error has settled. Default: 8, of a solution's file 1. In [1,
         1000].
