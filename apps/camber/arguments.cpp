@@ -47,9 +47,10 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
             "Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it; remesh "
             "refines until it is met, or ends with exit code 1. Default: any")
         ->check(above<double>(0));
-    verb->add_option("--gradation", a.gradation,
-                     "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
-                     "a solution, others as they are")
+    verb->add_option(
+            "--gradation", a.gradation,
+            "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
+            "a solution, others as they are")
         ->check(at_least<double>(0));
     verb->add_option("--complexity", a.complexity,
                      "Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6 "

@@ -81,11 +81,12 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     add_sizes(verb, a.metric.sizes);
     verb->add_option("--geometry-error", a.metric.geometry_error,
                      "Largest distance of the boundary from its geometry, both ways; what the result misses is exit "
-                     "code 1. Default: any")
+                     "code 1. Default: by the expected error of the solution; what misses that is a note")
         ->check(above<double>(0));
-    verb->add_option("--gradation", a.metric.gradation,
-                     "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
-                     "a solution, others as they are")
+    verb->add_option(
+            "--gradation", a.metric.gradation,
+            "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
+            "a solution, others as they are")
         ->check(at_least<double>(0));
 }
 

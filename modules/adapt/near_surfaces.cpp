@@ -29,6 +29,7 @@ struct Concessions {
     double min_quality = 0;                      ///< of new elements, unless what they replace is worse
     double shortest_part = 0.3;                  ///< least length of a new edge, as a share of the split edge's
     bool is_last = false;                        ///< there are no more
+    double shortest = 0;                         ///< least length of a new edge in the metric
 };
 
 struct FarFacetsSum {
@@ -169,7 +170,8 @@ class FarFacets final : public Pass<D> {
     /// Requests a split of an edge, whatever its length in the metric. The new edges are not much shorter than its
     /// half.
     [[nodiscard]] std::optional<Candidate<D>> split_of(const Adaptation<D>& r, EdgeId edge) const {
-        const double shortest = std::min(options_.shortest, may_.shortest_part * length_of(r, edge));
+        const double shortest =
+            std::max(may_.shortest, std::min(options_.shortest, may_.shortest_part * length_of(r, edge)));
         auto candidate = split_candidate(r, goal_, edge, 1, {shortest, may_.min_quality});
         if (!candidate) return candidate;
         candidate->limits.facet_cosine = least_cosine;
@@ -264,12 +266,19 @@ Outcome<PassStatistics> approach(Adaptation<D>& r, const AdaptationGoal<D>& goal
     return run_pass<D>(r, goal, pass, std::move(*tasks), execution);
 }
 
+Concessions first_concessions(const SplitOptions& options, BoundaryEffort effort) {
+    constexpr double least_quality = 0.2, shortest = 0.35;
+    if (effort == BoundaryEffort::any) return {.min_quality = options.min_quality};
+    return {.min_quality = std::max(options.min_quality, least_quality), .is_last = true, .shortest = shortest};
+}
+
 template <int D>
 Outcome<BroughtToMetric<D>> brought_within(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                           const ToMetricOptions& options, const Around& around) {
+                                           const ToMetricOptions& options, BoundaryEffort effort,
+                                           const Around& around) {
     BroughtToMetric<D> out{std::move(state), {}};
     ToMetricStatistics& s = out.statistics;
-    Concessions may{.min_quality = options.split.min_quality};
+    Concessions may = first_concessions(options.split, effort);
     const auto far = [&](std::string_view name, Approach by, PassStatistics& statistics) {
         return run_step(around, name, [&](const Execution& execution) -> Outcome<Done> {
             auto done = approach(out.state, goal, options.split, by, may, execution);
@@ -330,16 +339,17 @@ Outcome<std::size_t> count_far_facets(const Adaptation<D>& r, const AdaptationGo
 
 template <int D>
 Outcome<BroughtToMetric<D>> bring_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                const ToMetricOptions& options, const Around& around) {
+                                                const ToMetricOptions& options, BoundaryEffort effort,
+                                                const Around& around) {
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    return guarded([&] { return brought_within(std::move(state), goal, options, around); });
+    return guarded([&] { return brought_within(std::move(state), goal, options, effort, around); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                            \
-    template Outcome<std::size_t> count_far_facets<D>(const Adaptation<D>&, const AdaptationGoal<D>&,    \
-                                                      const Execution&);                                 \
-    template Outcome<BroughtToMetric<D>> bring_within_bounds<D>(Adaptation<D>, const AdaptationGoal<D>&, \
-                                                                const ToMetricOptions&, const Around&);
+#define CAMBER_INSTANTIATE(D)                                                                         \
+    template Outcome<std::size_t> count_far_facets<D>(const Adaptation<D>&, const AdaptationGoal<D>&, \
+                                                      const Execution&);                              \
+    template Outcome<BroughtToMetric<D>> bring_within_bounds<D>(                                      \
+        Adaptation<D>, const AdaptationGoal<D>&, const ToMetricOptions&, BoundaryEffort, const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <cstdint>
 #include <tuple>
 #include <utility>
 export module camber.adapt:to_metric;
@@ -81,12 +82,17 @@ template <int D>
     return bring_to_metric(std::move(state), goal, options, plainly(execution));
 }
 
+/// Means by which bounds on distances are met: any; or as far as the mesh stays near to the metric, where edges are
+/// halved once, and no element becomes worse than a fifth of the best quality.
+enum class BoundaryEffort : std::uint8_t { any, near_metric };
+
 /// Refines the boundary until every facet keeps the goal's `distance_bounds`, in rounds of splits and swaps of far
 /// facets; swap, smooth and mend follow and keep the bounds. Ends early where a round changes nothing, or after
 /// `max_bound_rounds`. `statistics` has no lengths. Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
-                                                              const ToMetricOptions& options, const Around& around);
+                                                              const ToMetricOptions& options, BoundaryEffort effort,
+                                                              const Around& around);
 inline constexpr int max_bound_rounds = 8;
 
 /// Number of facets that exceed the goal's bounds, by `bound_shares`. Errors: stopped.

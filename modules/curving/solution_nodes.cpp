@@ -112,8 +112,8 @@ class Search {
             return moves_[e] + share_within_slide(frame_.home[e] + moves_[e], whole, chord, options_.max_slide) * whole;
         });
         if (!moves || std::isinf(least_)) return moves;
-        const auto limited = limit_by_jacobian<D>(frame_.mesh, frame_.mesh.mid_nodes.view(), shells_, least_, *moves,
-                                                  execution);
+        const auto limited =
+            limit_by_jacobian<D>(frame_.mesh, frame_.mesh.mid_nodes.view(), shells_, least_, *moves, execution);
         if (!limited) return fail(limited.error());
         return moves;
     }

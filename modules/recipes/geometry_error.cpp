@@ -4,6 +4,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -145,7 +146,7 @@ Outcome<ReachedDistance<D>> reached_distance(const QuadraticMesh<D>& mesh, const
 template <int D>
 Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const AdaptationGoal<D>& goal,
                                       std::span<const DistanceBound> bounds, const ToMetricOptions& options,
-                                      const Around& around) {
+                                      BoundaryEffort effort, const Around& around) {
     // Passes check few points of a facet: with a margin all points that are measured keep the bounds.
     constexpr int max_rounds = 4;
     constexpr double little_more = 1.5, margin = 0.92;
@@ -157,9 +158,10 @@ Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const Adaptati
         const auto far =
             run_step(around, "distances", [&](const Execution& e) { return count_far_facets(out.state, bounded, e); });
         if (!far) return fail(far.error());
+        if (*far == 0 && effort == BoundaryEffort::near_metric) break;
         if (*far > 0) {
             if (scale == 1) bounded.distance_bounds = scaled(bounds, scale = margin);
-            auto refined = bring_within_bounds(std::move(out.state), bounded, options, around);
+            auto refined = bring_within_bounds(std::move(out.state), bounded, options, effort, around);
             if (!refined) return fail(refined.error());
             out.state = std::move(refined->state);
             add_passes(out.statistics, refined->statistics);
@@ -170,7 +172,7 @@ Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const Adaptati
             return reached_distance(now->mesh, now->features, *goal.geometry, bounds, part_of(e, 0.2, 1));
         });
         if (!reached) return fail(reached.error());
-        const bool progresses = round == 0 || reached->far_facets < out.reached.far_facets;
+        const bool progresses = round == 0 || reached->far_facets < out.reached->far_facets;
         out.reached = *reached;
         const double excess = reached->required > 0 ? reached->reached / reached->required : 0;
         if (!(excess > 1) || !progresses) break;
@@ -187,7 +189,7 @@ Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const Adaptati
                                                              const Execution&);                                  \
     template Outcome<WithinBounds<D>> bring_within<D>(BroughtToMetric<D>, const AdaptationGoal<D>&,              \
                                                       std::span<const DistanceBound>, const ToMetricOptions&,    \
-                                                      const Around&);
+                                                      BoundaryEffort, const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,5 +1,6 @@
 module;
 #include <cstddef>
+#include <optional>
 #include <span>
 export module camber.recipes:geometry_error;
 import camber.core;
@@ -40,13 +41,14 @@ template <int D>
 struct WithinBounds {
     Adaptation<D> state;
     ToMetricStatistics statistics;  ///< of all passes; `before` and `after` are those of the mesh that came in
-    ReachedDistance<D> reached;
+    std::optional<ReachedDistance<D>> reached;  ///< none: no facet was far, with the effort near_metric
 };
 /// Measures the boundary against the goal's geometry (step "distances") and refines it (the steps of bring_to_metric)
-/// until every facet keeps the bounds. Errors: those of the passes and of reached_distance.
+/// until every facet keeps the bounds, by such an effort. Errors: those of the passes and of reached_distance.
 template <int D>
 [[nodiscard]] Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const AdaptationGoal<D>& goal,
                                                     std::span<const DistanceBound> bounds,
-                                                    const ToMetricOptions& options, const Around& around);
+                                                    const ToMetricOptions& options, BoundaryEffort effort,
+                                                    const Around& around);
 
 }  // namespace camber

@@ -11,6 +11,7 @@ module camber.recipes;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.operation;
 import camber.recovery;
 import camber.solution_metric;
 import camber.surface;
@@ -134,6 +135,44 @@ bool is_exact(const MaterialRows& rows, const Buffer<double>& longest, const Fie
     return true;
 }
 
+/// Weights of fields whose derivatives are in units of their own: those of one field are in the user's.
+std::vector<double> weights_of(const ExpectedError& expected, std::span<const Column<double>> fields) {
+    std::vector<double> weights = expected.weights;
+    weights.resize(fields.size(), 1.0);
+    if (fields.size() == 1) weights[0] = std::scalbn(weights[0], own_exponent(fields[0].view()));
+    return weights;
+}
+
+/// The root of Σ (weight · range)², of fields in units of their own.
+double range_of(std::span<const Column<double>> fields, std::span<const double> weights) {
+    double sum = 0;
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+        const auto [least, largest] = std::minmax_element(fields[f].begin(), fields[f].end());
+        const double range = weights[f] * (*largest - *least);
+        sum += range * range;
+    }
+    return std::sqrt(sum);
+}
+
+/// Where the geometry is δ from a facet, u is off by δ |∂u/∂n| there, and inwards as far as u changes: by no more than
+/// its range / |∂u/∂n|, or the volume by the area. So the square of the L2 norm of that is at most
+/// δ² min(range ∫ |∂u/∂n|, volume/area ∫ (∂u/∂n)²).
+template <int D>
+Outcome<std::vector<DistanceBound>> bounds_by_error(const QuadraticMesh<D>& mesh, double l2, double range,
+                                                    std::span<const NormalGradients> gradients,
+                                                    const Execution& execution) {
+    const auto volume = complexity(
+        mesh.linear, Column<LogMetric<D>>(Buffer<LogMetric<D>>(mesh.linear.points.size(), LogMetric<D>{})), execution);
+    if (!volume) return fail(volume.error());
+    std::vector<DistanceBound> bounds;
+    for (const NormalGradients& of : gradients) {
+        const double change = std::sqrt(std::min(range * of.integral, *volume / of.area * of.squares));
+        if (const double bound = l2 / change; change > 0 && std::isfinite(bound) && bound > 0)
+            bounds.push_back({bound, {of.reference}});
+    }
+    return bounds;
+}
+
 SolutionMetricOptions with_amount(SolutionMetricOptions options, std::size_t elements) {
     if (options.amount > 0) return options;
     options.amount = static_cast<double>(elements);
@@ -183,6 +222,14 @@ Outcome<MetricOfSolution<D>> metric_of_solution(const QuadraticMesh<D>& mesh,
                 std::ranges::any_of(of_field->rows, [](const auto& m) { return m.kind != ModelKind::zero; });
             if (has_reason) parts.push_back({std::move(of_field->rows), options.norm, 1});
         }
+        if (options.expected.l2 == 0) return Done{};
+        const auto weights = weights_of(options.expected, given_fields);
+        const auto gradients = normal_gradients<D>(mesh, *around_vertices, *derivatives, weights, without_progress(e));
+        if (!gradients) return fail(gradients.error());
+        auto bounds =
+            bounds_by_error<D>(mesh, options.expected.l2, range_of(fields, weights), *gradients, without_progress(e));
+        if (!bounds) return fail(bounds.error());
+        out.bounds = std::move(*bounds);
         return Done{};
     });
     if (!made) return fail(made.error());

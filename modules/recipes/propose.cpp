@@ -163,7 +163,7 @@ Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start
         return known_solution(from.mesh, given, curved, e);
     };
     auto found = solution_nodes<D>(from.mesh, input.kinds, starts, input.shells, solution,
-                                   {.min_jacobian = options.min_jacobian, .frames = frames_for(from, given)},
+                                   {.frames = frames_for(from, given), .min_jacobian = options.min_jacobian},
                                    part_of(execution, 0.35, 1));
     if (!found) return fail(found.error());
     expected = {found->before, found->after, found->frames};

@@ -158,7 +158,8 @@ Outcome<Made<D>> remeshed(const Given<D>& given, const MeshGoal<D>& goal, const 
     if (!brought) return fail(brought.error());
     std::optional<ReachedDistance<D>> reached;
     if (!options.distance_bounds.empty()) {
-        auto within = bring_within(std::move(*brought), begun->goal, options.distance_bounds, options.passes, around);
+        auto within = bring_within(std::move(*brought), begun->goal, options.distance_bounds, options.passes,
+                                   BoundaryEffort::any, around);
         if (!within) return fail(within.error());
         brought = BroughtToMetric<D>{std::move(within->state), std::move(within->statistics)};
         reached = within->reached;

@@ -6,6 +6,7 @@ export import :derivatives;
 export import :element_values;
 export import :own_unit;
 export import :node_order;
+export import :normal_gradients;
 import :monomials;
 import :whitening;
 import :rings;

@@ -296,7 +296,8 @@ struct ThinRows {
     [[nodiscard]] Column<LagrangeNode<2>> nodes(const auto& share) const {
         Buffer<LagrangeNode<2>> all(mesh.edges.size());
         for (std::size_t e = 0; e < all.size(); ++e) {
-            const Vec<2>&p = mesh.linear.points[mesh.edges.vertices[e][0]], &q = mesh.linear.points[mesh.edges.vertices[e][1]];
+            const Vec<2>&p = mesh.linear.points[mesh.edges.vertices[e][0]],
+                  &q = mesh.linear.points[mesh.edges.vertices[e][1]];
             const double out = kinds[EdgeId(e)] == EdgeKind::volume ? share(e) * height : 0;
             all[e].point = ((norm(p) + norm(q)) / 2 + out) * normalised(normalised(p) + normalised(q));
         }
@@ -307,8 +308,8 @@ struct ThinRows {
     [[nodiscard]] std::vector<double> jacobians(const Column<LagrangeNode<2>>& at) const {
         std::vector<double> all(mesh.linear.elements.size());
         for (std::size_t e = 0; e < all.size(); ++e) {
-            const auto j = bounded_jacobian(nodal_form<2>(mesh.linear.points, at.view(), mesh.linear.elements.vertices[e],
-                                                          mesh.edges.of_elements[e]));
+            const auto j = bounded_jacobian(nodal_form<2>(mesh.linear.points, at.view(),
+                                                          mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]));
             all[e] = *std::min_element(j.coefficients.begin(), j.coefficients.end()) / std::abs(j.straight);
         }
         return all;
@@ -339,11 +340,13 @@ void laws_of_thin_rows() {
                  }));
                  Buffer<Vec<2>> offsets(rows.mesh.edges.size(), Vec<2>{});
                  for (std::size_t e = 0; e < offsets.size(); ++e)
-                     if (rows.kinds[EdgeId(e)] == EdgeKind::volume) offsets[e] = 2 * ThinRows::height * dice.vector<2>(-1, 1);
+                     if (rows.kinds[EdgeId(e)] == EdgeKind::volume)
+                         offsets[e] = 2 * ThinRows::height * dice.vector<2>(-1, 1);
                  auto at = Buffer<LagrangeNode<2>>(rows.mesh.mid_nodes.begin(), rows.mesh.mid_nodes.end());
                  const double least = 0.1;
                  RC_ASSERT(std::ranges::min(rows.jacobians(rows.mesh.mid_nodes)) > least);
-                 RC_ASSERT(must(limit_by_jacobian<2>(rows.mesh, rows.mesh.mid_nodes.view(), rows.shells, least, offsets, alone)) > 0);
+                 RC_ASSERT(must(limit_by_jacobian<2>(rows.mesh, rows.mesh.mid_nodes.view(), rows.shells, least, offsets,
+                                                     alone)) > 0);
                  for (std::size_t e = 0; e < at.size(); ++e) at[e].point += offsets[e];
                  RC_ASSERT(std::ranges::min(rows.jacobians(Column<LagrangeNode<2>>(std::move(at)))) >= least);
              },
@@ -355,7 +358,8 @@ void laws_of_thin_rows() {
                  const auto solution = layer(1.5 * ThinRows::height);
                  const auto start = rows.nodes([&](std::size_t) { return dice.uniform(0.1, 0.2); });
                  const auto search = [&](const Column<LagrangeNode<2>>& from, int frames) {
-                     return must(solution_nodes<2>(rows.mesh, rows.kinds, {&from, 1}, rows.shells, solution, {.frames = frames}, alone));
+                     return must(solution_nodes<2>(rows.mesh, rows.kinds, {&from, 1}, rows.shells, solution,
+                                                   {.frames = frames}, alone));
                  };
                  const auto made = search(start, 4);
                  const double least = search(rows.mesh.mid_nodes, 0).before;

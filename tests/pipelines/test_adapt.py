@@ -217,6 +217,87 @@ class Errors(unittest.TestCase):
             self.assertIn("--norm", wrong.stderr)
 
 
+LAYER = "exp(-(sqrt(x^2+y^2)-1)/0.05)"
+CIRCLES = json.dumps({"analytic": [{"references": [2], "sphere": {"radius": 1}},
+                                   {"references": [1], "sphere": {"radius": 2}}]})
+
+
+class CurvedWalls(unittest.TestCase):
+    def ring(self, folder):
+        folder.camber("generate", "annulus", "--elements", 200, "--set", "outer_radius=2", "-o", "ring.mesh")
+
+    def wall(self, folder, mesh):
+        """The largest distance of the inner circle's edges, sampled, from radius 1."""
+        read = gmf.read(folder.path / mesh)
+        edges = read.cells["EdgesP2" if "EdgesP2" in read.cells else "Edges"]
+        t = np.linspace(0, 1, 21)
+        farthest = 0
+        for nodes in edges.nodes[edges.refs == 2]:
+            shape = [(1 - t) * (1 - 2 * t), t * (2 * t - 1), 4 * t * (1 - t)] if len(nodes) == 3 else [1 - t, t]
+            points = sum(np.outer(s, read.points[v]) for s, v in zip(shape, nodes))
+            farthest = max(farthest, abs(np.hypot(points[:, 0], points[:, 1]) - 1).max())
+        return farthest
+
+    def adapt(self, folder, name, *more, field=LAYER):
+        done = folder.adapt("--field", field, "--geometry", CIRCLES, "--folder", name, "--cycles", 5, "--settled", 0,
+                            "--result", "last", *more, mesh="ring.mesh", output=f"{name}.mesh", complexity="300")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done, folder.rows(name)
+
+    def test_a_wall_is_as_near_to_its_geometry_as_the_expected_error_allows(self):
+        with Adapting() as folder:
+            self.ring(folder)
+            for degree in (1, 2):
+                done, bounded = self.adapt(folder, f"b{degree}", "--degree", degree)
+                _, free = self.adapt(folder, f"f{degree}", "--degree", degree, "--geometry-error", 10)
+                self.assertIn("distance, bound", done.stdout)
+                for row in bounded[2:]:
+                    distance = row["boundary_distance"]
+                    self.assertEqual(distance["by"], "expected_error")
+                    self.assertLess(distance["reached"], 1.5 * distance["bound"])
+                self.assertEqual(free[-1]["boundary_distance"]["by"], "config")
+                # The normal derivative is 20 along 2 pi, and u changes by 1.
+                before = bounded[-2]
+                error = before.get("expected_error", before["interpolation_error"]["l2"])
+                wall = self.wall(folder, f"b{degree}.mesh")
+                self.assertLess(wall, 2 * error / np.sqrt(20 * 2 * np.pi))
+                self.assertLess(wall, 0.8 * self.wall(folder, f"f{degree}.mesh"))
+                self.assertLess(bounded[-1]["elements"], 1.15 * free[-1]["elements"])
+                self.assertLess(bounded[-1]["interpolation_error"]["l2"], 1.3 * free[-1]["interpolation_error"]["l2"])
+
+    def test_bounds_follow_the_unit_of_the_solution(self):
+        with Adapting() as folder:
+            self.ring(folder)
+            meshes = []
+            for i, unit in enumerate((1, 2.0**30, 2.0**-30)):
+                _, rows = self.adapt(folder, f"u{i}", field=f"{unit!r}*{LAYER}")
+                meshes.append([row["boundary_distance"]["bound"] for row in rows[2:]])
+            self.assertEqual(*meshes[:2])
+            self.assertEqual(*meshes[1:])
+
+    def test_plane_boundaries_have_no_distance_and_no_note(self):
+        with Adapting() as folder:
+            done = folder.adapt("--field", FIELD, "--folder", "c", "--cycles", 3)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertNotIn("from its geometry", done.stderr)
+            for row in folder.rows("c")[2:]:
+                self.assertLess(row["boundary_distance"]["reached"], 1e-14)
+                self.assertGreater(row["boundary_distance"]["bound"], 0)
+
+    def test_a_bound_of_the_error_that_is_not_met_is_a_note(self):
+        """Required edges of the wall are not split."""
+        with Adapting() as folder:
+            self.ring(folder)
+            text = (folder.path / "ring.mesh").read_text()
+            count = int(text.split("\nEdges\n")[1].split()[0])
+            required = f"RequiredEdges\n{count}\n" + "\n".join(str(e + 1) for e in range(count))
+            (folder.path / "ring.mesh").write_text(text.replace("\nEnd", f"\n{required}\nEnd"))
+            done, rows = self.adapt(folder, "c")
+            self.assertGreater(rows[-1]["boundary_distance"]["reached"], rows[-1]["boundary_distance"]["bound"])
+            self.assertIn("from its geometry", done.stderr)
+            self.assertNotIn("misses", rows[-1])
+
+
 class Solvers(unittest.TestCase):
     def test_the_solver_is_asked_on_every_mesh_and_all_is_kept(self):
         with Adapting() as folder:

@@ -96,7 +96,8 @@ Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline)
     if (!sizes->sizes.empty()) operations.emplace_back(config::Intersect{std::move(*sizes)});
     if (choice.geometry_error)
         operations.emplace_back(config::Intersect{config::GeometryMetric{.chord_error = *choice.geometry_error}});
-    if (choice.gradation && *choice.gradation > 0) operations.emplace_back(config::Gradation{.ratio = *choice.gradation});
+    if (choice.gradation && *choice.gradation > 0)
+        operations.emplace_back(config::Gradation{.ratio = *choice.gradation});
     if (choice.complexity) operations.emplace_back(config::Complexity{.target = *choice.complexity});
     return Done{};
 }

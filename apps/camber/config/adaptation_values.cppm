@@ -12,7 +12,8 @@ export namespace camber::config {
 /// Which cycle's mesh is the result of an adaptation.
 enum class ResultOfCycles : std::uint8_t { automatic, best, last };
 [[nodiscard]] constexpr auto words(ResultOfCycles) {
-    return words_of(Word{ResultOfCycles::automatic, "auto"}, Word{ResultOfCycles::best, "best"}, Word{ResultOfCycles::last, "last"});
+    return words_of(Word{ResultOfCycles::automatic, "auto"}, Word{ResultOfCycles::best, "best"},
+                    Word{ResultOfCycles::last, "last"});
 }
 
 /// Cycles of a pipeline's stages, each on the mesh that the one before made; a solver may be asked for the solution

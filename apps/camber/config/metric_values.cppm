@@ -100,6 +100,7 @@ struct SolutionMetric {
     std::vector<ReferenceSize> sizes = {};
     GeometryMetric geometry = {};
     std::vector<FilePath> intersect = {};
+    ExpectedError expected = {};  ///< of an adaptation's cycle before; not part of a config
 
     [[nodiscard]] static constexpr auto options() {
         using S = SolutionMetric;
@@ -118,9 +119,10 @@ struct SolutionMetric {
                    "or about so many elements; 0: not asked. Where none of the three is, as many elements as "
                    "the mesh has")
                 .at_least(0),
-            option("gradation", &S::gradation,
-                   "largest ratio of the sizes of adjacent edges; 0: not limited. Without a limit an element at the end "
-                   "of a layer may reach from its sizes to those many times larger, and errors jump from cycle to cycle")
+            option(
+                "gradation", &S::gradation,
+                "largest ratio of the sizes of adjacent edges; 0: not limited. Without a limit an element at the end "
+                "of a layer may reach from its sizes to those many times larger, and errors jump from cycle to cycle")
                 .at_least(0),
             option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
             option("max_size", &S::max_size, "largest size; 0: the domain's diameter").unit("model units").at_least(0),

@@ -106,6 +106,17 @@ bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& a
     return a.misses.empty() != b.misses.empty() ? a.misses.empty() : *of_a < *of_b;
 }
 
+/// The error that a mesh is expected to have, known or not, for the bounds of the next one's boundary.
+ExpectedError expected_of(const CycleRow& row, const std::vector<double>& weights) {
+    if (row.expected) return {*row.expected, weights};
+    return {row.interpolated ? row.interpolated->l2 : 0, {}};
+}
+
+void set_expected(config::Pipeline& pipeline, std::span<const CycleRow> rows) {
+    auto* const made = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    if (made != nullptr && !rows.empty()) made->expected = expected_of(rows.back(), pipeline.solution.weights);
+}
+
 bool has_cycle(const std::string& word) { return word.find("{cycle}") != std::string::npos; }
 
 bool returns_last(const config::Adaptation& adapt) {
@@ -225,6 +236,7 @@ config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, con
 Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
                             const std::function<Outcome<Run>(const config::Pipeline&)>& execute) {
     constexpr int most_steps = 3;
+    set_expected(pipeline, rows);
     std::vector<std::string> notices;
     std::vector<StageTime> times;
     double wanted = 0;
@@ -306,6 +318,10 @@ CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report
     }
     if (report.validity) row.smallest_jacobian = report.validity->smallest;
     if (report.curve && report.curve->expected) row.expected = report.curve->expected->after;
+    if (report.boundary && report.boundary->geometry_error) {
+        const GeometryErrorReport& g = *report.boundary->geometry_error;
+        row.boundary = {g.required, g.reached, g.is_required};
+    }
     row.is_valid = report.has_valid_elements();
     row.misses = misses(report);
     return row;
@@ -341,6 +357,11 @@ std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const c
         notes.push_back(
             fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least of those that {}", row.cycle,
                         *error_of_mesh(row, adapt), row.misses.empty() ? "are as required" : "were made"));
+    if (row.boundary && !row.boundary->is_required && row.boundary->reached > row.boundary->bound)
+        notes.push_back(
+            fmt::format("the boundary of cycle {} is up to {:.2e} from its geometry, {:.2e} would change the solution "
+                        "by no more than its expected error: --geometry-error or a larger complexity brings it nearer",
+                        row.cycle, row.boundary->reached, row.boundary->bound));
     if (at == 0 || !is_like(rows[at - 1], row)) return notes;
     const CycleRow& before = rows[at - 1];
     constexpr double least_fall_of_edges = 0.05, least_fall_of_quality = 0.5;

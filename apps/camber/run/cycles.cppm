@@ -50,11 +50,17 @@ struct CycleError {
     double l2 = 0, h1 = 0;
 };
 
+/// The distance of the boundary from its geometry, that of the facet which is farthest by its bound (model units).
+struct BoundaryDistance {
+    double bound = 0, reached = 0;
+    bool is_required = false;  ///< by the config; else the bound is that of the expected error
+};
+
 /// A row of the table. Shares and qualities are those of the mesh in the metric that it was made by.
 struct CycleRow {
     int cycle = 0;
     std::size_t unknowns = 0, elements = 0;
-    std::string problem = {};  ///< the exact solution and the solver's command
+    std::string problem = {};                ///< the exact solution and the solver's command
     double wanted = 0, complexity = 0;       ///< 0: not asked for; no metric
     double unit_before = 0, unit_edges = 0;  ///< shares: of the mesh that it was made of, and its own
     double worst_quality = 0, mean_quality = 0;
@@ -62,6 +68,7 @@ struct CycleRow {
     /// L2 error that `curve` expects (objective solution), or that the solution on a straight mesh lets expect
     std::optional<double> expected = {};
     std::optional<CycleError> interpolated = {}, solved;  ///< where the exact solution is known
+    std::optional<BoundaryDistance> boundary = {};        ///< where it is bounded
     double seconds = 0, solve_seconds = 0;
     bool is_of_gradients = false;          ///< the metric is for the error of gradients
     bool is_valid = true;                  ///< all elements are certified valid

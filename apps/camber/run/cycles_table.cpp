@@ -36,6 +36,10 @@ Json json(const CycleRow& row) {
     if (row.expected) j["expected_error"] = *row.expected;
     if (row.interpolated) j["interpolation_error"] = {{"l2", row.interpolated->l2}, {"h1", row.interpolated->h1}};
     if (row.solved) j["solution_error"] = {{"l2", row.solved->l2}, {"h1", row.solved->h1}};
+    if (row.boundary)
+        j["boundary_distance"] = {{"bound", row.boundary->bound},
+                                  {"reached", row.boundary->reached},
+                                  {"by", row.boundary->is_required ? "config" : "expected_error"}};
     j["seconds"] = row.seconds;
     j["solve_seconds"] = row.solve_seconds;
     if (row.is_of_gradients) j["error_of"] = "gradients";
@@ -68,6 +72,11 @@ CycleRow row_of(const Json& j) {
     row.is_of_gradients = j.contains("error_of");
     row.is_valid = j.value("valid", true);
     if (j.contains("misses")) row.misses = j.at("misses").get<std::vector<std::string>>();
+    if (j.contains("boundary_distance")) {
+        const Json& distance = j.at("boundary_distance");
+        row.boundary = {distance.at("bound").get<double>(), distance.at("reached").get<double>(),
+                        distance.at("by").get<std::string>() == "config"};
+    }
     if (j.contains("expected_error")) row.expected = j.at("expected_error").get<double>();
     return row;
 }
@@ -88,6 +97,7 @@ bool shows_expected(const config::Adaptation& adapt) { return adapt.exact.empty(
 std::string cycles_head(const config::Adaptation& adapt) {
     std::string text = fmt::format("{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8}", "cycle", "unknowns", "elements",
                                    "complexity, wanted", "unit edges, %", "quality", "least J");
+    text += fmt::format(" {:>18}", "distance, bound");
     if (shows_expected(adapt)) text += fmt::format(" {:>9}", "expected");
     if (!adapt.exact.empty()) text += fmt::format(" {:>19}", "interpolated L2, H1");
     if (!adapt.exact.empty() && !adapt.solve.empty()) text += fmt::format(" {:>19}", "solved L2, H1");
@@ -105,6 +115,8 @@ std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt) {
         "{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8.3f}", row.cycle, grouped(row.unknowns), grouped(row.elements),
         complexity, cell(made, percent(row.unit_before) + " > " + percent(row.unit_edges)),
         cell(made, fmt::format("{:.3f}, {:.3f}", row.worst_quality, row.mean_quality)), row.smallest_jacobian);
+    text += fmt::format(" {:>18}",
+                        row.boundary ? fmt::format("{:.2e}, {:.2e}", row.boundary->reached, row.boundary->bound) : "-");
     if (shows_expected(adapt))
         text += fmt::format(" {:>9}", cell(row.expected.has_value(), fmt::format("{:.2e}", row.expected.value_or(0))));
     if (!adapt.exact.empty()) text += error_cells(row.interpolated);

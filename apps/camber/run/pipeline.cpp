@@ -231,6 +231,7 @@ Outcome<MetricRows> metric_rows(const config::Pipeline& pipeline, Inputs& inputs
         std::ranges::move(solution_metric_notices(made->report), std::back_inserter(rows.notices));
         rows.told = made->report;
         rows.files.push_back(file_of(std::move(made->metric), input.asked, inputs.mesh.mesh));
+        rows.files.back().bounds = std::move(made->bounds);
     }
     return rows;
 }

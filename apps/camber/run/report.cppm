@@ -167,6 +167,7 @@ struct GeometryErrorReport {
     std::size_t far_facets = 0;        ///< number of facets that exceed their bounds
     std::size_t facet = 0;             ///< that facet, from 1; 0: no facet has a bound
     std::vector<double> at;            ///< where it is
+    bool is_required = true;           ///< by the config; else the bound is that of the expected error
 
     [[nodiscard]] bool is_met() const { return !(reached > required); }
 };
@@ -328,7 +329,8 @@ struct Report {
     [[nodiscard]] bool walls_hold() const { return !boundary || !boundary->walls || boundary->walls->crossing == 0; }
     /// True if the boundary is as near to its geometry as `--geometry-error` requires.
     [[nodiscard]] bool keeps_geometry_error() const {
-        return !boundary || !boundary->geometry_error || boundary->geometry_error->is_met();
+        return !boundary || !boundary->geometry_error || !boundary->geometry_error->is_required ||
+               boundary->geometry_error->is_met();
     }
     /// True if the result is the requested one: the exit code is 0.
     [[nodiscard]] bool holds_what_was_asked() const {

@@ -137,11 +137,8 @@ Json json(const BoundaryNodesReport& n) {
             {"largest_reduction", n.largest_reduction}};
 }
 Json json(const GeometryErrorReport& g) {
-    return {{"required", g.required},
-            {"reached", g.reached},
-            {"far_facets", g.far_facets},
-            {"facet", g.facet},
-            {"at", g.at}};
+    return {{"required", g.required}, {"reached", g.reached}, {"far_facets", g.far_facets},
+            {"facet", g.facet},       {"at", g.at},           {"by", g.is_required ? "config" : "expected_error"}};
 }
 Json json(const BoundaryReport& b) {
     Json j{{"surface_edges", b.surface_edges},

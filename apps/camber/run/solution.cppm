@@ -7,6 +7,7 @@ export module camber.run:solution;
 import camber.core;
 import camber.config;
 import camber.io;
+import camber.operation;
 import camber.transfer;
 import :solution_report;
 
@@ -44,6 +45,7 @@ template <int D>
 struct SolutionMetricMade {
     NamedField metric;
     SolutionMetricReport report;
+    std::vector<DistanceBound> bounds = {};  ///< of the boundary, by the expected error (MetricOfSolution)
 };
 [[nodiscard]] Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<const NamedField> fields,
                                                            const config::SolutionMetric& asked,

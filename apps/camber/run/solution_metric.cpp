@@ -69,6 +69,20 @@ MetricOfSolutionOptions options_of(const config::SolutionMetric& asked, bool at_
     out.sizes = asked.sizes;
     out.geometry = asked.geometry;
     out.ridge_angle = ridge_angle;
+    out.expected = asked.expected;
+    return out;
+}
+
+/// Weights of the scalars of fields, by those of the solution's fields, which stand in its order.
+std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::span<const NamedField> wanted,
+                                       const std::vector<double>& weights) {
+    std::vector<double> out;
+    if (weights.size() != fields.size()) return out;
+    for (const NamedField& field : wanted) {
+        const auto of = std::ranges::find(fields, field.name, &NamedField::name);
+        out.insert(out.end(), static_cast<std::size_t>(field.field.components),
+                   weights[static_cast<std::size_t>(of - fields.begin())]);
+    }
     return out;
 }
 
@@ -166,7 +180,7 @@ Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_d
         if (!field) return fail(field.error());
         SolutionMetricReport report = told(*made, options, *largest);
         report.fields_in_doubt = std::move(*in_doubt);
-        return SolutionMetricMade{std::move(*field), std::move(report)};
+        return SolutionMetricMade{std::move(*field), std::move(report), made->bounds};
     });
 }
 
@@ -180,6 +194,8 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
                     "give {\"file\": …}, or a mesh file with fields at its nodes; --solution on the command line");
     const auto wanted = named({fields.begin(), fields.end()}, asked.fields, "fields");
     if (!wanted) return fail(wanted.error());
+    config::SolutionMetric by = asked;
+    by.expected.weights = weights_of_scalars(fields, *wanted, asked.expected.weights);
     return std::visit(
         [&]<class Mesh>(const Mesh&) -> Outcome<SolutionMetricMade> {
             constexpr int D = Mesh::dimension;
@@ -192,7 +208,7 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
             const auto quadratic =
                 run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
             if (!quadratic) return fail(quadratic.error());
-            return made_metric<D>(*quadratic, degree, *wanted, asked, given, ridge_angle, around);
+            return made_metric<D>(*quadratic, degree, *wanted, by, given, ridge_angle, around);
         },
         mesh);
 }

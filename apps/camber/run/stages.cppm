@@ -48,6 +48,7 @@ struct MetricFile {
     Solution solution;
     std::optional<MetricMesh> mesh = {};                 ///< none: the rows are at the vertices of the input
     std::optional<config::SolutionMetric> made_by = {};  ///< none: of a file
+    std::vector<DistanceBound> bounds = {};              ///< of the boundary, by the error that the solution expects
 
     /// Whether that metric is meant.
     [[nodiscard]] bool is_of(const config::Metric& metric) const {
@@ -187,6 +188,13 @@ template <int D>
 /// The largest distances that a config allows between the boundary and its geometry, by reference: those of chords in
 /// its metric and its operations.
 [[nodiscard]] std::vector<DistanceBound> required_distances(const config::Pipeline& pipeline);
+
+/// The distances that a run bounds: those that its config requires, or else those that its metrics expect.
+struct BoundedDistances {
+    std::vector<DistanceBound> bounds;
+    bool are_required = true;  ///< a result that exceeds them is not the one that was asked for
+};
+[[nodiscard]] BoundedDistances bounded_distances(const config::Pipeline& pipeline, std::span<const MetricFile> files);
 
 /// Log-metrics at the vertices, and what the report says of where they are from.
 template <int D>

@@ -289,7 +289,7 @@ Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryToleran
 /// Measures the boundary against its geometry and against the distances that the run requires.
 template <int D>
 Outcome<Done> measure_boundary(const Runner<D>& run, MeasuresReport& report, const Execution& execution) {
-    const auto bounds = required_distances(run.config);
+    const auto [bounds, are_required] = bounded_distances(run.config, run.files);
     const State<D>& state = run.state;
     const auto end = end_boundary(state, part_of(execution, 0, 0.2));
     if (!end) return fail(end.error());
@@ -308,7 +308,8 @@ Outcome<Done> measure_boundary(const Runner<D>& run, MeasuresReport& report, con
                                                 reached->reached,
                                                 reached->far_facets,
                                                 reached->facet.valid() ? reached->facet.index() + 1 : 0,
-                                                {reached->at.c.begin(), reached->at.c.end()}};
+                                                {reached->at.c.begin(), reached->at.c.end()},
+                                                are_required};
     return Done{};
 }
 

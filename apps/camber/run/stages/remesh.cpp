@@ -309,6 +309,14 @@ std::vector<DistanceBound> required_distances(const config::Pipeline& pipeline) 
     return bounds;
 }
 
+BoundedDistances bounded_distances(const config::Pipeline& pipeline, std::span<const MetricFile> files) {
+    if (auto required = required_distances(pipeline); !required.empty()) return {std::move(required), true};
+    BoundedDistances expected{{}, false};
+    for (const MetricFile& file : files)
+        expected.bounds.insert(expected.bounds.end(), file.bounds.begin(), file.bounds.end());
+    return expected;
+}
+
 template <int D>
 Outcome<std::optional<Growth>> asked_growth(Runner<D>& run) {
     const auto growth = [](Aims<D> by) { return by.growth; };
@@ -401,9 +409,10 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     auto made = elements == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
                               : bring_by_blocks(run, changing, options, elements, around);
     if (!made) return fail(made.error());
-    const auto bounds = required_distances(run.config);
+    const auto [bounds, are_required] = bounded_distances(run.config, run.files);
     if (!bounds.empty()) {
-        auto within = bring_within(std::move(*made), changing.goal, bounds, options, around);
+        const BoundaryEffort effort = are_required ? BoundaryEffort::any : BoundaryEffort::near_metric;
+        auto within = bring_within(std::move(*made), changing.goal, bounds, options, effort, around);
         if (!within) return fail(within.error());
         made = BroughtToMetric<D>{std::move(within->state), within->statistics};
         run.state.reached = within->reached;
