@@ -193,7 +193,7 @@ class Adapting(unittest.TestCase):
 
     def test_a_solver_of_degree_2_on_straight_meshes(self):
         def solve(mesh, guess, cycle):
-            quadratic = camber.elevate(mesh)
+            quadratic = camber.elevate(mesh).mesh
             if cycle > 0:
                 self.assertEqual(len(guess["u"]), len(quadratic.points))
             x, y = quadratic.points.T
@@ -203,7 +203,7 @@ class Adapting(unittest.TestCase):
         self.assertEqual(made.mesh.degree, 1)
         self.assertEqual(made.report["solution_metric"]["degree"], 2)
         self.assertGreater(made.cycles[-1]["expected_error"], 0)
-        self.assertEqual(len(made.solution["u"]), len(camber.elevate(made.mesh).points))
+        self.assertEqual(len(made.solution["u"]), len(camber.elevate(made.mesh).mesh.points))
         for wrong in (3, len(square().points) + 1):
             with self.assertRaises(camber.Error):
                 camber.adapt(square(), solve=lambda mesh, guess, cycle: np.zeros(wrong), complexity=100, degree=1)
