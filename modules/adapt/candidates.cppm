@@ -127,8 +127,9 @@ template <int D>
 
 /// Limits of one split.
 struct SplitLimits {
-    double shortest = 0;     ///< no edge at the new point is shorter (lengths in the metric)
-    double min_quality = 0;  ///< of new elements, unless what they replace is worse
+    double shortest = 0;                             ///< no edge at the new point is shorter (lengths in the metric)
+    double min_quality = 0;                          ///< of new elements, unless what they replace is worse
+    double bad_quality = PatchLimits{}.bad_quality;  ///< see PatchLimits
 };
 /// A request to split an edge at the middle by length, its point on the geometry, or with `share` below 1 that share of
 /// the way to it. Empty: no element has the edge, or `share` makes no difference.

@@ -24,7 +24,7 @@ struct SplitOptions {
     /// No edge shorter than this is made; of an edge longer than 2 none shorter than (2/length)² of it: what is short a
     /// collapse mends, and what stands in the way of a split nothing.
     double shortest = 0.61;
-    /// Of new elements, unless what they replace is worse; of an edge longer than 2 at most 0.02.
+    /// Of new elements, unless what they replace is worse; of an edge longer than 4 at most 0.02.
     double min_quality = 0.05;
 
     [[nodiscard]] static constexpr auto options() {
@@ -36,7 +36,7 @@ struct SplitOptions {
                 .unit("lengths in the metric")
                 .at_least(0),
             option("min_quality", &S::min_quality,
-                   "of new elements, unless what they replace is worse; of an edge longer than 2 at most 0.02")
+                   "of new elements, unless what they replace is worse; of an edge longer than 4 at most 0.02")
                 .at_least(0)
                 .below(1));
     }

@@ -47,8 +47,18 @@ class Splits final : public Pass<D> {
     }
 
   private:
-    static constexpr double much_too_long = 2;
-    static constexpr double quality_beside_long = 0.02;
+    /// Edges that are much too long go before those that become short, and edges twice as long before elements that
+    /// become flat: collapses and swaps mend these, and nothing else a long edge. A point that stays off the geometry
+    /// is worth no bad element.
+    [[nodiscard]] SplitLimits limits_of(double length, double share) const {
+        constexpr double much_too_long = 2;
+        SplitLimits limits{options_.shortest, options_.min_quality};
+        if (!(length > much_too_long)) return limits;
+        limits.shortest *= much_too_long / length * (much_too_long / length);
+        if (share == 1 && length > 2 * much_too_long)
+            limits.bad_quality = limits.min_quality = std::min(0.02, options_.min_quality);
+        return limits;
+    }
 
     /// `share`: how far the point goes to the geometry.
     [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
@@ -57,12 +67,7 @@ class Splits final : public Pass<D> {
         if (r.mesh.is_free(edge)) return {};
         const double length = length_of(r, edge);
         if (!(length > options_.longest)) return {};
-        // What is much too long goes before what becomes short or flat: collapses and swaps mend that, and nothing the
-        // other.
-        const double excess = std::max(1.0, length / much_too_long);
-        const double min_quality =
-            excess > 1 ? std::min(quality_beside_long, options_.min_quality) : options_.min_quality;
-        return split_candidate(r, goal_, edge, share, {options_.shortest / (excess * excess), min_quality});
+        return split_candidate(r, goal_, edge, share, limits_of(length, share));
     }
     const AdaptationGoal<D>& goal_;
     const SplitOptions& options_;
@@ -112,6 +117,7 @@ std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const Adapta
     candidate.limits.shortest = limits.shortest;
     candidate.limits.min_shape = shape_of_quality(limits.min_quality, D);
     candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+    candidate.limits.bad_quality = limits.bad_quality;
     return candidate;
 }
 

@@ -162,7 +162,7 @@ class Operating {
         const auto made = new_facets(r_.mesh, out_);
         if (made.empty()) return true;
         const bool are_valid = limits_.invalid_before == InvalidBefore::refused;
-        return (are_valid && keeps_its_plane<D>(r_.mesh, out_, made)) || are_walls_clear<D>(r_, out_, made);
+        return (are_valid && keeps_its_planes<D>(r_.mesh, out_, made)) || are_walls_clear<D>(r_, out_, made);
     }
 
     [[nodiscard]] bool moves() const {

@@ -13,9 +13,6 @@ import :request;
 
 export namespace camber {
 
-/// No pass makes an element below this quality of elements that are better.
-inline constexpr double bad_quality = 0.05;
-
 /// Of elements that are to be removed: the shape of the worst.
 template <int D>
 [[nodiscard]] double worst_shape_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
@@ -25,8 +22,8 @@ template <int D>
 }
 
 /// What the shape of each new element of a patch must be: the one place where that is judged, for every pass and either
-/// degree. What its limits ask for, and whatever these are: no new element is below `bad_quality` and below the worst
-/// that is replaced. Where the limits allow it, that worst one is enough.
+/// degree. What its limits ask for, and whatever `min_shape` is: no new element is below `bad_quality` and below
+/// the worst that is replaced. Where the limits allow it, that worst one is enough.
 template <int D>
 class QualityBar {
   public:
@@ -35,7 +32,7 @@ class QualityBar {
 
     [[nodiscard]] bool is_met(double shape) {
         const double asked = limits_.min_shape;
-        if (shape > asked && shape >= shape_of_quality(bad_quality, D)) return true;
+        if (shape > asked && shape >= shape_of_quality(limits_.bad_quality, D)) return true;
         if (!(shape > asked) && limits_.below_least == BelowLeast::refused) return false;
         return shape >= worst_replaced();
     }

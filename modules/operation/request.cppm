@@ -74,8 +74,9 @@ inline constexpr double least_facet_cosine = 0.8;
 
 /// What is asked of the new simplices.
 struct PatchLimits {
-    double min_shape = 0;                                                    ///< shape_of each new element: above this
-    BelowLeast below_least = BelowLeast::refused;                            ///< see QualityBar, which asks for more
+    double min_shape = 0;                          ///< shape_of each new element: above this
+    BelowLeast below_least = BelowLeast::refused;  ///< see QualityBar, which asks for more
+    double bad_quality = 0.05;  ///< whatever min_shape is, no new element is below this and below the worst replaced
     double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
     /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.
     double min_jacobian = default_bound;

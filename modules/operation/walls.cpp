@@ -57,20 +57,51 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
     return made;
 }
 
+namespace {
+
+/// Number of coordinates that all of these points share with `place`.
 template <int D>
-bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
-    if (!patch.removed.lines.empty()) return false;
-    const Vec<D>& place = made.front().nodes.front();
-    std::array<bool, D> is_constant{};
-    is_constant.fill(true);
-    const auto stays_in_plane = [&](const NodalFacet<D>& facet) {
-        for (const Vec<D>& node : facet.nodes)
-            for (int c = 0; c < D; ++c) is_constant[c] = is_constant[c] && node[c] == place[c];
-        return std::ranges::find(is_constant, true) != is_constant.end();
+int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
+    int count = 0;
+    for (int c = 0; c < D; ++c) {
+        const auto is_shared = [&](const Vec<D>& point) { return point[c] == place[c]; };
+        count += std::ranges::all_of(points, is_shared) ? 1 : 0;
+    }
+    return count;
+}
+
+/// True if the lines that a patch removes, and those that it makes, lie on axes of coordinates through its point.
+template <int D>
+bool keeps_its_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
+    const auto lies_on_axis = [&](std::span<const Vec<D>> points) {
+        return shared_coordinates<D>(place, points) >= D - 1;
     };
-    return std::ranges::all_of(made, stays_in_plane) && std::ranges::all_of(patch.removed.facets, [&](FacetId f) {
-               return mesh.is_at_infinity(f) || stays_in_plane(nodal_facet(mesh, f));
-           });
+    const auto stays = [&](LineId l) {
+        const auto& [a, b] = mesh.edges[mesh.lines[l]];
+        const Vec<D> node =
+            mesh.is_curved() ? mesh.nodes[mesh.lines[l]].point : midpoint(mesh.points[a], mesh.points[b]);
+        return lies_on_axis(std::array{mesh.points[a], node, mesh.points[b]});
+    };
+    const auto is_made_there = [&](const JoinedLine& joined) {
+        const VertexId end = mesh.edges[mesh.lines[joined.line]][1 - joined.opposite];
+        if (!mesh.is_curved()) return lies_on_axis(std::array{mesh.points[end]});
+        const auto at = std::ranges::find(patch.star.boundary, end) - patch.star.boundary.begin();
+        return lies_on_axis(std::array{mesh.points[end], patch.nodes[static_cast<std::size_t>(at)].point});
+    };
+    return std::ranges::all_of(patch.removed.lines, stays) && std::ranges::all_of(patch.star.lines, is_made_there);
+}
+
+}  // namespace
+
+template <int D>
+bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::span<const NodalFacet<D>> made) {
+    const Vec<D> place = place_of_point(mesh, patch);
+    const auto lies_in_plane = [&](const NodalFacet<D>& facet) {
+        return shared_coordinates<D>(place, facet.nodes) > 0;
+    };
+    const auto stays = [&](FacetId f) { return mesh.is_at_infinity(f) || lies_in_plane(nodal_facet(mesh, f)); };
+    return keeps_its_axes(mesh, patch, place) && std::ranges::all_of(made, lies_in_plane) &&
+           std::ranges::all_of(patch.removed.facets, stays);
 }
 
 namespace {
@@ -124,7 +155,7 @@ template <int D>
 bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
     const auto made = new_facets(mesh, patch);
-    if (made.empty() || keeps_its_plane<D>(mesh, patch, made))
+    if (made.empty() || keeps_its_planes<D>(mesh, patch, made))
         return true;  // the facets that cover the plane are in the round's walls already
     for (const NodalFacet<D>& facet : made) {
         grid_.meeting(box_of_wall(mesh, facet), near_);
@@ -138,12 +169,12 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     return true;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template bool keeps_its_plane<D>(const DynamicMesh<D>&, const Patch<D>&, std::span<const NodalFacet<D>>); \
-    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                                 \
-    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&);           \
-    template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&);                \
-    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&, std::span<const NodalFacet<D>>);  \
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template bool keeps_its_planes<D>(const DynamicMesh<D>&, const Patch<D>&, std::span<const NodalFacet<D>>); \
+    template FacetGrid<D> walls_of<D>(const DynamicMesh<D>&);                                                  \
+    template void follow_walls<D>(FacetGrid<D>&, const DynamicMesh<D>&, const IdChanges<FacetId>&);            \
+    template std::vector<NodalFacet<D>> new_facets<D>(const DynamicMesh<D>&, const Patch<D>&);                 \
+    template bool are_walls_clear<D>(const Adaptation<D>&, const Patch<D>&, std::span<const NodalFacet<D>>);   \
     template class NewWalls<D>;
 
 CAMBER_INSTANTIATE(2)

@@ -19,12 +19,13 @@ void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChang
 template <int D>
 [[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
-/// Whether what a patch removes and what it makes lies in one plane of coordinates, and no line goes. Valid elements
-/// make facets that, in a plane, are positive too: each point of it is covered as often as the border winds around it.
-/// That border stays, and so no facet comes where none was, nor covers another.
+/// True if every facet that a patch removes or makes lies in a plane of coordinates through its point, and every line
+/// on such an axis: in one plane, or in those on both sides of a ridge. Valid elements make facets that, in a plane,
+/// are positive too: each point of it is covered as often as the border winds around it. That border stays, and so no
+/// facet comes where none was, nor covers another.
 template <int D>
-[[nodiscard]] bool keeps_its_plane(const DynamicMesh<D>& mesh, const Patch<D>& patch,
-                                   std::span<const NodalFacet<D>> made);
+[[nodiscard]] bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch,
+                                    std::span<const NodalFacet<D>> made);
 
 /// True if the facets that a patch makes pass through neither each other nor the mesh's other facets. Curved facets
 /// must be proved to be disjoint, each from itself too; straight ones may touch.
@@ -37,7 +38,7 @@ class NewWalls {
   public:
     void clear();
     /// Takes the patch's facets, which are clear by themselves (are_walls_clear, or valid elements that keep their
-    /// plane). False if they are not clear of those taken before.
+    /// planes). False if they are not clear of those taken before.
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
   private:

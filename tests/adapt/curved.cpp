@@ -358,6 +358,27 @@ TEST_CASE("walls in planes, of a box and a square within, do not come to cross, 
     expect_disjoint(mesh_of_state(r));
 }
 
+TEST_CASE("facets on both sides of a straight ridge need no proof that they do not cross") {
+    // Thin facets, oblique to the ridges.
+    const NamedDomain<3> domain = baffle_in_box<3>(4);
+    AdaptationGoal<3> goal = curved_goal<3>(domain, 1, 2);
+    Mat<3> axes;
+    axes.column = {Vec<3>{{0.6, 0.8, 0}}, Vec<3>{{-0.8, 0.6, 0}}, Vec<3>{{0, 0, 1}}};
+    Buffer<LogMetric<3>> logs(domain.mesh.points.size(),
+                              log_metric_of_sizes<3>(domain.cell * Vec<3>{{0.02, 2, 2}}, axes));
+    goal.field = must(
+        make_back_mesh(domain.mesh, must(balls(domain.mesh, alone)), Column<LogMetric<3>>(std::move(logs)), alone));
+    auto r = begun_curved(must(elevate(domain.mesh, alone)), goal, domain.ridge_angle_degrees);
+    Dice dice(5);
+    bow<3>(r, Vec<3>{{1, 1, 1}}, dice);  // in the planes of the walls
+    auto divided = must(split<3>(std::move(r), goal, {}, alone));
+    const auto moved = must(smooth<3>(std::move(divided.state), goal, {}, alone));
+    CHECK(divided.statistics.accepted > 100);
+    CHECK(divided.statistics.of(RejectionReason::crossing) + moved.statistics.of(RejectionReason::crossing) == 0);
+    CHECK(is_valid(mesh_of_state(moved.state)));
+    CHECK(must(find_crossings(mesh_of_state(moved.state), alone)).crossing == 0);
+}
+
 TEST_CASE("threads have no say" * doctest::skip(is_sanitized)) {
     const auto expect_same = []<int D>(const NamedDomain<D>& domain, double bow, double size, double anisotropy) {
         const QuadraticMesh<D> mesh = bowed(domain, bow, 9);

@@ -231,6 +231,27 @@ TEST_CASE("an edge that is much too long is split beside a vertex in its way") {
     CHECK(splits(3) == 1);     // but not than 0.61 · 2/3
 }
 
+TEST_CASE("an edge that is much too long is split although that makes elements of quality 0.02, and no worse ones") {
+    // Two edges of about 20 and one of `width`: a half of the first that is split is worse than the whole.
+    const auto splits = [](double width) {
+        LinearMesh<2> mesh;
+        mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{20, 0}}, {{20, width}}};
+        mesh.elements.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
+        mesh.facets.vertices = Buffer<SimplexVertices<1>>{
+            {VertexId(0), VertexId(1)}, {VertexId(1), VertexId(2)}, {VertexId(2), VertexId(0)}};
+        Buffer<LogMetric<2>> logs(3, log_metric_of_sizes<2>({{1, 1}}));
+        const AdaptationGoal<2> goal{
+            must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<2>>(std::move(logs)), alone)), {}};
+        const Adaptation<2> before = begun(mesh, goal);
+        const double quality = must(unit_mesh_statistics(before, alone)).worst_quality;
+        const auto [r, told] = must(split<2>(before, goal, {.longest = 19}, alone));
+        CHECK(must(unit_mesh_statistics(r, alone)).worst_quality >= (1 - 1e-8) * std::min(0.02, quality));
+        return told.accepted;
+    };
+    CHECK(splits(0.6) > 0);   // of quality 0.052: a half has 0.035
+    CHECK(splits(0.2) == 0);  // of quality 0.017: a half would have 0.012
+}
+
 TEST_CASE("options out of range are refused") {
     const LinearMesh<2> mesh = random_domain<2>(1);
     Dice dice(1);

@@ -140,7 +140,7 @@ class CurvedRun {
     }
     /// Than what is replaced, or than what is bad.
     [[nodiscard]] std::string unless_no_worse(const std::vector<ElementId>& created, double replaced) const {
-        const double least = std::min(shape_of_quality(bad_quality, D), replaced);
+        const double least = std::min(shape_of_quality(PatchLimits{}.bad_quality, D), replaced);
         return worst_shape_of(domain_.state, created) >= (1 - 1e-8) * least ? "" : "an element is worse";
     }
     [[nodiscard]] bool is_bowed(const std::vector<ElementId>& elements) const {

@@ -62,10 +62,11 @@ class ManyRounds {
         if (!domain_.surfaces.surfaces.empty()) goal_.geometry = Geometry<D>(domain_.surfaces);
         Adaptation<D> r = under_goal();
         worst_ = must(unit_mesh_statistics(r, execution_)).worst_quality;
-        r = pass(collapse<D>(std::move(r), goal_, {}, execution_), round.passes[0]);
-        r = pass(split<D>(std::move(r), goal_, {}, execution_), round.passes[1]);
-        r = pass(swap<D>(std::move(r), goal_, {}, execution_), round.passes[2]);
-        r = pass(smooth<D>(std::move(r), goal_, {}, execution_), round.passes[3]);
+        constexpr double bad = PatchLimits{}.bad_quality, bad_beside_long = 0.02;
+        r = pass(collapse<D>(std::move(r), goal_, {}, execution_), bad, round.passes[0]);
+        r = pass(split<D>(std::move(r), goal_, {}, execution_), bad_beside_long, round.passes[1]);
+        r = pass(swap<D>(std::move(r), goal_, {}, execution_), bad, round.passes[2]);
+        r = pass(smooth<D>(std::move(r), goal_, {}, execution_), bad, round.passes[3]);
         const UnitMeshStatistics unit = must(unit_mesh_statistics(r, execution_));
         round.unit_share = unit.unit_share();
         round.worst_quality = unit.worst_quality;
@@ -108,7 +109,7 @@ class ManyRounds {
         }
         return {std::move(mesh_), {std::move(metrics)}};
     }
-    [[nodiscard]] Adaptation<D> pass(Outcome<Adapted<D>> done, PassStatistics& told) {
+    [[nodiscard]] Adaptation<D> pass(Outcome<Adapted<D>> done, double bad_quality, PassStatistics& told) {
         Adapted<D> remeshed = must(std::move(done));
         told = remeshed.statistics;
         shortened_ += told.shortened;
