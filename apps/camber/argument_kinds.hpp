@@ -56,6 +56,15 @@ template <class T>
 CLI::Validator above(double low) {
     return within<T>({.low = low, .low_open = true});
 }
+/// Zero, or a number within limits.
+template <class T>
+CLI::Validator zero_or(const camber::Limits& limits) {
+    const auto check = [inner = within<T>(limits)](const std::string& text) -> std::string {
+        double x = 1;
+        return CLI::detail::lexical_cast(text, x) && x == 0 ? std::string() : inner(text);
+    };
+    return CLI::Validator(check, "0 or " + limits.interval());
+}
 template <class T>
 CLI::Validator between(double low, double high) {
     return within<T>({.low = low, .high = high});

@@ -51,7 +51,7 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
             "--gradation", a.gradation,
             "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
             "a solution, others as they are")
-        ->check(at_least<double>(0));
+        ->check(zero_or<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
     verb->add_option("--complexity", a.complexity,
                      "Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6 "
                      "times as many triangles. Default: as the metric is")

@@ -87,7 +87,7 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
             "--gradation", a.metric.gradation,
             "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
             "a solution, others as they are")
-        ->check(at_least<double>(0));
+        ->check(zero_or<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
 }
 
 void add_cycles(CLI::App* verb, AdaptArguments& a) {

@@ -97,7 +97,7 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
     metric
         ->add_option("--gradation", a.metric.gradation,
                      "Largest ratio of the sizes of adjacent edges; 0: not limited. Default: 2.5")
-        ->check(at_least<double>(0));
+        ->check(zero_or<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
     metric
         ->add_option("--geometry-error", a.metric.geometry.chord_error,
                      "Largest distance of chords from the boundary's own surface; 0: any")
