@@ -234,9 +234,14 @@ class Cycles {
         if (pipeline_.adapt.exact.empty()) return Done{};
         const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
         const auto fields = solved_ ? std::span<const NamedField>(solved_->fields) : std::span<const NamedField>();
-        const auto interpolated = run::error_of_interpolant(
-            mesh, run::interpolated_degree(mesh, fields, pipeline_.metric), pipeline_.adapt.exact, execution);
+        const int degree = run::interpolated_degree(mesh, fields, pipeline_.metric);
+        const auto interpolated = run::error_of_interpolant(mesh, degree, pipeline_.adapt.exact, execution);
         if (!interpolated) return fail(interpolated.error());
+        if (degree == 2) {
+            const auto nodes = run::nodes_in_degree_2(mesh, without_progress(execution));
+            if (!nodes) return fail(nodes.error());
+            row.unknowns = *nodes;
+        }
         row.interpolated = *interpolated;
         if (!solved_) return Done{};
         const auto solved =

@@ -128,9 +128,14 @@ class CyclesInMemory {
         const Execution execution{.threads = pipeline_.threads, .stop = host_.stop};
         const auto fields =
             solver_ ? std::span<const run::NamedField>(now.solution) : std::span<const run::NamedField>();
-        const auto interpolated = run::error_of_interpolant(
-            now.mesh.mesh, run::interpolated_degree(now.mesh.mesh, fields, pipeline_.metric), exact, execution);
+        const int degree = run::interpolated_degree(now.mesh.mesh, fields, pipeline_.metric);
+        const auto interpolated = run::error_of_interpolant(now.mesh.mesh, degree, exact, execution);
         if (!interpolated) return fail(interpolated.error());
+        if (degree == 2) {
+            const auto nodes = run::nodes_in_degree_2(now.mesh.mesh, without_progress(execution));
+            if (!nodes) return fail(nodes.error());
+            row.unknowns = *nodes;
+        }
         row.interpolated = *interpolated;
         if (!solver_) return Done{};
         const auto solved = run::error_of_solution(now.mesh.mesh, now.solution, exact, execution);

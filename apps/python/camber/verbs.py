@@ -57,7 +57,7 @@ def curve(
     geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
         remesh refines until it is met, or ends with `holds` is False. Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
-        a solution, others as they are. In [0, inf).
+        a solution, others as they are. In (1, 1000].
     complexity: Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6
         times as many triangles. Default: as the metric is. In (0, inf).
     geometry: surrogate (from the mesh), straight, or JSON such as '{"analytic": [{"references": [1], "sphere":
@@ -148,7 +148,7 @@ def remesh(
     geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
         remesh refines until it is met, or ends with `holds` is False. Default: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
-        a solution, others as they are. In [0, inf).
+        a solution, others as they are. In (1, 1000].
     complexity: Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6
         times as many triangles. Default: as the metric is. In (0, inf).
     geometry: surrogate (from the mesh), straight, or JSON such as '{"analytic": [{"references": [1], "sphere":
@@ -327,7 +327,7 @@ def adapt(
     geometry_error: Largest distance of the boundary from its geometry, both ways; what the result misses is `holds`
         is False. Default: by the expected error of the solution; what misses that is a note. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
-        a solution, others as they are. In [0, inf).
+        a solution, others as they are. In (1, 1000].
     cycles: So many cycles at most; they end where the error has settled. Default: 8, of a solution's file 1. In [1,
         1000].
     degree: Of the meshes that are made: 1, straight, or 2, curved. In [1, 2]. Default: 2.
