@@ -2,12 +2,13 @@
 """Do errors stay bounded over many cycles, and is the expected error the true one? `camber adapt --field`, cycle after cycle.
 
     bench/adaptation_cycles.py build/bin/camber                                all cases, curved and straight
-    bench/adaptation_cycles.py build/bin/camber --cases S,end --ways curved --cycles 12
+    bench/adaptation_cycles.py build/bin/camber --cases 'S;end' --ways curved --cycles 12
     bench/adaptation_cycles.py build/bin/camber --more cases.json              with cases of your own, for example with --cad
+    bench/adaptation_cycles.py build/bin/camber --options='--gradation 0'      with options for all cases
     bench/adaptation_cycles.py build/bin/camber --json all.json                with every cycle
 
 Ways: curved; straight (`--degree 1 --set metric/solution/degree=2`): both are judged by interpolants of degree 2. "Random" cases have parameters by
-their number. "× 1e9" is the case S with its values times 1e9. cases.json: {NAME: {"mesh": FILE, "field": EXPRESSION, "options": [WORD, …]}}.
+their number. "S x 1e9" is the case S with its values times 1e9. "wall, far" is the case wall without a bound on the distance from the circle. cases.json: {NAME: {"mesh": FILE, "field": EXPRESSION, "options": [WORD, …]}}.
 
 Columns: unknowns, L2 and H1 of the mesh with the least expected error (the result; of the least L2 where nothing is expected); largest over smallest
 L2 and H1 of the cycles from `--from` on (by default 8); the same cycles' smallest and largest expected error over the true one; their smallest
@@ -54,6 +55,7 @@ def random_field(seed):
 def own_cases():
     cases = {name: {"mesh": SQUARE, "field": field, "options": []} for name, field in FIELDS.items()}
     cases["wall"] = {"mesh": RING, "field": "exp(-(sqrt(x^2+y^2)-1)/(0.0015*(1+4*(x+1)^2)))", "options": ["--geometry", json.dumps(CIRCLES)]}
+    cases["wall, far"] = cases["wall"] | {"options": [*cases["wall"]["options"], "--geometry-error", 10]}
     return cases | {f"random {seed}": {"mesh": SQUARE, "field": random_field(seed), "options": []} for seed in range(1, 6)}
 
 
@@ -65,7 +67,7 @@ def measured(camber, case, way, given, folder):
         mesh = f"{folder}/begin.meshb"
     printed = camber("adapt", mesh, "-o", f"{folder}/made.meshb", "--folder", f"{folder}/cycles", "--field", case["field"], "--complexity",
                      f"{given.complexity / 2:g},{given.complexity:g}", "--cycles", given.cycles, "--settled", 0, "--threads", given.threads,
-                     *case["options"], *WAYS[way])
+                     *case["options"], *given.options.split(), *WAYS[way])
     with open(f"{folder}/cycles/cycles.json", encoding="utf-8") as file:
         return json.load(file)["cycles"], printed.count("not certified")
 
@@ -90,20 +92,21 @@ def line(name, way, rows, given):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("camber")
-    parser.add_argument("--cases", help="names, separated by commas")
+    parser.add_argument("--cases", help="names, separated by semicolons")
     parser.add_argument("--more", metavar="FILE", help="cases of your own (JSON)")
     parser.add_argument("--ways", default=",".join(WAYS))
     parser.add_argument("--complexity", type=float, default=600)
     parser.add_argument("--cycles", type=int, default=20)
     parser.add_argument("--from", dest="first", type=int, default=8)
     parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--options", default="", help="words for `camber adapt` in all cases")
     parser.add_argument("--json", metavar="FILE")
     given = parser.parse_args()
     cases = own_cases()
     if given.more:
         with open(given.more, encoding="utf-8") as file:
             cases |= {name: {"options": []} | case for name, case in json.load(file).items()}
-    names = given.cases.split(",") if given.cases else list(cases)
+    names = given.cases.split(";") if given.cases else list(cases)
     for name in names:
         if name not in cases:
             parser.error(f"there is no case '{name}'; there are {', '.join(cases)}")
