@@ -69,7 +69,7 @@ Number = namedtuple("Number", "text value unit is_of_machine")  # unit: that of 
 # Pages
 
 def pages():
-    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *sorted((ROOT / "bench" / "results").glob("*.md"))]
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md")), *sorted((ROOT / "bench" / "results").glob("*.md"))]
 
 
 def block_end(lines, first):

@@ -76,8 +76,8 @@ def sentences(text):
 
 class Sentences(unittest.TestCase):
     def test_what_is_read_first_is_read_once(self):
-        """No sentence of the README or of a guide has more than 30 words."""
-        for page in [ROOT / "README.md", *(ROOT / "docs" / "guides").glob("*.md")]:
+        """No sentence of the README, of CONTRIBUTING or of a guide has more than 30 words."""
+        for page in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs" / "guides").glob("*.md")]:
             for sentence in sentences(text_of(page)):
                 self.assertLessEqual(len(sentence.split()), 30, f"{page.relative_to(ROOT)}: {sentence}")
 
@@ -92,7 +92,7 @@ class Places(unittest.TestCase):
     def test_files_are_there(self):
         files = 0
         for page in pages():
-            for named in re.findall(r"`((?:apps|bench|cmake|configs|modules|tests)/[^`\s]*)`", text_of(page)):
+            for named in re.findall(r"`((?:apps|bench|cmake|configs|docs|examples|modules|packaging|tests)/[^`\s]*)`", text_of(page)):
                 for path in braces(named):
                     if re.search(r"[A-Z]{3,}|…", path) or re.fullmatch(r"configs/\w+\.\w+\.json", path):
                         continue  # a word that stands for many
