@@ -199,7 +199,7 @@ class Cycles {
             run::error_expected_on(solved_->mesh.mesh, solved_->fields, pipeline_.solution.weights, execution);
         if (!expected) return fail(expected.error());
         if (*expected) {
-            row.expected = **expected;
+            row.expected = *expected;
             row.unknowns = run::count_nodes(solved_->fields);
         }
         return write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution);

@@ -78,7 +78,7 @@ class CyclesInMemory {
                                                          {.threads = pipeline_.threads, .stop = host_.stop});
             if (!expected) return fail(expected.error());
             if (*expected) {
-                row.expected = **expected;
+                row.expected = *expected;
                 row.unknowns = run::count_nodes(now.solution);
             }
         }
