@@ -14,7 +14,6 @@ export import :shape;
 export import :smooth_loss;
 export import :solution_nodes;
 export import :edge_models;
-export import :expected_error;
 import :edge_energy;
 import :error_system;
 import :lattice_polynomial;

@@ -7,7 +7,6 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import :expected_error;
 import :lattice_polynomial;
 import :simplex_rule;
 import :solution_nodes;

@@ -48,23 +48,24 @@ struct SolutionNodes {
 
 /// Moves the nodes of volume edges so that the sum over fields and elements of ∫ (u − u_h)² is least; u_h is the
 /// interpolant of degree 2 on the curved elements. The search begins with the best of `starts` (one node an edge each;
-/// boundary nodes stay), and keeps elements above `min_jacobian`. Each turn takes the solution in the present elements
-/// (the frame) and finds nodes by least squares about it. The polynomials of a frame are inaccurate far from it, so
-/// edges are moved by a part of their step where the elements turn out worse. The expected error never rises, and is
-/// the error of the interpolant. The result does not depend on the number of threads. Errors: columns that do not fit
-/// (internal); those of `solution`; stopped, memory.
-/// From the best of the nodes `starts` (one an edge each; boundary nodes stay) volume edges' nodes are moved so that
-/// the sum over fields and elements of ∫ (u − u_h)² is least, u_h the interpolant of degree 2 on the elements that they
-/// curve; elements stay above `min_jacobian`. In turns, the solution is taken in the elements as they are (the frame),
-/// and nodes are found by least squares about it. Far from its frame a solution is told wrong: edges whose elements
-/// turn out worse than before go a part of their way. The expected error never rises, and is the interpolant's. The
-/// same bytes for any number of threads. Errors: columns that do not fit (internal); those of `solution`; stopped,
-/// memory.
+/// boundary nodes stay), and after each turn elements are above `min_jacobian`. Each turn takes the solution in the
+/// present elements (the frame) and finds nodes by least squares about it. The polynomials of a frame are inaccurate
+/// far from it, so edges are moved by a part of their step where the elements turn out worse. The expected error never
+/// rises, and is the error of the interpolant. The result does not depend on the number of threads. Errors: columns
+/// that do not fit (internal); those of `solution`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                        std::span<const Column<LagrangeNode<D>>> starts,
                                                        const Incidence<ElementId>& shells,
                                                        const SolutionInElements<D>& solution,
                                                        const SolutionNodesOptions& options, const Execution& execution);
+
+/// Returns the expected L2 error of a solution's interpolants of degree 1 or 2 on straight elements. For one field it
+/// is weight · ‖u − u_h‖ in the user's unit, for several fields the root of Σ (weight ‖u − u_h‖)² in the units of the
+/// fields, as in `SolutionNodes`. The integral goes over a rule of degree 6 in each element. The result does not depend
+/// on the number of threads. Errors: values that are not one an element, another degree (internal); stopped.
+template <int D>
+[[nodiscard]] Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, int degree,
+                                             const Execution& execution);
 
 }  // namespace camber

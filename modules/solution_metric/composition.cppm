@@ -24,7 +24,7 @@ enum class AmountOf : std::uint8_t {
 }
 
 /// Elements of a mesh that was brought to a metric of complexity 1, as found (2.4 to 2.8 triangles, 12 to 15
-/// tetrahedra: docs/results.md, "Meshes for solutions"). Regular simplices of side 1 would be 4/√3 and 6√2, but
+/// tetrahedra: bench/results/solution-metrics.md). Regular simplices of side 1 would be 4/√3 and 6√2, but
 /// tetrahedra do not fill space with these, and edges of a mesh are of unit length in the mean.
 template <int D>
 [[nodiscard]] constexpr double elements_per_complexity() {

@@ -14,7 +14,7 @@ export namespace camber {
 /// det J / |det straight| that makes an element valid, rounding included (paper §4.3).
 inline constexpr double min_bound = 1e-9;
 /// The same that is recommended where none is asked: what a solver is glad of, and what costs next to nothing
-/// (docs/results.md, The bound).
+/// (bench/results/bounds.md).
 inline constexpr double default_bound = 0.1;
 
 /// The scaled Jacobian that elements are to have: asked for, or recommended, where nobody did.

@@ -1,5 +1,6 @@
 // The passes that bring a mesh to a metric: the domain and its features stay, and the mesh comes nearer to unit.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -214,16 +215,29 @@ TEST_CASE("a pass that makes more elements than there is room for ends with an e
     CHECK(refused.error().kind == ErrorKind::memory);
 }
 
+namespace {
+
+LinearMesh<2> one_triangle(const std::array<Vec<2>, 3>& corners) {
+    LinearMesh<2> mesh;
+    mesh.points = Buffer<Vec<2>>(corners.begin(), corners.end());
+    mesh.elements.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
+    mesh.facets.vertices =
+        Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(1)}, {VertexId(1), VertexId(2)}, {VertexId(2), VertexId(0)}};
+    return mesh;
+}
+
+/// Lengths in the metric are those in space.
+AdaptationGoal<2> unit_sizes_over(const LinearMesh<2>& mesh) {
+    Buffer<LogMetric<2>> logs(mesh.points.size(), log_metric_of_sizes<2>({{1, 1}}));
+    return {must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<2>>(std::move(logs)), alone)), {}};
+}
+
+}  // namespace
+
 TEST_CASE("an edge that is much too long is split beside a vertex in its way") {
     const auto splits = [](double length) {
-        LinearMesh<2> mesh;
-        mesh.points = Buffer<Vec<2>>{{{-length / 2, 0}}, {{length / 2, 0}}, {{0, 0.45}}};
-        mesh.elements.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
-        mesh.facets.vertices = Buffer<SimplexVertices<1>>{
-            {VertexId(0), VertexId(1)}, {VertexId(1), VertexId(2)}, {VertexId(2), VertexId(0)}};
-        Buffer<LogMetric<2>> logs(3, log_metric_of_sizes<2>({{1, 1}}));
-        const AdaptationGoal<2> goal{
-            must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<2>>(std::move(logs)), alone)), {}};
+        const LinearMesh<2> mesh = one_triangle({{{{-length / 2, 0}}, {{length / 2, 0}}, {{0, 0.45}}}});
+        const AdaptationGoal<2> goal = unit_sizes_over(mesh);
         const auto [r, told] = must(split<2>(begun(mesh, goal), goal, {.longest = 1.9}, alone));
         return told.accepted;
     };
@@ -234,14 +248,8 @@ TEST_CASE("an edge that is much too long is split beside a vertex in its way") {
 TEST_CASE("an edge that is much too long is split although that makes elements of quality 0.02, and no worse ones") {
     // Two edges of about 20 and one of `width`: a half of the first that is split is worse than the whole.
     const auto splits = [](double width) {
-        LinearMesh<2> mesh;
-        mesh.points = Buffer<Vec<2>>{{{0, 0}}, {{20, 0}}, {{20, width}}};
-        mesh.elements.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
-        mesh.facets.vertices = Buffer<SimplexVertices<1>>{
-            {VertexId(0), VertexId(1)}, {VertexId(1), VertexId(2)}, {VertexId(2), VertexId(0)}};
-        Buffer<LogMetric<2>> logs(3, log_metric_of_sizes<2>({{1, 1}}));
-        const AdaptationGoal<2> goal{
-            must(make_back_mesh(mesh, must(balls(mesh, alone)), Column<LogMetric<2>>(std::move(logs)), alone)), {}};
+        const LinearMesh<2> mesh = one_triangle({{{{0, 0}}, {{20, 0}}, {{20, width}}}});
+        const AdaptationGoal<2> goal = unit_sizes_over(mesh);
         const Adaptation<2> before = begun(mesh, goal);
         const double quality = must(unit_mesh_statistics(before, alone)).worst_quality;
         const auto [r, told] = must(split<2>(before, goal, {.longest = 19}, alone));
