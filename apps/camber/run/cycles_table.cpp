@@ -89,6 +89,13 @@ std::string error_cells(const std::optional<CycleError>& error) {
                        cell(error.has_value(), error ? fmt::format("{:.2e}", error->h1) : ""));
 }
 
+/// The distance and its bound. A distance far below the bound is the rounding of a plane boundary.
+std::string distance_cell(const BoundaryDistance& boundary) {
+    constexpr double least_share = 1e-9;
+    if (boundary.reached < least_share * boundary.bound) return fmt::format("0, {:.2e}", boundary.bound);
+    return fmt::format("{:.2e}, {:.2e}", boundary.reached, boundary.bound);
+}
+
 /// Where the exact solution is known its interpolant's error stands in its place.
 bool shows_expected(const config::Adaptation& adapt) { return adapt.exact.empty() || !adapt.solve.empty(); }
 
@@ -115,8 +122,7 @@ std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt) {
         "{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8.3f}", row.cycle, grouped(row.unknowns), grouped(row.elements),
         complexity, cell(made, percent(row.unit_before) + " > " + percent(row.unit_edges)),
         cell(made, fmt::format("{:.3f}, {:.3f}", row.worst_quality, row.mean_quality)), row.smallest_jacobian);
-    text += fmt::format(" {:>18}",
-                        row.boundary ? fmt::format("{:.2e}, {:.2e}", row.boundary->reached, row.boundary->bound) : "-");
+    text += fmt::format(" {:>18}", row.boundary ? distance_cell(*row.boundary) : "-");
     if (shows_expected(adapt))
         text += fmt::format(" {:>9}", cell(row.expected.has_value(), fmt::format("{:.2e}", row.expected.value_or(0))));
     if (!adapt.exact.empty()) text += error_cells(row.interpolated);
