@@ -137,20 +137,19 @@ class Cycles {
         auto made = mesh_of(cycle, into);
         if (!made) return fail(made.error());
         const AnyMesh& mesh = made->run.mesh;
-        const run::Report& report = made->run.report;
         if (cycle == 0) {
             groups_ = run::groups_of(mesh);
             if (auto stored = folders_.store_groups(groups_); !stored) return fail(stored.error());
         }
-        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, report);
-        for (const run::StageTime& time : report.times) row.seconds += time.seconds;
-        row.is_of_gradients = run::is_of_gradients(pipeline_.metric);
-        if (!made->miss.empty()) row.misses.push_back(made->miss);
+        run::CycleRow row = run::row_of(cycle, pipeline_, *made);
         solved_.reset();
-        const bool is_valid = report.has_valid_elements();
+        const bool is_valid = row.is_valid;
         if (!pipeline_.adapt.solve.empty() && is_valid)
             if (auto done = solve(cycle, into, row); !done) return fail(done.error());
-        if (auto known = compare(mesh, row); !known) return fail(known.error());
+        const auto fields = solved_ ? std::span<const NamedField>(solved_->fields) : std::span<const NamedField>();
+        const auto done = run::add_errors(row, solved_ ? solved_->mesh.mesh : mesh, fields, pipeline_,
+                                          {.threads = pipeline_.threads, .stop = stop_on_signals()});
+        if (!done) return fail(done.error());
         if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)
             return fail(added.error());
         losses_ = losses_of(mesh);
@@ -195,13 +194,6 @@ class Cycles {
             return fail(ErrorKind::input, fmt::format("was not written by the solver of cycle {}", cycle),
                         into.solution, {}, "see what it said in " + into.said);
         if (auto read = read_solved(into, execution); !read) return read;
-        const auto expected =
-            run::error_expected_on(solved_->mesh.mesh, solved_->fields, pipeline_.solution.weights, execution);
-        if (!expected) return fail(expected.error());
-        if (*expected) {
-            row.expected = *expected;
-            row.unknowns = run::count_nodes(solved_->fields);
-        }
         return write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution);
     }
 
@@ -227,28 +219,6 @@ class Cycles {
                 words.front(),
                 {},
                 "all that it said is in " + said};
-    }
-
-    /// Errors where the exact solution is known.
-    Outcome<Done> compare(const AnyMesh& mesh, run::CycleRow& row) {
-        if (pipeline_.adapt.exact.empty()) return Done{};
-        const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
-        const auto fields = solved_ ? std::span<const NamedField>(solved_->fields) : std::span<const NamedField>();
-        const int degree = run::interpolated_degree(mesh, fields, pipeline_.metric);
-        const auto interpolated = run::error_of_interpolant(mesh, degree, pipeline_.adapt.exact, execution);
-        if (!interpolated) return fail(interpolated.error());
-        if (degree == 2) {
-            const auto nodes = run::nodes_in_degree_2(mesh, without_progress(execution));
-            if (!nodes) return fail(nodes.error());
-            row.unknowns = *nodes;
-        }
-        row.interpolated = *interpolated;
-        if (!solved_) return Done{};
-        const auto solved =
-            run::error_of_solution(solved_->mesh.mesh, solved_->fields, pipeline_.adapt.exact, execution);
-        if (!solved) return fail(solved.error());
-        row.solved = *solved;
-        return Done{};
     }
 
     /// What a cycle made, as the config's outputs.

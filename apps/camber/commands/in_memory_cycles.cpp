@@ -61,28 +61,23 @@ class CyclesInMemory {
         const run::CycleFiles into = names(cycle);
         auto made = mesh_of(cycle, into);
         if (!made) return fail(made.error());
-        run::CycleRow row = run::row_of(cycle, pipeline_.adapt, made->run.report);
-        row.is_of_gradients = run::is_of_gradients(pipeline_.metric);
-        if (!made->miss.empty()) row.misses.push_back(made->miss);
-        for (const run::StageTime& time : made->run.report.times) row.seconds += time.seconds;
+        run::CycleRow row = run::row_of(cycle, pipeline_, *made);
         MadeInMemory now = made_of(std::move(made->run), input_);
         if (!made->miss.empty()) {
             now.holds_what_was_asked = false;
             now.notices.push_back(made->miss);
         }
-        if (solver_ && now.has_valid_elements) {
+        const bool is_solved = solver_ && now.has_valid_elements;
+        if (is_solved) {
             auto solved = solver_(now.mesh, now.solution, cycle);
             if (!solved) return fail(solved.error());
             now.solution = std::move(*solved);
-            const auto expected = run::error_expected_on(now.mesh.mesh, now.solution, pipeline_.solution.weights,
-                                                         {.threads = pipeline_.threads, .stop = host_.stop});
-            if (!expected) return fail(expected.error());
-            if (*expected) {
-                row.expected = *expected;
-                row.unknowns = run::count_nodes(now.solution);
-            }
         }
-        if (auto known = compare(now, row); !known) return fail(known.error());
+        const auto fields =
+            is_solved ? std::span<const run::NamedField>(now.solution) : std::span<const run::NamedField>();
+        const auto done =
+            run::add_errors(row, now.mesh.mesh, fields, pipeline_, {.threads = pipeline_.threads, .stop = host_.stop});
+        if (!done) return fail(done.error());
         keep(cycle, into, now);
         rows_.push_back(row);
         return now;
@@ -119,29 +114,6 @@ class CyclesInMemory {
             Written none;
             return execute(tried, none, is_input ? fit : Fit{}, host);
         });
-    }
-
-    /// Errors where the exact solution is known.
-    Outcome<Done> compare(const MadeInMemory& now, run::CycleRow& row) const {
-        const std::string& exact = pipeline_.adapt.exact;
-        if (exact.empty()) return Done{};
-        const Execution execution{.threads = pipeline_.threads, .stop = host_.stop};
-        const auto fields =
-            solver_ ? std::span<const run::NamedField>(now.solution) : std::span<const run::NamedField>();
-        const int degree = run::interpolated_degree(now.mesh.mesh, fields, pipeline_.metric);
-        const auto interpolated = run::error_of_interpolant(now.mesh.mesh, degree, exact, execution);
-        if (!interpolated) return fail(interpolated.error());
-        if (degree == 2) {
-            const auto nodes = run::nodes_in_degree_2(now.mesh.mesh, without_progress(execution));
-            if (!nodes) return fail(nodes.error());
-            row.unknowns = *nodes;
-        }
-        row.interpolated = *interpolated;
-        if (!solver_) return Done{};
-        const auto solved = run::error_of_solution(now.mesh.mesh, now.solution, exact, execution);
-        if (!solved) return fail(solved.error());
-        row.solved = *solved;
-        return Done{};
     }
 
     const config::Pipeline& pipeline_;

@@ -89,25 +89,11 @@ Outcome<double> expected_on_straight(const LinearMesh<D>& mesh, const SolutionSo
     return expected_error(mesh, *known, source.fields.front().field.degree, execution);
 }
 
-}  // namespace
-
 int interpolated_degree(const AnyMesh& mesh, std::span<const NamedField> solved, const config::Metric& metric) {
     int degree = degree_of(mesh);
     for (const NamedField& field : solved) degree = std::max(degree, field.field.degree);
     const auto* const made = std::get_if<config::SolutionMetric>(&metric);
     return made == nullptr ? degree : std::max(degree, made->degree);
-}
-
-std::size_t count_nodes(std::span<const NamedField> fields) {
-    std::size_t nodes = 0;
-    for (const NamedField& field : fields)
-        nodes = std::max(nodes, field.field.values.size() / static_cast<std::size_t>(field.field.components));
-    return nodes;
-}
-
-bool is_of_gradients(const config::Metric& metric) {
-    const auto* const made = std::get_if<config::SolutionMetric>(&metric);
-    return made != nullptr && made->error_of == ErrorOf::gradients;
 }
 
 Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,
@@ -126,17 +112,51 @@ Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const Named
     return error_of(mesh, scalar->field.values, scalar->field.degree, exact, execution);
 }
 
-Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::vector<NamedField> fields,
+/// The L2 error of the interpolant that fields on a straight mesh let expect; none of a mesh of degree 2.
+Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::span<const NamedField> fields,
                                                  const std::vector<double>& weights, const Execution& execution) {
     return std::visit(
         [&]<class Mesh>(const Mesh& m) -> Outcome<std::optional<double>> {
             if constexpr (requires { m.linear; })
                 return std::nullopt;
             else
-                return expected_on_straight(m, {mesh, std::move(fields), {}, weights}, without_progress(execution))
+                return expected_on_straight(m, {mesh, {fields.begin(), fields.end()}, {}, weights},
+                                            without_progress(execution))
                     .map([](double error) { return std::optional(error); });
         },
         mesh);
+}
+
+/// Errors where the exact solution is known.
+Outcome<Done> add_true_errors(CycleRow& row, const AnyMesh& mesh, int degree, std::span<const NamedField> solved,
+                              const std::string& exact, const Execution& execution) {
+    const auto interpolated = error_of_interpolant(mesh, degree, exact, execution);
+    if (!interpolated) return fail(interpolated.error());
+    row.interpolated = *interpolated;
+    if (solved.empty()) return Done{};
+    const auto error = error_of_solution(mesh, solved, exact, execution);
+    if (!error) return fail(error.error());
+    row.solved = *error;
+    return Done{};
+}
+
+}  // namespace
+
+Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
+                         const config::Pipeline& pipeline, const Execution& execution) {
+    const int degree = interpolated_degree(mesh, solved, pipeline.metric);
+    if (degree == 2) {
+        const auto nodes = nodes_in_degree_2(mesh, without_progress(execution));
+        if (!nodes) return fail(nodes.error());
+        row.unknowns = *nodes;
+    }
+    if (!solved.empty()) {
+        const auto expected = error_expected_on(mesh, solved, pipeline.solution.weights, execution);
+        if (!expected) return fail(expected.error());
+        if (*expected) row.expected = *expected;
+    }
+    const std::string& exact = pipeline.adapt.exact;
+    return exact.empty() ? Done{} : add_true_errors(row, mesh, degree, solved, exact, execution);
 }
 
 }  // namespace camber::run

@@ -18,6 +18,7 @@ import camber.core;
 import camber.config;
 import camber.curving;
 import camber.io;
+import camber.solution_metric;
 import :cycles;
 import :order;
 import :pipeline;
@@ -299,7 +300,9 @@ Outcome<Done> check_cycles(const config::Pipeline& pipeline) {
     return Done{};
 }
 
-CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report) {
+CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& made) {
+    const config::Adaptation& adapt = pipeline.adapt;
+    const Report& report = made.run.report;
     CycleRow row{.cycle = cycle,
                  .unknowns = report.mesh.nodes,
                  .elements = report.mesh.judged(),
@@ -324,6 +327,10 @@ CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report
     }
     row.is_valid = report.has_valid_elements();
     row.misses = misses(report);
+    if (!made.miss.empty()) row.misses.push_back(made.miss);
+    for (const StageTime& time : report.times) row.seconds += time.seconds;
+    const auto* const of_solution = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    row.is_of_gradients = of_solution != nullptr && of_solution->error_of == ErrorOf::gradients;
     return row;
 }
 

@@ -74,35 +74,24 @@ struct CycleRow {
     bool is_valid = true;                  ///< all elements are certified valid
     std::vector<std::string> misses = {};  ///< how its mesh is not the one that was wanted
 };
-/// The degree of the interpolant that a cycle's mesh is judged by: the largest of the mesh's, that of the metric of the
-/// solution, and that of the solver's fields (a straight mesh for elements of degree 2).
-[[nodiscard]] int interpolated_degree(const AnyMesh& mesh, std::span<const NamedField> solved,
-                                      const config::Metric& metric);
-/// The largest number of nodes at which a field is known.
-[[nodiscard]] std::size_t count_nodes(std::span<const NamedField> fields);
-/// Whether the metric is for the error of the solution's gradients.
-[[nodiscard]] bool is_of_gradients(const config::Metric& metric);
-/// Of the exact solution's interpolant of this degree, and of the first scalar field. Errors: usage, no expression, or
-/// not finite somewhere; input, no such field.
-[[nodiscard]] Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,
-                                                       const Execution& execution);
-[[nodiscard]] Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields,
-                                                    const std::string& exact, const Execution& execution);
-
-/// The L2 error of the interpolant on a straight mesh that the solution there lets expect: of degree 1 where it is
-/// known at the vertices, else of degree 2. None: a mesh of degree 2, for which `curve` has it. Errors: those of
-/// `known_solution`; other numbers of weights than of fields (usage).
-[[nodiscard]] Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::vector<NamedField> fields,
-                                                               const std::vector<double>& weights,
-                                                               const Execution& execution);
-
-[[nodiscard]] CycleRow row_of(int cycle, const config::Adaptation& adapt, const Report& report);
-
 /// The mesh of a cycle.
 struct CycleRun {
     Run run;
     std::string miss;  ///< says that its complexity is not the one that was wanted; empty: it is
 };
+/// The row of a cycle's mesh, without what `add_errors` adds.
+[[nodiscard]] CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& made);
+
+/// Adds to the row of a mesh:
+/// - the unknowns, if its interpolants are of degree 2: the largest degree of the mesh, of the metric of the solution,
+///   and of the solver's fields counts (a straight mesh may be for elements of degree 2);
+/// - the L2 error that the solver's fields (none: {}) let expect on a straight mesh. On others `curve` has it;
+/// - the errors of the exact solution's interpolant and of the first scalar field, if the solution is known.
+/// Errors: an expression that is not one, or not finite somewhere, other numbers of weights than of fields (usage); no
+/// scalar field (input); those of `known_solution`.
+[[nodiscard]] Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
+                                       const config::Pipeline& pipeline, const Execution& execution);
+
 /// Runs the pipeline of a cycle by \p execute. While its mesh has elements that are not certified valid, runs it again,
 /// at most three times, with a smaller step: the complexity halfway (in the logarithm) back to that of the mesh before,
 /// or 10 % less where the two are as near as that. Each step adds a notice. \p rows are those of the cycles before.

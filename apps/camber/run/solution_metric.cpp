@@ -129,8 +129,7 @@ template <int D>
 Outcome<std::vector<std::string>> fields_in_doubt(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
                                                   const Execution& execution) {
     constexpr const char* remedy =
-        "give a row for each vertex, then one for each edge, these by (lower vertex, higher vertex), or a file with "
-        "its "
+        "give a row for each vertex, then one for each edge by (lower vertex, higher vertex), or a file with its "
         "own mesh, such as .vtu (docs/formats.md, Fields of degree 2)";
     std::vector<std::string> in_doubt;
     for (const NamedField& field : fields)
