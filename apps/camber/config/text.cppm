@@ -26,9 +26,8 @@ export namespace camber::config {
 /// whose input is generated. `overrides` are `path=value` among the shape's options (`inner_layer/count=3`).
 [[nodiscard]] Outcome<Shape> read_shape(std::string_view text, std::string_view name,
                                         std::span<const std::string> overrides = {});
-/// shell, annulus …: the word of a shape, and all of them.
+/// The word of a shape: shell, annulus …
 [[nodiscard]] std::string name_of(const Shape& shape);
-[[nodiscard]] std::vector<std::string> shape_names();
 
 /// The whole pipeline with every default, as JSON; `read_pipeline` of it gives the same value.
 [[nodiscard]] std::string write_pipeline(const Pipeline& pipeline);
