@@ -101,10 +101,4 @@ template <int D>
 [[nodiscard]] Outcome<Lattice<D>> lattice_of(const std::array<int, D>& cells, std::uint64_t seed,
                                              const Execution& execution);
 
-/// The same where nothing stops it.
-template <int D>
-[[nodiscard]] Lattice<D> unit_lattice(const std::array<int, D>& cells, std::uint64_t seed) {
-    return *lattice_of<D>(cells, seed, {});
-}
-
 }  // namespace camber
