@@ -19,7 +19,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// By how much coefficients may change in a volume programme, relative to the largest: closed shells stay far inside.
+/// Largest change of coefficients in a volume programme, relative to the largest of them: closed shells stay far
+/// inside.
 constexpr double volume_reach = 1e3;
 
 /// Demands are tightened by rounding errors times 4, then 64, … until `decide` agrees.

@@ -20,7 +20,7 @@ struct EdgeProgrammeOptions {
     int max_cuts = 60;        ///< bisections in all; 0: the plain coefficient test
     /// Cuts end when the largest smallest value is known to be above or below this.
     double enough = std::numeric_limits<double>::infinity();
-    /// Without cuts: a node is given only if by its coefficients it reaches more than this. None is cheaper to tell.
+    /// Without cuts: no node is returned unless its coefficients exceed this, which costs less to detect.
     double least = -std::numeric_limits<double>::infinity();
 };
 
@@ -50,7 +50,7 @@ struct HighestNode {
     int cuts = 0;  ///< bisections made
 };
 
-/// The node nearest to a wanted one.
+/// The valid node nearest to a target position.
 template <int D>
 struct NearestNode {
     LagrangeNode<D> node;

@@ -32,7 +32,7 @@ export namespace camber::config {
 /// The whole pipeline with every default, as JSON; `read_pipeline` of it gives the same value.
 [[nodiscard]] std::string write_pipeline(const Pipeline& pipeline);
 
-/// A pipeline's parts as one reads them: JSON in one line, of stages only the options that are not the defaults.
+/// The parts of a pipeline as JSON in one line. Stages contain the options that differ from the defaults.
 struct Parts {
     std::string input, metric, geometry;
     std::vector<std::string> metric_operations, stages;
