@@ -24,7 +24,6 @@ class IdMap {
 
     [[nodiscard]] EntityId operator[](EntityId old) const { return identity_ ? old : after_[old]; }
     [[nodiscard]] std::size_t size() const { return count_; }  ///< entities before
-    [[nodiscard]] bool is_identity() const { return identity_; }
 
   private:
     Column<EntityId> after_;

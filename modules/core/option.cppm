@@ -108,18 +108,6 @@ template <HasOptions S, class T>
     return found;
 }
 
-/// Whether S lists an option of the name of each that B lists: what hands B's options on forgets none.
-template <HasOptions S, HasOptions B>
-[[nodiscard]] consteval bool lists_all_of() {
-    bool all = true;
-    each_option<B>([&](const auto& b) {
-        bool there = false;
-        each_option<S>([&](const auto& s) { there = there || s.name == b.name; });
-        all = all && there;
-    });
-    return all;
-}
-
 /// "must be at least 0 and below 1, got 2".
 [[nodiscard]] std::string out_of_limits(const Limits& limits, std::string_view got);
 

@@ -104,7 +104,6 @@ enum class Instructions : std::uint8_t {
     avx2,
     avx512,
 };
-inline constexpr int instruction_sets = 3;
 
 /// Whether this processor has them, and this build kernels for them.
 [[nodiscard]] inline bool has(Instructions set) {

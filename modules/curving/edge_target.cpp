@@ -51,22 +51,6 @@ EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const L
 }
 
 template <int D>
-EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& base,
-                            std::span<const ElementId> shell, const BackMesh<D>& back, const EdgeRules& rules,
-                            const CurveOptions& options) {
-    if (shell.empty()) return boundary_target(mesh, edge, mesh.mid_nodes[edge]);
-    if (options.aim == CurvingAim::accuracy) {
-        const auto& [a, b] = mesh.edges.vertices[edge];
-        const BackEdge seen{a, b, shell};
-        Vec<D> offset;
-        accurate_offsets<D>(mesh, {&seen, 1}, back, options, {&offset, 1});
-        return measured_target(mesh, {edge, shell.front()}, {base.point + offset}, back, rules.report);
-    }
-    const auto& [a, b] = mesh.edges.vertices[edge];
-    return searched_target(mesh, edge, minimise_back_edge(back, a, b, base, shell, rules, search_options(options)));
-}
-
-template <int D>
 EdgeSearchWork searched_targets(const QuadraticMesh<D>& mesh, std::span<const EdgeId> edges,
                                 const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
                                 const BackMesh<D>& back, const EdgeRules& rules, const CurveOptions& options,
@@ -122,19 +106,8 @@ void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<
     target.length = curved.length;
 }
 
-template <int D>
-EdgeTarget<D> measured_target(const QuadraticMesh<D>& mesh, const HeldEdge& held, const LagrangeNode<D>& node,
-                              const BackMesh<D>& back, const Quadrature& report) {
-    EdgeTarget<D> target = node_target(mesh, held.edge, node);
-    measure(mesh, held, back, report, target);
-    return target;
-}
-
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);                \
-    template EdgeTarget<D> volume_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,                   \
-                                            std::span<const ElementId>, const BackMesh<D>&, const EdgeRules&,          \
-                                            const CurveOptions&);                                                      \
     template EdgeSearchWork searched_targets<D>(                                                                       \
         const QuadraticMesh<D>&, std::span<const EdgeId>, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, \
         const BackMesh<D>&, const EdgeRules&, const CurveOptions&, std::span<EdgeTarget<D>>);                          \
@@ -142,9 +115,7 @@ EdgeTarget<D> measured_target(const QuadraticMesh<D>& mesh, const HeldEdge& held
                                       const EdgeAccuracyOptions&, std::span<Vec<D>>);                                  \
     template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);                    \
     template void measure<D>(const QuadraticMesh<D>&, const HeldEdge&, const BackMesh<D>&, const Quadrature&,          \
-                             EdgeTarget<D>&);                                                                          \
-    template EdgeTarget<D> measured_target<D>(const QuadraticMesh<D>&, const HeldEdge&, const LagrangeNode<D>&,        \
-                                              const BackMesh<D>&, const Quadrature&);
+                             EdgeTarget<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

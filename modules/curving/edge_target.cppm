@@ -89,19 +89,13 @@ struct EdgeTarget {
 template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
-/// Of an edge in the volume, by the field `back`, whose mesh has straight edges or `base` here: the node that the aim
-/// asks for. A search takes `base` as one of its starts, unless it is the middle of the chord, and does not end with a
-/// longer edge. An edge that no element holds has no field to follow and stays as it is.
-template <int D>
-[[nodiscard]] EdgeTarget<D> volume_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& base,
-                                          std::span<const ElementId> shell, const BackMesh<D>& back,
-                                          const EdgeRules& rules, const CurveOptions& options);
-
 /// How many edges `curve` gives to searched_targets at a time: the last few of them do not fill a pack.
 inline constexpr std::size_t searched_together = 1024;
 
-/// volume_target of each of these edges for `energy` or `length`, in packs, without lengths: targets[i] of edges[i],
-/// each held by an element. An edge has the same target in any company.
+/// Computes the nodes of volume edges for `energy` or `length`, in packs, without lengths: targets[i] of edges[i], each
+/// held by an element. `back`: the metric field; its mesh has straight edges or `base` here. The search starts from
+/// `base` too, unless that is the middle of the chord, and never returns a longer edge. The target of an edge does not
+/// depend on the other edges.
 template <int D>
 EdgeSearchWork searched_targets(const QuadraticMesh<D>& mesh, std::span<const EdgeId> edges,
                                 const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
@@ -127,10 +121,5 @@ template <int D>
 template <int D>
 void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<D>& back, const Quadrature& report,
              EdgeTarget<D>& target);
-/// node_target with its lengths.
-template <int D>
-[[nodiscard]] EdgeTarget<D> measured_target(const QuadraticMesh<D>& mesh, const HeldEdge& held,
-                                            const LagrangeNode<D>& node, const BackMesh<D>& back,
-                                            const Quadrature& report);
 
 }  // namespace camber

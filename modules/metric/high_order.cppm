@@ -4,7 +4,6 @@ module;
 export module camber.metric:high_order;
 import camber.core;
 import camber.bezier;
-import :back_mesh;
 import :spd;
 
 /// High-order log-Euclidean interpolation on a K-simplex of degree N (paper §2.1), for any N and K. Its three forms:
@@ -87,17 +86,6 @@ template <class Field>
     const SpectralMetric spectral(interpolated(field, xi));
     for (auto& direction : gradient) direction = exp_derivative(spectral, direction);
     return gradient;
-}
-
-/// The metrics of a back mesh at the nodes or the control points of an element, in the order of multi_indices<N, K>.
-/// Beyond the boundary the back mesh's field is constant along the normal; control points often lie there.
-template <int N, int K, int D>
-[[nodiscard]] inline LagrangeLogs<N, K, D> lagrange_logs(const BackMesh<D>& back,
-                                                         const std::array<LagrangeNode<D>, node_count<N, K>>& nodes,
-                                                         ElementId hint) {
-    LagrangeLogs<N, K, D> out;
-    for (std::size_t a = 0; a < nodes.size(); ++a) out.logs[a] = sample_value(back, nodes[a].point, hint).log_metric;
-    return out;
 }
 
 }  // namespace camber

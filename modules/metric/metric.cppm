@@ -38,5 +38,4 @@ export import :unit_mesh;
 export import :bent_edge;
 export import :distortion;
 export import :distortion_bound;
-export import :distortion_in_field;
 export import :curved_unit_mesh;

@@ -19,7 +19,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// By how much coefficients may change in a volume programme, relative to the largest: closed shells stay far inside.
+/// Largest change of coefficients in a volume programme, relative to the largest of them: closed shells stay far
+/// inside.
 constexpr double volume_reach = 1e3;
 
 /// Demands are tightened by rounding errors times 4, then 64, … until `decide` agrees.
@@ -281,24 +282,6 @@ std::optional<NearestPoint<M>> approach_with_cuts(Parts<D>& parts, std::span<con
     }
 }
 
-/// The model on a tangent space.
-template <int D, int M>
-QuadraticModel<M> restricted(const QuadraticModel<D>& model, const TangentSpace<D, M>& space) {
-    if constexpr (D == M) {
-        return {model.centre - space.point, model.hessian, model.value};
-    } else {
-        const Vec<D> slope = model.hessian * (space.point - model.centre);
-        Vec<M> gradient;
-        Sym<M> hessian;
-        for (int i = 0; i < M; ++i) {
-            gradient[i] = dot(space.tangents[i], slope);
-            const Vec<D> column = model.hessian * space.tangents[i];
-            for (int j = 0; j <= i; ++j) hessian(i, j) = dot(space.tangents[j], column);
-        }
-        return model_at(Vec<M>{}, model(space.point), gradient, hessian);
-    }
-}
-
 template <int D>
 std::vector<double> floors_of(const Parts<D>& parts, const EdgeShell<D>& shell, double bound, double slack) {
     std::vector<double> floors(shell.elements.size());
@@ -384,19 +367,6 @@ std::optional<HighestNode<D>> highest_node(const EdgeShell<D>& shell, const Edge
     return highest;
 }
 
-template <int D, int M>
-std::optional<NearestNode<D>> nearest_node_in(const EdgeShell<D>& shell, const TangentSpace<D, M>& absolute,
-                                              const QuadraticModel<D>& model, double bound,
-                                              const EdgeProgrammeOptions& options) {
-    const TangentSpace<D, M> space = relative(absolute, shell.node);
-    Parts<D> parts(shell);
-    const auto nearest =
-        approach_with_cuts(parts, floors_of(parts, shell, bound, 4), space, restricted(model, absolute), options);
-    if (!nearest) return {};
-    const LagrangeNode<D> node{absolute.at(nearest->x)};
-    return NearestNode<D>{node, model(node.point), parts.cuts};
-}
-
 template <int D>
 std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model, double bound,
                                            const EdgeProgrammeOptions& options) {
@@ -427,14 +397,8 @@ CAMBER_INSTANTIATE(3)
 
 #define CAMBER_INSTANTIATE(D, M)                                                                                 \
     template std::optional<HighestNode<D>> highest_node_in<D, M>(const EdgeShell<D>&, const TangentSpace<D, M>&, \
-                                                                 double, const EdgeProgrammeOptions&);           \
-    template std::optional<NearestNode<D>> nearest_node_in<D, M>(const EdgeShell<D>&, const TangentSpace<D, M>&, \
-                                                                 const QuadraticModel<D>&, double,               \
-                                                                 const EdgeProgrammeOptions&);
-CAMBER_INSTANTIATE(2, 1)
+                                                                 double, const EdgeProgrammeOptions&);
 CAMBER_INSTANTIATE(2, 2)
-CAMBER_INSTANTIATE(3, 1)
-CAMBER_INSTANTIATE(3, 2)
 CAMBER_INSTANTIATE(3, 3)
 #undef CAMBER_INSTANTIATE
 

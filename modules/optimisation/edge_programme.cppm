@@ -1,6 +1,5 @@
 module;
 #include <array>
-#include <concepts>
 #include <limits>
 #include <optional>
 #include <utility>
@@ -21,7 +20,7 @@ struct EdgeProgrammeOptions {
     int max_cuts = 60;        ///< bisections in all; 0: the plain coefficient test
     /// Cuts end when the largest smallest value is known to be above or below this.
     double enough = std::numeric_limits<double>::infinity();
-    /// Without cuts: a node is given only if by its coefficients it reaches more than this. None is cheaper to tell.
+    /// Without cuts: no node is returned unless its coefficients exceed this, which costs less to detect.
     double least = -std::numeric_limits<double>::infinity();
 };
 
@@ -51,7 +50,7 @@ struct HighestNode {
     int cuts = 0;  ///< bisections made
 };
 
-/// The node nearest to a wanted one.
+/// The valid node nearest to a target position.
 template <int D>
 struct NearestNode {
     LagrangeNode<D> node;
@@ -74,15 +73,10 @@ template <int D>
 [[nodiscard]] std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
                                                          double bound, const EdgeProgrammeOptions& options = {});
 
-/// The same two in a tangent space. The node is in it, not on the surface, and not judged by `decide`: see
-/// `surface_node`. `reach`: by how much coefficients may change, at most (see highest_point).
+/// The highest node in a tangent space. `reach`: largest change of the coefficients (see highest_point).
 template <int D, int M>
 [[nodiscard]] std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const TangentSpace<D, M>& space,
                                                             double reach, const EdgeProgrammeOptions& options);
-template <int D, int M>
-[[nodiscard]] std::optional<NearestNode<D>> nearest_node_in(const EdgeShell<D>& shell, const TangentSpace<D, M>& space,
-                                                            const QuadraticModel<D>& model, double bound,
-                                                            const EdgeProgrammeOptions& options);
 
 /// Whether all elements of the shell are valid by `decide` with this node: above `bound`, or above what they `keep`.
 template <int D>
@@ -92,83 +86,5 @@ template <int D>
 /// where these do; within scaled_jacobian_tolerance of the minimum elsewhere.
 template <int D>
 [[nodiscard]] double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double enough);
-
-/// Puts a point onto a surface or a ridge, and says how that lies there.
-template <class F, int D, int M>
-concept TangentProjection = requires(F f, Vec<D> p) {
-    { f(p) } -> std::convertible_to<TangentSpace<D, M>>;
-};
-
-}  // namespace camber
-
-namespace camber {
-
-inline constexpr int max_surface_steps = 16;
-inline constexpr double min_surface_step = 1.0 / 64;
-
-/// What a place on a surface is worth: validity first, then the model's cost, or how far from valid it is.
-template <int D, int M>
-struct SurfacePlace {
-    TangentSpace<D, M> space;
-    bool valid = false;
-    double cost = 0, smallest = 0;
-
-    [[nodiscard]] bool better_than(const SurfacePlace& o, double tolerance) const {
-        if (valid != o.valid) return valid;
-        return valid ? cost < o.cost - tolerance * magnitude_of(o.cost) : smallest > o.smallest + tolerance;
-    }
-    [[nodiscard]] static constexpr double magnitude_of(double x) { return x < 0 ? -x : x; }
-};
-
-template <int D, int M>
-[[nodiscard]] inline SurfacePlace<D, M> surface_place(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
-                                                      double bound, const TangentSpace<D, M>& space) {
-    return {space, holds(shell, {space.point}, bound), model(space.point),
-            smallest_scaled_jacobian(shell, {space.point}, bound)};
-}
-
-}  // namespace camber
-
-export namespace camber {
-
-/// nearest_node for a node that has to stay on a surface (M = 2 in 3D) or on a curve (M = 1): a sequence of programmes
-/// in tangent spaces, each answer put back by `project`, shortened until it is better than where it started. While no
-/// node in the tangent space is valid the smallest value is raised instead. The result is exactly as `project` gave it.
-/// None if no valid place was met.
-template <int D, int M, TangentProjection<D, M> Project>
-[[nodiscard]] std::optional<NearestNode<D>> surface_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
-                                                         Project&& project, double bound,
-                                                         const EdgeProgrammeOptions& options = {}) {
-    const auto place = [&](const Vec<D>& p) { return surface_place<D, M>(shell, model, bound, project(p)); };
-    auto here = place(shell.node.point);
-    double margin = 0;
-    for (int turn = 0; turn < max_surface_steps; ++turn) {
-        std::optional<Vec<D>> wanted;
-        if (const auto nearest = nearest_node_in(shell, here.space, model, bound + margin, options)) {
-            wanted = nearest->node.point;
-        } else if (!here.valid) {
-            const double reach = 2 * (1 + SurfacePlace<D, M>::magnitude_of(here.smallest));
-            if (const auto highest = highest_node_in(shell, here.space, reach, options)) wanted = highest->node.point;
-        }
-        if (!wanted) {
-            if (margin == 0) break;
-            margin = margin > 1e-6 ? margin / 4 : 0;
-            continue;
-        }
-        auto there = place(*wanted);
-        // The surface bends away from the tangent space, so that demands met there are missed here: ask for more. What
-        // is missed vanishes with the step.
-        const double missed = bound + margin - there.smallest;
-        const bool useful = there.better_than(here, 1e-6) || !there.valid;
-        for (double part = 0.5; part >= min_surface_step && !there.better_than(here, 1e-6); part /= 2)
-            there = place(here.space.point + part * (*wanted - here.space.point));
-        const bool moved = there.better_than(here, 1e-6);
-        if (!moved && !useful) break;
-        if (moved) here = there;
-        margin = missed > 0 ? 1.1 * missed : 0;
-    }
-    if (!here.valid) return {};
-    return NearestNode<D>{{here.space.point}, here.cost, 0};
-}
 
 }  // namespace camber

@@ -172,12 +172,6 @@ Mat<M> cholesky(const Sym<M>& hessian) {
 }
 
 template <int M>
-Vec<M> solve_definite(const Sym<M>& hessian, const Vec<M>& b) {
-    const Mat<M> lower = cholesky(hessian);
-    return backward(lower, forward(lower, b));
-}
-
-template <int M>
 NearestPoint<M> nearest_point(const QuadraticModel<M>& model, std::span<const AffineFunction<M>> functions) {
     NearestPoint<M> nearest;
     if (std::all_of(functions.begin(), functions.end(), [&](const auto& f) { return f(model.centre) >= 0; })) {
@@ -221,9 +215,8 @@ NearestPoint<M> nearest_point(const QuadraticModel<M>& model, std::span<const Af
     return nearest;
 }
 
-#define CAMBER_INSTANTIATE(M)                                        \
-    template Mat<M> cholesky<M>(const Sym<M>&);                      \
-    template Vec<M> solve_definite<M>(const Sym<M>&, const Vec<M>&); \
+#define CAMBER_INSTANTIATE(M)                   \
+    template Mat<M> cholesky<M>(const Sym<M>&); \
     template NearestPoint<M> nearest_point<M>(const QuadraticModel<M>&, std::span<const AffineFunction<M>>);
 
 CAMBER_INSTANTIATE(1)

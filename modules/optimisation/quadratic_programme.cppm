@@ -27,21 +27,9 @@ namespace camber {
 template <int M>
 [[nodiscard]] Mat<M> cholesky(const Sym<M>& hessian);
 
-/// Solves hessian · x = b.
-template <int M>
-[[nodiscard]] Vec<M> solve_definite(const Sym<M>& hessian, const Vec<M>& b);
-
 }  // namespace camber
 
 export namespace camber {
-
-/// The model with this value, gradient and Hessian at a point.
-template <int M>
-[[nodiscard]] QuadraticModel<M> model_at(const Vec<M>& point, double value, const Vec<M>& gradient,
-                                         const Sym<M>& hessian) {
-    const Vec<M> step = solve_definite(hessian, gradient);
-    return {point - step, hessian, value - 0.5 * dot(gradient, step)};
-}
 
 /// The answer of a quadratic programme.
 template <int M>

@@ -84,7 +84,7 @@ struct Lattice {
             if (at[i] == 0 || at[i] == cells[i]) return true;
         return false;
     }
-    /// Of a facet on the boundary: 2i + 1 on the side of low x_i, 2i + 2 on that of high x_i.
+    /// Returns the reference of a boundary facet: 2i + 1 on the side of low x_i, 2i + 2 on that of high x_i.
     [[nodiscard]] Reference side(const SimplexVertices<D - 1>& facet) const {
         for (int i = 0; i < D; ++i)
             for (const int end : {0, cells[i]}) {
@@ -100,11 +100,5 @@ struct Lattice {
 template <int D>
 [[nodiscard]] Outcome<Lattice<D>> lattice_of(const std::array<int, D>& cells, std::uint64_t seed,
                                              const Execution& execution);
-
-/// The same where nothing stops it.
-template <int D>
-[[nodiscard]] Lattice<D> unit_lattice(const std::array<int, D>& cells, std::uint64_t seed) {
-    return *lattice_of<D>(cells, seed, {});
-}
 
 }  // namespace camber

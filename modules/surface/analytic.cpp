@@ -1,6 +1,5 @@
 module;
 #include <cmath>
-#include <optional>
 #include <variant>
 module camber.surface;
 import camber.core;
@@ -32,12 +31,6 @@ SurfaceFoot<3> foot(const Torus& torus, const Vec<3>& p) {
     return {ring + torus.minor_radius * n, n};
 }
 
-/// Planes along an axis hold their coordinate exactly.
-Vec<3> held_by(const AnalyticSurface<3>& surface, const Vec<3>& x) {
-    const auto* plane = std::get_if<Plane<3>>(&surface);
-    return plane ? snapped(*plane, x) : x;
-}
-
 }  // namespace
 
 template <int D>
@@ -50,14 +43,6 @@ const AnalyticSurface<D>* surface_of(const AnalyticGeometry<D>& geometry, Refere
 template <int D>
 SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p) {
     return std::visit([&](const auto& s) { return foot(s, p); }, surface);
-}
-
-std::optional<Vec<3>> closest_on_intersection(const AnalyticSurface<3>& a, const AnalyticSurface<3>& b,
-                                              const Vec<3>& p) {
-    const auto met = nearest_where_they_meet([&](const Vec<3>& x) { return closest_point<3>(a, x); },
-                                             [&](const Vec<3>& x) { return closest_point<3>(b, x); }, p);
-    if (!met) return std::nullopt;
-    return held_by(b, held_by(a, *met));
 }
 
 #define CAMBER_INSTANTIATE(D)                                                             \

@@ -1,5 +1,4 @@
 module;
-#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -56,11 +55,5 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
                                       const Execution& execution);
-
-/// The point nearest to p on the curve where two surfaces meet: p is projected onto the meet of their tangent planes,
-/// again and again, and the last steps restore the surfaces alone. Nothing where they are nearly tangent (below
-/// about 3°) or do not meet near p.
-[[nodiscard]] std::optional<Vec<3>> closest_on_intersection(const AnalyticSurface<3>& a, const AnalyticSurface<3>& b,
-                                                            const Vec<3>& p);
 
 }  // namespace camber

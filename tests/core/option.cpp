@@ -48,7 +48,6 @@ struct Longer : Brush {
         return std::tuple_cat(Brush::options(), std::tuple(option("length", &Longer::length, "how long").at_least(1)));
     }
 };
-static_assert(lists_all_of<Longer, Brush>() && !lists_all_of<Brush, Longer>() && !lists_all_of<Handed, Brush>());
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 

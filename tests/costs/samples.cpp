@@ -62,7 +62,8 @@ double points_an_edge(const ShellCase& c, CurvingAim aim) {
     for (std::size_t e = 0; e < c.edges(); e += 20) {
         if (c.kinds[e] != EdgeKind::volume) continue;
         const EdgeId edge(e);
-        (void)volume_target(c.mesh, edge, c.mesh.mid_nodes[edge], c.shell[edge], back, rules, options);
+        const auto& [a, b] = c.mesh.edges.vertices[edge];
+        (void)minimise_back_edge(back, a, b, c.mesh.mid_nodes[edge], c.shell[edge], rules, search_options(options));
         ++edges;
     }
     return static_cast<double>(points) / static_cast<double>(edges);

@@ -206,47 +206,6 @@ void derivative(std::uint64_t seed, double decades) {
     }
 }
 
-/// Vertices that take their metrics along: against differences of fourth order in a field whose logarithm is linear.
-template <int D>
-void derivative_in_field(std::uint64_t seed, double decades) {
-    Dice dice(seed);
-    const LogMetric<D> metric = random_metric<D>(dice, decades);
-    const Mat<D> stretch = stretch_of(metric);
-    const QuadraticNodes<D> nodes = mapped<D>(stretch, random_element<D>(dice, 0.1, 0.05));
-    // Of log M along a way that the metric sees as 1: along its own axes mostly, as in `derivative`.
-    LogGradient<D> gradient;
-    const Mat<D> seen = inverse(stretch);
-    for (int way = 0; way < D; ++way) {
-        const Sym<D> change = dice.uniform(-0.05, 0.05) * metric.l + dice.symmetric<D>(0.3 * std::pow(10.0, -decades));
-        for (int k = 0; k < D; ++k) gradient[k] += seen(way, k) * change;
-    }
-    const auto logs_at = [&](const QuadraticNodes<D>& at) {
-        VertexLogMetrics<D> logs;
-        for (int i = 0; i <= D; ++i) {
-            logs[i] = metric;
-            for (int k = 0; k < D; ++k) logs[i].l += (at[i][k] - nodes[0][k]) * gradient[k];
-        }
-        return logs;
-    };
-    std::array<LogGradient<D>, D + 1> gradients;
-    gradients.fill(gradient);
-    const auto found = curved_quality_gradient_in_field<D>(nodes, logs_at(nodes), gradients);
-    RC_PRE(found.mean > 0.05);
-    for (const Sym<D>& z : curved_quality_by_metrics<D>(nodes, logs_at(nodes)))
-        RC_ASSERT(std::abs(trace(z)) < 1e-12 + 1e-10 * norm(z));
-    for (int n = 0; n < quadratic_nodes<D>; ++n) {
-        const Vec<D> way = stretch * dice.direction<D>();
-        const double step = 1e-4;
-        const auto at = [&](double t) {
-            QuadraticNodes<D> moved = nodes;
-            moved[n] += t * step * way;
-            return curved_quality<D>(moved, element_metric<D>(logs_at(moved))).mean;
-        };
-        const double difference = (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * step);
-        RC_ASSERT(std::abs(dot(found.by_node[n], way) - difference) < 1e-7 + 1e-9 * anisotropy(metric));
-    }
-}
-
 template <int D>
 void bounded(std::uint64_t seed) {
     Dice dice(seed);
@@ -337,11 +296,6 @@ TEST_CASE("the rule is exact for polynomials of degree 3") {
 TEST_CASE("the derivative of the quality is that of its differences, up to anisotropy 10^6") {
     property("2D", [](std::uint64_t seed) { derivative<2>(seed, static_cast<double>(seed % 7)); });
     property("3D", [](std::uint64_t seed) { derivative<3>(seed, static_cast<double>(seed % 7)); });
-}
-
-TEST_CASE("the derivative with metrics that go along with vertices is that of differences, up to anisotropy 10^6") {
-    property("2D", [](std::uint64_t seed) { derivative_in_field<2>(seed, static_cast<double>(seed % 7)); });
-    property("3D", [](std::uint64_t seed) { derivative_in_field<3>(seed, static_cast<double>(seed % 7)); });
 }
 
 TEST_CASE("the least quality is bounded, and the nearer the more it is bisected") {

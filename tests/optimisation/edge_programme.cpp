@@ -300,86 +300,10 @@ void shell_laws() {
              {60, 100, 30});
 }
 
-/// The unit sphere or circle, with its tangents.
-template <int D>
-TangentSpace<D, D - 1> on_sphere(const Vec<D>& p) {
-    TangentSpace<D, D - 1> space{normalised(p), {}};
-    const Vec<D>& n = space.point;
-    if constexpr (D == 2) {
-        space.tangents[0] = {{-n[1], n[0]}};
-    } else {
-        const Vec<3> axis = std::abs(n[0]) < 0.6 ? Vec<3>{{1, 0, 0}} : Vec<3>{{0, 1, 0}};
-        space.tangents[0] = normalised(cross(n, axis));
-        space.tangents[1] = cross(n, space.tangents[0]);
-    }
-    return space;
-}
-
-/// One element under the sphere, an edge of it on the sphere; its other nodes so that a shift of the edge's node is
-/// wanted.
-template <int D>
-EdgeShell<D> capped_shell(std::mt19937_64& random, double shift) {
-    const auto vertex = [&](int i) {
-        Vec<D> p;
-        p[D - 1] = 0.4;
-        if (i < D) {
-            p[D - 1] = 1;
-            p[0] = std::cos(2.1 * i) * 0.5;
-            if constexpr (D == 3) p[1] = std::sin(2.1 * i) * 0.5;
-            if constexpr (D == 2) p[0] = 0.5 * (2 * i - 1);
-            return normalised(p);
-        }
-        return p;
-    };
-    std::array<int, D + 1> vertices{};
-    for (int i = 0; i <= D; ++i) vertices[i] = i;
-    if constexpr (D == 3) std::swap(vertices[1], vertices[2]);
-    if constexpr (D == 2) vertices = {1, 0, 2};
-    const Vec<D> off = vector<D>(random, shift);
-    const auto node = [&](int i, int j) {
-        const Vec<D> middle = midpoint(vertex(i), vertex(j));
-        if (i == j) return vertex(i);
-        if (i < D && j < D) return normalised(middle + (i + j == 1 ? off : Vec<D>{}));
-        return middle;
-    };
-    EdgeShell<D> s{{node(0, 1)}, {}};
-    s.elements.push_back(shell_element<D>(random, vertices, node));
-    return s;
-}
-
-template <int D>
-void surface_laws() {
-    property("surface_node: valid, on the surface, and no sampled valid place is better",
-             [] {
-                 auto random = random_source();
-                 const auto s = capped_shell<D>(random, 0.5);
-                 const auto q = model(random, s.node.point, 0.15);
-                 const double bound = 0.2;
-                 const auto found = surface_node<D, D - 1>(s, q, on_sphere<D>, bound);
-                 const auto on = [&](const LagrangeNode<D>& n) { return LagrangeNode<D>{normalised(n.point)}; };
-                 const auto valid = [&](const LagrangeNode<D>& n) {
-                     return holds(s, on(n), bound) ? -q(on(n).point) : -1e300;
-                 };
-                 if (!found) {
-                     RC_ASSERT(searched<D>(random, s.node, 0.2, 300, valid).second == -1e300);
-                     return;
-                 }
-                 RC_ASSERT(std::abs(norm(found->node.point) - 1) <= 1e-15);
-                 RC_ASSERT(holds(s, found->node, bound));
-                 const double best = -searched<D>(random, found->node, 0.05, 100, valid).second;
-                 RC_ASSERT(found->cost <= best * 1.05);
-             },
-             {100});
-}
-
 }  // namespace
 
 TEST_CASE_TEMPLATE("edge programmes", Dimension, std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
     shell_laws<Dimension::value>();
-}
-
-TEST_CASE_TEMPLATE("surface programmes", Dimension, std::integral_constant<int, 2>, std::integral_constant<int, 3>) {
-    surface_laws<Dimension::value>();
 }
 
 TEST_CASE("edge programmes: cuts repair what coefficients cannot") {

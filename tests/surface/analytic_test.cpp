@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 #include <rapidcheck.h>
@@ -56,31 +55,6 @@ TEST_CASE("planes along an axis are exact; centres and axes have some foot") {
     for (const AnalyticSurface<3>& surface :
          {AnalyticSurface<3>(Sphere<3>{{}, 2}), AnalyticSurface<3>(Cylinder{{}, {{0, 1, 0}}, 2})})
         CHECK(distance(closest_point<3>(surface, Vec<3>{}).point, Vec<3>{}) == doctest::Approx(2));
-}
-
-TEST_CASE("where two surfaces meet") {
-    camber::testing::property(
-        "on both, and nothing on the curve near by is nearer",
-        [] {
-            const AnalyticSurface<3> sphere_surface = Sphere<3>{{}, 1};
-            const Vec<3> through{{0, 0, coordinate(-0.7, 0.7)}};
-            const AnalyticSurface<3> plane = Plane<3>{through, {{0, 0, 1}}};
-            const Vec<3> p = 1.1 * normalised(point_in(0.1, 1)) + 0.05 * point_in(-1, 1);
-            const auto met = closest_on_intersection(sphere_surface, plane, p);
-            RC_ASSERT(met.has_value());
-            const double radius = std::sqrt(1 - through[2] * through[2]);
-            const double along = std::hypot(p[0], p[1]);
-            RC_ASSERT((*met)[2] == through[2]);
-            RC_ASSERT(distance(*met, Vec<3>{{radius * p[0] / along, radius * p[1] / along, through[2]}}) < 1e-9);
-        },
-        {.count = 200});
-    const AnalyticSurface<3> upright = Cylinder{{}, {{0, 0, 1}}, 1}, lying = Cylinder{{}, {{1, 0, 0}}, 0.6};
-    const auto met = closest_on_intersection(upright, lying, Vec<3>{{0.9, 0.4, 0.5}});
-    REQUIRE(met.has_value());
-    CHECK(std::fabs(std::hypot((*met)[0], (*met)[1]) - 1) < 1e-14);
-    CHECK(std::fabs(std::hypot((*met)[1], (*met)[2]) - 0.6) < 1e-14);
-    // Surfaces that touch have no such curve.
-    CHECK_FALSE(closest_on_intersection(upright, Plane<3>{{{1, 0, 0}}, {{1, 0, 0}}}, Vec<3>{{1, 0, 0.3}}).has_value());
 }
 
 TEST_CASE("a surface that is not the mesh's is refused, with the farthest vertex") {

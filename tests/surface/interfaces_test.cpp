@@ -53,7 +53,7 @@ Vec<D> chord_middle(const Curved<D>& c, std::size_t e) {
 /// A lattice whose materials are 1 + the number that `material` gives to a cell by its middle.
 template <int D, class Material>
 LinearMesh<D> lattice(const std::array<int, D>& cells, Material&& material) {
-    Lattice<D> l = unit_lattice<D>(cells, 5);
+    Lattice<D> l = must(lattice_of<D>(cells, 5, alone));
     Buffer<Reference> materials(l.elements.size());
     for (std::size_t e = 0; e < l.elements.size(); ++e) {
         std::array<int, D> low = cells;

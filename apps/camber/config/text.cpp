@@ -105,8 +105,6 @@ Outcome<Shape> read_shape(std::string_view text, std::string_view name, std::spa
 
 std::string name_of(const Shape& shape) { return Codec<Shape>::key(shape); }
 
-std::vector<std::string> shape_names() { return Codec<Shape>::keys(); }
-
 std::string write_pipeline(const Pipeline& pipeline) {
     return Codec<Pipeline>::write(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

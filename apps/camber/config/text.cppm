@@ -26,14 +26,13 @@ export namespace camber::config {
 /// whose input is generated. `overrides` are `path=value` among the shape's options (`inner_layer/count=3`).
 [[nodiscard]] Outcome<Shape> read_shape(std::string_view text, std::string_view name,
                                         std::span<const std::string> overrides = {});
-/// shell, annulus …: the word of a shape, and all of them.
+/// The word of a shape: shell, annulus …
 [[nodiscard]] std::string name_of(const Shape& shape);
-[[nodiscard]] std::vector<std::string> shape_names();
 
 /// The whole pipeline with every default, as JSON; `read_pipeline` of it gives the same value.
 [[nodiscard]] std::string write_pipeline(const Pipeline& pipeline);
 
-/// A pipeline's parts as one reads them: JSON in one line, of stages only the options that are not the defaults.
+/// The parts of a pipeline as JSON in one line. Stages contain the options that differ from the defaults.
 struct Parts {
     std::string input, metric, geometry;
     std::vector<std::string> metric_operations, stages;
