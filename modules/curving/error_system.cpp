@@ -10,10 +10,6 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import :error_system;
-import :lattice_polynomial;
-import :solution_error;
-import :solution_nodes;
 
 namespace camber {
 

@@ -7,10 +7,9 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-module camber.curving:extension_system;
+export module camber.curving:extension_system;
 import camber.core;
-import :edge_energy;
-import :parts;
+import :extension;
 
 /// The equations of extend_boundary, a row for each edge that has felt the displacement.
 namespace camber {

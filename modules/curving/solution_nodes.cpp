@@ -11,9 +11,6 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import :by_element;
-import :error_system;
-import :solution_nodes;
 
 namespace camber {
 
