@@ -13,6 +13,7 @@
 
 #include "cavity_scene.hpp"
 #include "curved_cavities.hpp"
+#include "insertion.hpp"
 
 import camber.core;
 import camber.metric;
@@ -52,7 +53,7 @@ Square unit_square(const Vec<2>& sizes, const Execution& execution) {
 
 CavityRequest<2> insertion_request(const Square& square, const Vec<2>& place) {
     CavityRequest<2> request;
-    request.cavity = must(insertion(square.state.mesh, place)).cavity;
+    request.cavity = testing::insertion(square.state.mesh, place).value().cavity;
     request.holders = request.cavity.elements.size();
     request.place = place;
     request.metric = {metric_of({{0.32, 0.08}}), ElementId{}};
@@ -125,7 +126,7 @@ void collapse_one(const Square& square, const Vec<2>& place) {
 
 /// The edge of an element whose swap gives the best elements.
 void swap_one(const Square& square, const Vec<2>& place) {
-    const ElementId e = must(locate(square.state.mesh, place)).element;
+    const ElementId e = testing::locate(square.state.mesh, place).value().element;
     JudgedPatch<2> patch, best;
     double best_shape = 0;
     OperationWorkspace<2> workspace;

@@ -1,4 +1,4 @@
-// Quality of curved elements in a metric (metric:distortion): what the rule of 8 points errs by against a dense one,
+// Quality of curved elements in a metric (metric:unit_mesh): what the rule of 8 points errs by against a dense one,
 // how near the bound comes, and what each costs. A program with an argument, not a timed test:
 //
 //     distortion [elements a family, 2000]

@@ -32,6 +32,7 @@
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.validity;
 import camber.io;
 import camber.shapes;

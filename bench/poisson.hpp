@@ -58,7 +58,7 @@ Outcome<std::vector<Lacking<D>>> integrate(const Domain<D>& domain, const Scalar
     std::vector<Changed> active(n);
     for (std::size_t e = 0; e < n; ++e) active[e].element = static_cast<std::uint32_t>(e);
     for (const int points : {4, 6, 8, 11}) {
-        const Rule<D> rule = conical_rule<D>(points);
+        const Rule<D> rule = basis_rule<D>(points);
         const auto before = all;
         const auto chunk = [&](std::size_t begin, std::size_t end) {
             const Sampler<D> sampler(expression);

@@ -70,7 +70,7 @@ Outcome<Domain<D>> assemble(QuadraticMesh<D> given_mesh, const Execution& execut
         return fail(ErrorKind::input, "no node is inside: nothing to solve", {}, {}, "give a finer mesh");
     const int n = numbering->unknowns;
     Domain<D> domain{std::move(given_mesh), std::move(*numbering), {n, n}, {n, n}, 0};
-    const Rule<D> rule = conical_rule<D>(4);
+    const Rule<D> rule = basis_rule<D>(4);
     std::vector<Eigen::Triplet<double>> stiff, heavy;
     for (std::size_t e = 0; e < domain.mesh.linear.elements.size(); ++e) {
         const auto element = element_of(domain.mesh, ElementId(e));

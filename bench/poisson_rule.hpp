@@ -2,7 +2,6 @@
 // Lagrange elements of degree 2 at points of a quadrature: for poisson.hpp. Imports come before it.
 #include <array>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 // The macro alloca, which Eigen takes otherwise, does not come along where the standard headers are one module.
@@ -24,17 +23,17 @@ using Slopes = Eigen::Matrix<double, D, quadratic_nodes<D>>;
 
 /// A point of the quadrature with the Lagrange basis of degree 2 there, and its derivatives by ξ_1 … ξ_D.
 template <int D>
-struct RulePoint {
+struct BasisPoint {
     Barycentric<D> xi{};
     double weight = 1;
     Local<D> basis = Local<D>::Zero();
     Slopes<D> slopes = Slopes<D>::Zero();
 };
 template <int D>
-using Rule = std::vector<RulePoint<D>>;
+using Rule = std::vector<BasisPoint<D>>;
 
 template <int D>
-void set_basis(RulePoint<D>& point) {
+void set_basis(BasisPoint<D>& point) {
     const auto& xi = point.xi;
     const auto add_slope = [&](int node, int i, double slope) {  // by λ_i; λ_0 = 1 − ξ_1 − … − ξ_D
         if (i > 0)
@@ -56,23 +55,9 @@ void set_basis(RulePoint<D>& point) {
 
 /// The conical Gauss product of n^D points, exact for polynomials of degree 2n − 1 in ξ.
 template <int D>
-Rule<D> conical_rule(int n) {
-    Rule<D> rule(1);
-    rule[0].xi[0] = 1;  // what the directions done leave of the simplex
-    for (int d = D - 1; d >= 0; --d) {
-        const GaussJacobi line = gauss_jacobi(n, d);
-        Rule<D> finer;
-        for (const auto& point : rule)
-            for (std::size_t i = 0; i < line.nodes.size(); ++i) {
-                RulePoint<D> next = point;
-                next.weight *= line.weights[i];
-                next.xi[d + 1] = point.xi[0] * line.nodes[i];
-                next.xi[0] = point.xi[0] * (1 - line.nodes[i]);
-                finer.push_back(next);
-            }
-        rule = std::move(finer);
-    }
-    for (auto& point : rule) set_basis(point);
+Rule<D> basis_rule(int n) {
+    Rule<D> rule;
+    for (const auto& [xi, weight] : conical_rule<D>(n)) set_basis(rule.emplace_back(xi, weight));
     return rule;
 }
 
@@ -85,7 +70,7 @@ struct Placed {
 };
 
 template <int D>
-Placed<D> placed(const QuadraticSimplex<D, D>& element, const RulePoint<D>& point) {
+Placed<D> placed(const QuadraticSimplex<D, D>& element, const BasisPoint<D>& point) {
     const auto columns = element.derivatives(point.xi);
     Eigen::Matrix<double, D, D> jacobian;
     for (int a = 0; a < D; ++a)

@@ -167,7 +167,7 @@ Outcome<Values> values_on(const QuadraticMesh<D>& mesh, const KnownSolution<D>& 
             solution.value(n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point);
     if (kind == "solved" || kind == "linear") {
         const auto [matrix, right] = linear ? assemble_linear(mesh.linear, solution, *numbering, values)
-                                            : assemble(mesh, conical_rule<D>(4), solution, *numbering, values);
+                                            : assemble(mesh, basis_rule<D>(4), solution, *numbering, values);
         const auto solved = solve(matrix, right, 1e-12);
         if (!solved) return fail(solved.error());
         for (std::size_t n = 0; n < nodes; ++n)

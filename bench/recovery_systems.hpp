@@ -24,7 +24,7 @@ struct System {
 
 /// ∫ ∇v·∇u = ∫ v f by isoparametric elements.
 template <int D>
-System assemble(const QuadraticMesh<D>& mesh, const std::vector<RulePoint<D>>& rule, const KnownSolution<D>& solution,
+System assemble(const QuadraticMesh<D>& mesh, const std::vector<BasisPoint<D>>& rule, const KnownSolution<D>& solution,
                 const Numbering& numbering, const Eigen::VectorXd& values) {
     constexpr int n = quadratic_nodes<D>;
     System system{{numbering.unknowns, numbering.unknowns}, Eigen::VectorXd::Zero(numbering.unknowns)};
@@ -61,7 +61,7 @@ System assemble_linear(const LinearMesh<D>& mesh, const KnownSolution<D>& soluti
                        const Eigen::VectorXd& values) {
     System system{{numbering.unknowns, numbering.unknowns}, Eigen::VectorXd::Zero(numbering.unknowns)};
     std::vector<Eigen::Triplet<double>> entries;
-    const auto rule = conical_rule<D>(3);
+    const auto rule = basis_rule<D>(3);
     for (const auto& corners : mesh.elements.vertices) {
         Mat<D> jacobian;
         for (int i = 0; i < D; ++i) jacobian.column[i] = mesh.points[corners[i + 1]] - mesh.points[corners[0]];

@@ -1,13 +1,16 @@
+// Options and interfaces of the passes, of bring_to_metric and of reinsertion.
 module;
 #include <cstddef>
 #include <cstdint>
 #include <tuple>
+#include <utility>
 export module camber.adapt:passes;
 import camber.core;
-import camber.metric;
 import camber.cavity;
-import camber.operation;
+import camber.metric;
+import camber.validity;
 import camber.surface;
+import camber.operation;
 
 export namespace camber {
 
@@ -154,5 +157,166 @@ struct MendOptions {
 template <int D>
 [[nodiscard]] Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
                                        const Execution& execution);
+
+/// Rounds of collapse, split, swap and smooth; bad elements are mended at last. In all rounds but the last a collapse
+/// may make edges that are longer than its options say: the split behind halves them, and where none may be longer than
+/// √2 most short edges would stay. And splits leave edges somewhat longer than their options say: of those in between
+/// most come to be shorter by what goes on around them, and halves of them would make the mean length less than 1. Nor
+/// do splits make edges there that a collapse would have to remove.
+struct ToMetricOptions {
+    double loose_longest = 2;
+    double loose_split = 1.55;
+    double loose_shortest = 0.7;
+    CollapseOptions collapse = {};
+    SplitOptions split = {};
+    SwapOptions swap = {};
+    SmoothOptions smooth = {};
+    MendOptions mend = {};
+    int rounds = 4;
+    double min_change = 0.002;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ToMetricOptions;
+        return std::tuple(
+            option("loose_longest", &S::loose_longest,
+                   "the longest edges that collapses may make in all rounds but the last, if collapse/longest is less")
+                .unit("lengths in the metric")
+                .at_least(0),
+            option("loose_split", &S::loose_split,
+                   "the longest edges that splits leave in all rounds but the last, if split/longest is less")
+                .unit("lengths in the metric")
+                .at_least(0),
+            option("loose_shortest", &S::loose_shortest,
+                   "the shortest edges that splits make in all rounds but the last, if split/shortest is less")
+                .unit("lengths in the metric")
+                .at_least(0),
+            option("collapse", &S::collapse, "the options of the stage collapse"),
+            option("split", &S::split, "the options of the stage split"),
+            option("swap", &S::swap, "the options of the stage swap"),
+            option("smooth", &S::smooth, "the options of the stage smooth"),
+            option("mend", &S::mend, "the options of the stage mend, which comes last"),
+            option("rounds", &S::rounds, "rounds of collapse, split, swap and smooth").at_least(0).at_most(1000),
+            option("min_change", &S::min_change,
+                   "ends where a round raises the share of unit edges by less and makes or removes a smaller share of "
+                   "vertices")
+                .at_least(0)
+                .at_most(1));
+    }
+    friend bool operator==(const ToMetricOptions&, const ToMetricOptions&) = default;
+};
+
+/// What each kind of pass did, in all rounds.
+struct ToMetricStatistics {
+    int rounds = 0;
+    PassStatistics collapse, split, swap, smooth, mend;
+    UnitMeshStatistics before, after;
+};
+
+template <int D>
+struct BroughtToMetric {
+    Adaptation<D> state;
+    ToMetricStatistics statistics;
+};
+
+/// A mesh brought to a metric, of degree 1. Errors: options out of range, those of the passes.
+template <int D>
+[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                          const ToMetricOptions& options, const Around& around);
+template <int D>
+[[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                          const ToMetricOptions& options, const Execution& execution) {
+    return bring_to_metric(std::move(state), goal, options, plainly(execution));
+}
+
+/// Means by which bounds on distances are met: any; or as far as the mesh stays near to the metric, where edges are
+/// halved once, and no element becomes worse than a fifth of the best quality.
+enum class BoundaryEffort : std::uint8_t { any, near_metric };
+
+/// Refines the boundary until every facet keeps the goal's `distance_bounds`, in rounds of splits and swaps of far
+/// facets; swap, smooth and mend follow and keep the bounds. Ends early where a round changes nothing, or after
+/// `max_bound_rounds`. `statistics` has no lengths. Errors: options out of range, those of the passes.
+template <int D>
+[[nodiscard]] Outcome<BroughtToMetric<D>> bring_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                                              const ToMetricOptions& options, BoundaryEffort effort,
+                                                              const Around& around);
+inline constexpr int max_bound_rounds = 8;
+
+/// Number of facets that exceed the goal's bounds, by `bound_shares`. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<std::size_t> count_far_facets(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
+                                                    const Execution& execution);
+
+/// What sweeps over the nodes of inner edges did.
+struct NodeMoves {
+    std::size_t tried = 0, moved = 0;
+};
+
+/// Of a mesh of degree 2: nodes of inner edges go to where the elements around are less distorted in the metric of
+/// their vertices (see camber.metric:unit_mesh), the worst of them never more so. Vertices and the boundary stay.
+/// Edges around which all elements are as good as `wanted` are left alone, and those of required elements, of elements
+/// that are not valid, and of interfaces. Every element that changes is certified: to 0.1 of its straight one's
+/// determinant, or det J > 0 where it was below that. As if one edge after the other, in an order by their numbers.
+/// Errors: options out of range, stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options,
+                                              const Execution& execution);
+
+/// How vertices are put in again.
+struct ReinsertionOptions {
+    double min_scaled_jacobian = min_bound;
+    double target = 0.01;
+    /// Through a stack of layers nodes come one layer a turn. Turns over the vertices that have a node short of its
+    /// target next to something that changed; the first turn is over all of them: those of the volume, then those of
+    /// the boundary.
+    int max_sweeps = 100;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ReinsertionOptions;
+        return std::tuple(
+            option("min_scaled_jacobian", &S::min_scaled_jacobian, "of new elements, unless they were not valid before")
+                .at_least(0)
+                .below(1),
+            option("target", &S::target, "of new elements the scaled Jacobian, unless one before is worse")
+                .at_least(0)
+                .below(1),
+            option("max_sweeps", &S::max_sweeps,
+                   "sweeps over the vertices; after the first only those with nodes that neighbours kept from their "
+                   "places")
+                .at_least(1)
+                .at_most(1000));
+    }
+    friend bool operator==(const ReinsertionOptions&, const ReinsertionOptions&) = default;
+};
+
+/// What the walk over the vertices made.
+template <int D>
+struct Reinserted {
+    Proposal<D> proposal;  ///< what the cavities made of the wanted nodes
+    PassStatistics statistics;
+    std::size_t sweeps = 0;
+    std::size_t left = 0;  ///< vertices that had reason for another sweep when max_sweeps ended it
+};
+
+/// The paper's global algorithm (§4): every vertex is put in again where it is, with its ball as the cavity (§3.2), and
+/// the nodes of its edges go to where `wanted` has them, as far as elements stay valid: all of the way, or by halves of
+/// it. Those that other nodes keep back have another sweep once these have moved. No element is worse for it than the
+/// worst of its cavity, unless it is good, and none is invalid that was not. `wanted`: of `curve`, a row an edge; the
+/// kind `fixed` stays. `breaks`: see make_dynamic. `field`: by which elements are judged. Edges that no element holds
+/// go to their places straight away. Threads have no say. Errors: options out of range, a proposal that is not the
+/// mesh's, those of make_dynamic; stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted,
+                                              const BreaksOfMesh& breaks, const BackMesh<D>& field,
+                                              const ReinsertionOptions& options, const Execution& execution);
+
+}  // namespace camber
+
+namespace camber {
+
+/// Vertices of surfaces and lines that are off the geometry go onto it, as far as elements around them bear it: their
+/// cavities grow where that helps. Those that cannot go all of the way yet stay `off_geometry`. Errors: of run_pass.
+template <int D>
+[[nodiscard]] Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal,
+                                                       const Execution& execution);
 
 }  // namespace camber

@@ -1,24 +1,122 @@
+// Smoothing of vertices, and of the nodes of inner edges.
 module;
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 module camber.adapt;
 import camber.core;
-import camber.metric;
+import camber.bezier;
 import camber.cavity;
-import camber.operation;
+import camber.metric;
+import camber.validity;
 import camber.surface;
+import camber.operation;
 
 namespace camber {
 
 namespace {
+
+// Where vertices of the boundary may go.
+
+/// Whether a vertex may go this step without any of its facets leaving its plane: then its surface stays as it is.
+template <int D>
+bool keeps_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets, const Vec<D>& step) {
+    constexpr double parallel = 1e-10;  // coordinates have rounding, facets may be thin
+    return std::ranges::all_of(facets, [&](FacetId f) {
+        if (mesh.is_at_infinity(f)) return true;
+        const Vec<D> n = facet_normal(corners_of(mesh, f));
+        return std::abs(dot(n, step)) <= parallel * norm(n) * norm(step);
+    });
+}
+
+/// Whether the lines at a vertex are one straight line along a step.
+bool keeps_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines, const Vec<3>& step) {
+    constexpr double parallel = 1e-9;
+    return std::ranges::all_of(lines, [&](LineId line) {
+        const auto& [a, b] = mesh.edges[mesh.lines[line]];
+        const Vec<3> along = mesh.points[b] - mesh.points[a];
+        return norm(cross(along, step)) <= parallel * norm(along) * norm(step);
+    });
+}
+
+/// A place, and where on the geometry that is.
+template <int D>
+struct BoundaryPlace {
+    Vec<D> point;
+    GeometryPlace lies = {};
+};
+template <int D>
+BoundaryPlace<D> boundary_place(const SurfacePoint<D>& on) {
+    return {on.point, place_of(on)};
+}
+
+/// Of a surface: to the geometry, or, where that has none there, in the plane of all of its facets.
+template <int D>
+std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                                 const Cavity<D>& around, const Vec<D>& here,
+                                                 const GeometryEntity& known, const Vec<D>& wanted) {
+    const FacetId f = around.facets.front();
+    if (goal.geometry && (*goal.geometry)->has_surface_at(site_of(mesh, f)))
+        return boundary_place(on_geometry_at_facet(goal, mesh, f, known, wanted));
+    const Plane<D> plane{here, normalised(facet_normal(corners_of(mesh, f)))};
+    const Vec<D> place = slid_within(plane, here, wanted - here);
+    if (!keeps_planes(mesh, around.facets, place - here)) return {};
+    return BoundaryPlace<D>{place};
+}
+
+/// Of a line: along that one of its two edges which the step goes with, and from there to the geometry; where that is
+/// no other place, only along what is straight.
+std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, const DynamicMesh<3>& mesh,
+                                              const Cavity<3>& around, VertexId v, const Vec<3>& wanted) {
+    if (around.lines.size() != 2) return {};
+    const Vec<3> here = mesh.points[v];
+    const Vec<3> step = wanted - here;
+    constexpr double most = 0.5;  // of the edge
+    std::optional<BoundaryPlace<3>> place;
+    double farthest = 0;
+    for (const LineId line : around.lines) {
+        const EdgeId edge = mesh.lines[line];
+        const auto& [a, b] = mesh.edges[edge];
+        const Vec<3> along = mesh.points[a == v ? b : a] - here;
+        const double share = std::min(dot(step, along) / norm_squared(along), most);
+        if (!(share * norm(along) > farthest)) continue;
+        farthest = share * norm(along);
+        const Vec<3> on_chord = here + share * along;
+        std::vector<FacetId> facets;
+        facets_with(mesh, around.elements, edge, facets);
+        place = boundary_place(on_geometry_at_edge(goal, mesh, edge, facets, on_chord));
+        constexpr double rounding = 1e-12;
+        const bool is_straight = distance(place->point, on_chord) <= rounding * norm(along);
+        if (is_straight &&
+            !(keeps_planes(mesh, around.facets, on_chord - here) && keeps_lines(mesh, around.lines, on_chord - here)))
+            place.reset();
+    }
+    return place;
+}
+
+/// Where a vertex goes that requests to be at `wanted`; nothing where it may not, or nobody knows where its surface is.
+/// `known`: what it lies on, if that is known.
+template <int D>
+std::optional<BoundaryPlace<D>> place_for(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
+                                          const Cavity<D>& around, VertexId v, const GeometryEntity& known,
+                                          const Vec<D>& wanted) {
+    switch (mesh.states[v].place) {
+        case VertexPlace::inside: return BoundaryPlace<D>{wanted};
+        case VertexPlace::surface: return place_on_surface(goal, mesh, around, mesh.points[v], known, wanted);
+        case VertexPlace::line:
+            if constexpr (D == 3) return place_on_line(goal, mesh, around, v, wanted);
+            return {};
+        case VertexPlace::corner:
+        case VertexPlace::infinity: return {};
+    }
+    return {};
+}
 
 template <int D>
 class Moves final : public Pass<D> {
@@ -256,9 +354,176 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
     });
 }
 
+namespace {
+
+/// Whether the node of each edge stays.
+template <int D>
+std::vector<std::uint8_t> fixed_edges(const DynamicMesh<D>& mesh) {
+    std::vector<std::uint8_t> fixed(mesh.edges.size(), 0);
+    for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+        if (mesh.is_free(ElementId(e))) continue;
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            if (is_node_fixed(mesh, ElementId(e), k)) fixed[mesh.edges_of[ElementId(e)][k].index()] = 1;
+    }
+    return fixed;
+}
+
+/// The elements around each edge that may change; none around the others.
+template <int D>
+Incidence<ElementId> free_shells(const DynamicMesh<D>& mesh) {
+    const std::vector<std::uint8_t> fixed = fixed_edges(mesh);
+    Buffer<std::uint32_t> offsets(mesh.edges.size() + 1, 0);
+    const auto each_free = [&](const auto& visit) {
+        for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
+            if (mesh.is_free(ElementId(e))) continue;
+            for (const EdgeId edge : mesh.edges_of[e])
+                if (fixed[edge.index()] == 0) visit(edge, ElementId(e));
+        }
+    };
+    each_free([&](EdgeId edge, ElementId) { ++offsets[edge.index() + 1]; });
+    for (std::size_t i = 1; i < offsets.size(); ++i) offsets[i] += offsets[i - 1];
+    Buffer<ElementId> items(offsets.back());
+    std::vector<std::uint32_t> next(offsets.begin(), offsets.end() - 1);
+    each_free([&](EdgeId edge, ElementId e) { items[next[edge.index()]++] = e; });
+    return {std::move(offsets), std::move(items)};
+}
+
+template <int D>
+class NodeSweeps {
+  public:
+    NodeSweeps(Adaptation<D>& r, double wanted)
+        : r_(r), wanted_(wanted), shells_(free_shells(r.mesh)), schedule_(r.mesh.elements.size()) {
+        for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
+            if (!shells_[e].empty()) edges_.emplace_back(e);
+        std::ranges::sort(edges_, {}, [](EdgeId e) { return spread_rank(e); });
+        touched_.assign(r.mesh.elements.size(), 1);
+    }
+    /// All edges whose elements have changed since the last sweep.
+    [[nodiscard]] Outcome<NodeMoves> sweep(const Execution& execution) {
+        std::vector<EdgeId> now;
+        now.reserve(edges_.size());
+        for (const EdgeId e : edges_)
+            if (std::ranges::any_of(shells_[e], [&](ElementId s) { return touched_[s.index()] != 0; }))
+                now.push_back(e);
+        touched_.assign(touched_.size(), 0);
+        NodeMoves moves;
+        auto done = in_rounds(
+            schedule_, std::move(now), execution, [](EdgeId) { return false; },
+            [&](EdgeId e) { return Claim(shells_[e]); },
+            [&](std::span<const EdgeId> edges) { return move_all(edges, execution, moves); });
+        if (!done) return fail(done.error());
+        return moves;
+    }
+
+  private:
+    /// What came of an edge.
+    struct Tried {
+        bool has_reason = false;
+        std::optional<JudgedNode<D>> moved;
+    };
+
+    /// Edges that share no element.
+    [[nodiscard]] Outcome<bool> move_all(std::span<const EdgeId> edges, const Execution& execution, NodeMoves& moves) {
+        constexpr std::size_t grain = 16;  // tens of microseconds each
+        std::vector<Tried> tried(edges.size());
+        const auto done = each_chunk(
+            without_progress(execution), edges.size(),
+            [&](std::size_t begin, std::size_t end) {
+                NodeShell<D> shell;
+                for (std::size_t i = begin; i < end; ++i) tried[i] = move(edges[i], shell);
+            },
+            grain);
+        if (!done) return fail(done.error());
+        std::vector<JudgedNode<D>> moved;
+        for (std::size_t i = 0; i < edges.size(); ++i) {
+            moves.tried += tried[i].has_reason ? 1 : 0;
+            if (!tried[i].moved) continue;
+            moved.push_back(*tried[i].moved);
+            for (const ElementId e : shells_[edges[i]]) touched_[e.index()] = 1;
+        }
+        moves.moved += moved.size();
+        r_ = commit<D>(std::move(r_), moved);
+        return true;
+    }
+    [[nodiscard]] Tried move(EdgeId edge, NodeShell<D>& shell) const {
+        gather(edge, shell);
+        const auto& [a, b] = r_.mesh.edges[edge];
+        shell.begin(r_.mesh.nodes[edge].point,
+                    LogMetric<D>{0.5 * (r_.vertices.metrics[a].log_metric.l + r_.vertices.metrics[b].log_metric.l)});
+        const NodePlace<D> here = shell.at({});
+        if (!(here.worst > 0 && here.worst < wanted_) || !bound(shell)) return {};
+        NodePlace<D> there = shell.better(here);
+        for (int halving = 0; halving < 6 && is_gain(here, there); ++halving) {
+            if (auto moved = shell.judged(edge, there.point)) return {true, moved};
+            there = shell.at(0.5 * there.y);
+        }
+        return {true, {}};
+    }
+    [[nodiscard]] static bool is_gain(const NodePlace<D>& here, const NodePlace<D>& there) {
+        constexpr double least = 1e-3;
+        return there.worst >= here.worst && there.sum < (1 - least) * here.sum;
+    }
+    void gather(EdgeId edge, NodeShell<D>& shell) const {
+        shell.elements.clear();
+        for (const ElementId e : shells_[edge]) {
+            DistortedElement<D>& element = shell.elements.emplace_back();
+            VertexLogMetrics<D> logs;
+            const auto& vertices = r_.mesh.elements.vertices[e];
+            for (int i = 0; i <= D; ++i) {
+                element.nodes[i] = r_.mesh.points[vertices[i]];
+                logs[i] = r_.vertices.metrics[vertices[i]].log_metric;
+            }
+            for (int k = 0; k < edges_per_simplex<D>; ++k) {
+                const EdgeId of_element = r_.mesh.edges_of[e][k];
+                element.nodes[D + 1 + k] = r_.mesh.nodes[of_element].point;
+                if (of_element == edge) element.node = D + 1 + k;
+            }
+            element.metric = element_metric<D>(logs);
+        }
+    }
+    /// What each element is to keep; false where one is not valid.
+    [[nodiscard]] static bool bound(NodeShell<D>& shell) {
+        return std::ranges::all_of(shell.elements, [](DistortedElement<D>& e) {
+            for (const double bound : {PatchLimits{}.min_jacobian, 0.0}) {
+                e.bound = bound;
+                if (decide(NodalSimplex<D>{e.nodes}, bound) == Verdict::valid) return true;
+            }
+            return false;
+        });
+    }
+
+    Adaptation<D>& r_;
+    double wanted_;  ///< a quality
+    Incidence<ElementId> shells_;
+    Schedule schedule_;
+    std::vector<EdgeId> edges_;
+    std::vector<std::uint8_t> touched_;  ///< of each element: it has changed
+};
+
+}  // namespace
+
+template <int D>
+Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options, const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    if (!r.mesh.is_curved()) return NodeMoves{};
+    return guarded([&]() -> Outcome<NodeMoves> {
+        NodeSweeps<D> sweeps(r, options.wanted);
+        NodeMoves all;
+        for (int sweep = 0; sweep < options.sweeps; ++sweep) {
+            const auto moves = sweeps.sweep(execution);
+            if (!moves) return moves;
+            all.tried += moves->tried;
+            all.moved += moves->moved;
+            if (moves->moved == 0) break;
+        }
+        return all;
+    });
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                             \
     template Outcome<Adapted<D>> smooth<D>(Adaptation<D>, const AdaptationGoal<D>&, const SmoothOptions&, \
-                                           const Execution&);
+                                           const Execution&);                                             \
+    template Outcome<NodeMoves> smooth_nodes<D>(Adaptation<D>&, const SmoothOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

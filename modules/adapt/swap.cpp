@@ -9,8 +9,8 @@ module;
 #include <vector>
 module camber.adapt;
 import camber.core;
-import camber.metric;
 import camber.cavity;
+import camber.metric;
 import camber.operation;
 
 namespace camber {

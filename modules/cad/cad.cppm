@@ -1,10 +1,5 @@
 /// CAD models: read from STEP, IGES and BREP files, points put onto their faces and edges, the boundary of a mesh
 /// associated with them, and the geometry that this makes.
 export module camber.cad;
-export import :model;
-export import :closest;
-export import :association;
-export import :in_plane;
 export import :geometry;
-export import :samples;
-export import :vertex_moves;
+export import :model;

@@ -1,3 +1,4 @@
+// Moves vertices of the boundary onto vertices and edges of the model.
 module;
 #include <algorithm>
 #include <array>
@@ -9,15 +10,12 @@ module;
 #include <type_traits>
 #include <utility>
 #include <vector>
-
 #include "occ/kernel.hpp"
 module camber.cad;
 import camber.core;
-import camber.surface;
 import camber.validity;
-import :in_plane;
+import camber.surface;
 import :parts;
-import :virtual_faces;
 
 namespace camber {
 

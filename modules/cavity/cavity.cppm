@@ -2,20 +2,5 @@
 /// a point, the patches that this gives, and their commit.
 export module camber.cavity;
 export import :mesh;
-export import :around;
-export import :emptied;
-export import :insertion;
-export import :locate;
-export import :make;
-export import :operations;
-export import :star;
-export import :part;
 export import :patch;
-export import :compact;
-export import :consistency;
-import :check_patches;
-import :draft;
-import :flat_map;
-import :orientation;
-import :starring;
-import :with_faces;
+export import :star;

@@ -1,5 +1,5 @@
-// camber.cavity: a point put into a wheel of ten triangles. What holds it is found and taken out, and what is left
-// open is joined to the point.
+// camber.cavity: inserts a point into a wheel of ten triangles: deletes the triangles beside its edge and joins their
+// open edges to the point.
 #include <cstddef>
 #include <cstdio>
 #include <numbers>
@@ -26,12 +26,12 @@ int main() {
     wheel.facets = {std::move(rim), Buffer<Reference>(10, 1), {}};
     DynamicMesh<2> mesh = make_dynamic(wheel, unique_edges(wheel, {}).value(), {}, {}).value();
 
-    // On a spoke: two triangles hold it. Inside of one it would be one; on the rim one, and a facet.
-    const Vec<2> point{{0.5, 0}};
-    const Insertion<2> in = insertion(mesh, point).value();
-    Patch<2> patch{mesh.stamp, {.vertex = {}, .place = point}, in.cavity, {}};
+    // The point is the middle of a spoke: two triangles hold it.
+    Cavity<2> cavity;
+    cavity_of_edge(mesh, ElementId(0), edge_between<2>[0][1], cavity);
+    Patch<2> patch{mesh.stamp, {.vertex = {}, .place = Vec<2>{{0.5, 0}}}, cavity, {}};
     StarWorkspace<2> workspace;
-    if (star(mesh, in.cavity, {}, workspace, patch.star) != StarFailure::none) return 1;
+    if (star(mesh, cavity, {}, workspace, patch.star) != StarFailure::none) return 1;
     auto [changed, changes] = replace_cavities<2>(std::move(mesh), {&patch, 1}).value();
     std::printf("%zu triangles are %zu, %zu of them new\n", wheel.elements.size(), changed.element_count(),
                 changes.elements.created.size());

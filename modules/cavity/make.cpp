@@ -1,16 +1,17 @@
+// Makes meshes that change: of volumes, of surfaces without a volume.
 module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <limits>
+#include <numeric>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 module camber.cavity;
 import camber.core;
-import :with_faces;
 
 namespace camber {
 
@@ -244,12 +245,275 @@ Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksO
     return made;
 }
 
+namespace {
+
+template <int K>
+DynamicSimplices<K> with_marks(const Simplices<K>& simplices, Reference none) {
+    Buffer<Marks> marks(simplices.size(), Marks{});
+    for (const std::uint32_t i : simplices.required) marks[i] |= Mark::required;
+    Column<Reference> references = simplices.references;
+    if (references.size() != simplices.size()) references = Buffer<Reference>(simplices.size(), none);
+    return {simplices.vertices, std::move(references), simplices.entities, std::move(marks)};
+}
+
+/// The elements that have a facet as a face, by rising number, and which local vertex is opposite.
+template <int D>
+struct FacetPlace {
+    FacetSides sides;
+    std::array<int, 2> opposite{};
+};
+template <int D>
+FacetPlace<D> place_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, const SimplexVertices<D - 1>& f) {
+    FacetPlace<D> place;
+    int n = 0;
+    for (const ElementId e : balls[f[0]]) {
+        const auto& v = mesh.elements.vertices[e];
+        int opposite = 0;
+        int shared = 0;
+        for (int i = 0; i <= D; ++i)
+            if (std::find(f.begin(), f.end(), v[i]) == f.end())
+                opposite = i;
+            else
+                ++shared;
+        if (shared != D || n == 2) continue;
+        place.sides[n] = e;
+        place.opposite[n++] = opposite;
+    }
+    return place;
+}
+
+template <int D>
+Outcome<Done> put_facets(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                         Buffer<std::array<FaceNeighbour, D + 1>>& across, Buffer<FacetSides>& sides,
+                         const Execution& execution) {
+    return each(execution, mesh.facets.size(), [&](std::size_t f) {
+        const FacetPlace<D> place = place_of<D>(mesh, balls, mesh.facets.vertices[f]);
+        sides[f] = place.sides;
+        for (int side = 0; side < 2; ++side)
+            if (place.sides[side].valid())
+                across[place.sides[side].index()][place.opposite[side]] = FaceNeighbour(FacetId(f));
+    });
+}
+
+template <int D>
+Buffer<std::array<FaceNeighbour, D + 1>> faces_across(const Neighbours<D>& neighbours) {
+    Buffer<std::array<FaceNeighbour, D + 1>> across(neighbours.size());
+    for (std::size_t e = 0; e < across.size(); ++e)
+        for (int i = 0; i <= D; ++i)
+            across[e][i] = neighbours[e][i].valid() ? FaceNeighbour(neighbours[e][i]) : FaceNeighbour{};
+    return across;
+}
+
+/// In 2D ridges are facets.
+Buffer<Marks> with_ridges(Buffer<Marks> marks, const Column<std::uint32_t>& ridges) {
+    for (const std::uint32_t f : ridges) marks[f] |= Mark::ridge;
+    return marks;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                   const Incidence<ElementId>& balls, const Execution& execution) {
+    DynamicMesh<D> made;
+    auto beside = neighbours(mesh, balls, execution);
+    if (!beside) return fail(beside.error());
+    auto across = faces_across<D>(*beside);
+    Buffer<FacetSides> sides(mesh.facets.size());
+    if (auto done = put_facets<D>(mesh, balls, across, sides, execution); !done) return fail(done.error());
+    for (std::size_t f = 0; f < sides.size(); ++f)
+        for (const ElementId side : sides[f])
+            if (side.valid() &&
+                std::ranges::find(across[side.index()], FaceNeighbour(FacetId(f))) == across[side.index()].end())
+                return fail(ErrorKind::input, "two facets are on one face", {}, Entity{"facet", f + 1}, prepare_it);
+    made.face_neighbours = std::move(across);
+    made.sides = std::move(sides);
+    made.elements = with_marks(mesh.elements, 0);
+    made.facets = with_marks(mesh.facets, 0);
+    if (D == 2) made.facets.marks = with_ridges(take(std::move(made.facets.marks)), mesh.ridges);
+    auto element_of = map_each(execution, mesh.points.size(),
+                               [&](std::size_t v) { return balls[v].empty() ? ElementId{} : balls[v].front(); });
+    if (!element_of) return fail(element_of.error());
+    made.element_of = std::move(*element_of);
+    made.points = mesh.points;
+    made.point_references = mesh.point_references.size() == mesh.points.size()
+                                ? mesh.point_references
+                                : Column<Reference>(Buffer<Reference>(mesh.points.size(), 0));
+    made.edges_of = edges.of_elements;
+    made.edges = edges.vertices;
+    made.geometry = mesh.geometry;
+    made.groups = mesh.groups;
+    return made;
+}
+
+template <int D>
+bool is_pinched(const DynamicMesh<D>& mesh, std::size_t around, VertexId v, const Incidence<ElementId>& shells,
+                std::vector<ElementId>& found) {
+    ball(mesh, v, found);
+    if (found.size() != around) return true;
+    if constexpr (D == 3) {
+        const std::vector<ElementId> of_vertex = found;
+        for (const ElementId e : of_vertex)
+            for (int k = 0; k < edges_per_simplex<D>; ++k) {
+                const EdgeId edge = mesh.edges_of[e][k];
+                if (!mesh.line_at(edge).valid() || (mesh.edges[edge][0] != v && mesh.edges[edge][1] != v)) continue;
+                shell(mesh, e, k, found);
+                if (found.size() != shells[edge].size()) return true;
+            }
+    }
+    return false;
+}
+
+namespace {
+
+constexpr std::uint32_t no_piece = std::numeric_limits<std::uint32_t>::max();
+
+/// The pieces of a surface, numbered by their first triangles: triangles that hang together by edges which two of them
+/// share. None for a triangle that shares an edge of more than two with another one of its piece: it stays as it is.
+struct Pieces {
+    Buffer<std::uint32_t> of;  ///< each triangle's
+    std::size_t count = 0;
+};
+
+std::uint32_t root(Buffer<std::uint32_t>& of, std::uint32_t i) {
+    while (of[i] != i) i = of[i] = of[of[i]];
+    return i;
+}
+
+Pieces pieces_of(const Incidence<FacetId>& around, std::size_t triangles) {
+    Pieces pieces{Buffer<std::uint32_t>(triangles)};
+    std::iota(pieces.of.begin(), pieces.of.end(), 0U);
+    for (std::size_t e = 0; e < around.size(); ++e) {
+        if (around[e].size() != 2) continue;
+        const std::uint32_t a = root(pieces.of, around[e][0].value);
+        const std::uint32_t b = root(pieces.of, around[e][1].value);
+        pieces.of[std::max(a, b)] = std::min(a, b);
+    }
+    for (std::uint32_t f = 0; f < triangles; ++f) pieces.of[f] = root(pieces.of, f);
+    std::vector<FacetId> stay;
+    for (std::size_t e = 0; e < around.size(); ++e) {
+        if (around[e].size() <= 2) continue;
+        for (const FacetId f : around[e])
+            if (std::ranges::any_of(around[e],
+                                    [&](FacetId g) { return g != f && pieces.of[g.index()] == pieces.of[f.index()]; }))
+                stay.push_back(f);
+    }
+    Buffer<std::uint32_t> numbers(triangles, no_piece);
+    for (std::uint32_t& piece : pieces.of) {
+        if (numbers[piece] == no_piece) numbers[piece] = static_cast<std::uint32_t>(pieces.count++);
+        piece = numbers[piece];
+    }
+    for (const FacetId f : stay) pieces.of[f.index()] = no_piece;
+    return pieces;
+}
+
+/// One that no facet has.
+Reference reference_of_none(const Column<Reference>& references) {
+    std::vector<Reference> used(references.begin(), references.end());
+    std::ranges::sort(used);
+    Reference free = 1;
+    for (const Reference r : used)
+        if (r == free) ++free;
+    return free;
+}
+
+/// The facets and those between the edges where a piece ends and its vertex at infinity.
+Simplices<2> with_faces_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                    const Incidence<FacetId>& around, const Pieces& pieces) {
+    Simplices<2> facets = mesh.facets;
+    Buffer<SimplexVertices<2>> made;
+    const auto piece = [&](FacetId f) { return pieces.of[f.index()]; };
+    for (std::size_t e = 0; e < around.size(); ++e) {
+        const auto at = around[e];
+        if (at.size() == 2 && piece(at[0]) != no_piece && piece(at[1]) != no_piece) continue;
+        const auto& [a, b] = edges.vertices[e];
+        for (const FacetId f : at)
+            if (piece(f) != no_piece) made.push_back({a, b, VertexId(mesh.points.size() + piece(f))});
+    }
+    auto vertices = take(std::move(facets.vertices));
+    auto references = facets.references.size() == mesh.facets.size() ? take(std::move(facets.references))
+                                                                     : Buffer<Reference>(mesh.facets.size(), 0);
+    references.insert(references.end(), made.size(), reference_of_none(mesh.facets.references));
+    vertices.insert(vertices.end(), made.begin(), made.end());
+    facets.vertices = std::move(vertices);
+    facets.references = std::move(references);
+    if (!facets.entities.empty()) {
+        auto entities = take(std::move(facets.entities));
+        entities.insert(entities.end(), made.size(), 0);
+        facets.entities = std::move(entities);
+    }
+    return facets;
+}
+
+/// The surface with its pieces joined to infinity.
+LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Incidence<FacetId>& around,
+                                 const Pieces& pieces) {
+    LinearMesh<3> joined = mesh;
+    const std::size_t n = mesh.points.size();
+    auto points = take(std::move(joined.points));
+    points.resize(n + pieces.count, points.front());  // nobody asks where infinity is
+    joined.points = std::move(points);
+    if (!joined.point_references.empty()) {
+        auto references = take(std::move(joined.point_references));
+        references.resize(n + pieces.count, 0);
+        joined.point_references = std::move(references);
+    }
+    Buffer<SimplexVertices<3>> elements;
+    elements.reserve(mesh.facets.size());
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+        const auto& [a, b, c] = mesh.facets.vertices[f];
+        if (pieces.of[f] != no_piece) elements.push_back({a, b, c, VertexId(n + pieces.of[f])});
+    }
+    joined.elements = {std::move(elements), {}, {}, {}};
+    joined.facets = with_faces_to_infinity(mesh, edges, around, pieces);
+    return joined;
+}
+
+/// The kinds of the joined mesh's edges: those of the surface as they were, nothing breaks along those to infinity.
+Buffer<EdgeKind> kinds_of(const EdgeSet<3>& joined, const EdgeSet<3>& edges, const BreaksOfMesh& breaks) {
+    Buffer<EdgeKind> kinds(breaks.edge_kinds.empty() ? 0 : joined.size(), EdgeKind::surface);
+    for (std::size_t e = 0; e < kinds.size(); ++e) {
+        const auto& [a, b] = joined.vertices[e];
+        if (const EdgeId of_surface = find_edge(edges, a, b); of_surface.valid())
+            kinds[e] = breaks.edge_kinds[of_surface.index()];
+    }
+    return kinds;
+}
+
+}  // namespace
+
+Outcome<DynamicMesh<3>> make_dynamic_surface(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                             const BreaksOfMesh& breaks, const Execution& execution) {
+    if (mesh.elements.size() != 0 || mesh.facets.size() == 0)
+        return fail(ErrorKind::internal, "make_dynamic_surface was given a mesh that is no surface alone");
+    if (!breaks.edge_kinds.empty() && breaks.edge_kinds.size() != edges.size())
+        return fail(ErrorKind::internal, "make_dynamic_surface was given edges of another mesh");
+    return guarded([&]() -> Outcome<DynamicMesh<3>> {
+        const auto around = facet_shells(edges, without_progress(execution));
+        if (!around) return fail(around.error());
+        const Pieces pieces = pieces_of(*around, mesh.facets.size());
+        if (pieces.count + mesh.points.size() >= max_entities)
+            return fail(ErrorKind::unsupported, "the mesh has more vertices than 32 bits count");
+        const LinearMesh<3> joined = joined_to_infinity(mesh, edges, *around, pieces);
+        const auto joined_edges = unique_edges(joined, without_progress(execution));
+        if (!joined_edges) return fail(joined_edges.error());
+        const Buffer<EdgeKind> kinds = kinds_of(*joined_edges, edges, breaks);
+        Buffer<VertexId> at_infinity;
+        for (std::size_t i = 0; i < pieces.count; ++i) at_infinity.push_back(VertexId(mesh.points.size() + i));
+        return make_dynamic_with<3>(joined, *joined_edges, {kinds, breaks.corners}, at_infinity, execution);
+    });
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template Outcome<DynamicMesh<D>> make_dynamic_with<D>(                                                            \
         const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&, std::span<const VertexId>, const Execution&);   \
     template Outcome<DynamicMesh<D>> make_dynamic<D>(const QuadraticMesh<D>&, const BreaksOfMesh&, const Execution&); \
     template Outcome<DynamicMesh<D>> make_dynamic<D>(const LinearMesh<D>&, const EdgeSet<D>&, const BreaksOfMesh&,    \
-                                                     const Execution&);
+                                                     const Execution&);                                               \
+    template Outcome<DynamicMesh<D>> with_faces<D>(const LinearMesh<D>&, const EdgeSet<D>&,                           \
+                                                   const Incidence<ElementId>&, const Execution&);                    \
+    template bool is_pinched<D>(const DynamicMesh<D>&, std::size_t, VertexId, const Incidence<ElementId>&,            \
+                                std::vector<ElementId>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

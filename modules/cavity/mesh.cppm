@@ -4,6 +4,8 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
+#include <vector>
 export module camber.cavity:mesh;
 import camber.core;
 
@@ -187,5 +189,184 @@ template <std::size_t N>
 [[nodiscard]] inline std::array<VertexId, 3> triangle_of(const SimplexVertices<3>& element) {
     return {element[0], element[1], element[2]};
 }
+
+}  // namespace camber
+
+/// What is around an entity, by walking from element to element: at the cost of what is found.
+export namespace camber {
+
+/// The element across a face, beyond a facet too; invalid on the boundary.
+template <int D>
+[[nodiscard]] inline ElementId element_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
+    const FaceNeighbour across = mesh.face_neighbours[e][face];
+    if (!across.valid()) return {};
+    if (across.is_element()) return across.element();
+    const FacetSides& sides = mesh.sides[across.facet()];
+    return sides[0] == e ? sides[1] : sides[0];
+}
+
+/// The facet on a face of an element, if there is one.
+template <int D>
+[[nodiscard]] inline FacetId facet_at(const DynamicMesh<D>& mesh, ElementId e, int face) {
+    const FaceNeighbour across = mesh.face_neighbours[e][face];
+    return across.is_facet() ? across.facet() : FacetId{};
+}
+
+/// Of a surface alone: the facet that an element stands for.
+[[nodiscard]] inline FacetId facet_of(const DynamicMesh<3>& mesh, ElementId e) { return facet_at(mesh, e, 3); }
+
+/// The elements around a vertex that faces connect, into `found`; in the order of the walk, which begins at element_of.
+template <int D>
+void ball(const DynamicMesh<D>& mesh, VertexId v, std::vector<ElementId>& found);
+
+/// The elements around an edge of element e that faces connect, into `found`: from e one way round, then, where that
+/// ends at the boundary, the other way.
+template <int D>
+void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<ElementId>& found);
+
+/// The facets with this vertex, or edge, among those on faces of these elements, into `found`, rising.
+template <int D>
+void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
+                 std::vector<FacetId>& found);
+template <int D>
+void facets_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, EdgeId edge,
+                 std::vector<FacetId>& found);
+/// The lines with this vertex among the edges of these elements, into `found`, rising.
+template <int D>
+void lines_with(const DynamicMesh<D>& mesh, const std::vector<ElementId>& elements, VertexId v,
+                std::vector<LineId>& found);
+
+/// Whether the node of an element's edge stays, by what this element tells: that of the boundary, of an interface, of a
+/// line, of a required element, and where facets without elements may have it.
+template <int D>
+[[nodiscard]] inline bool is_node_fixed(const DynamicMesh<D>& mesh, ElementId e, int local_edge) {
+    const EdgeId edge = mesh.edges_of[e][local_edge];
+    const auto& [a, b] = mesh.edges[edge];
+    if (mesh.elements.marks[e].has(Mark::required) || mesh.line_at(edge).valid()) return true;
+    if (mesh.states[a].marks.has(Mark::frozen) && mesh.states[b].marks.has(Mark::frozen)) return true;
+    for (int face = 0; face <= D; ++face) {
+        if (face == local_edges<D>[local_edge][0] || face == local_edges<D>[local_edge][1]) continue;
+        const FaceNeighbour across = mesh.face_neighbours[e][face];
+        if (!across.valid() || across.is_facet()) return true;
+    }
+    return false;
+}
+
+/// The edge of a facet opposite its local vertex k (3D), by the element on its first side.
+[[nodiscard]] EdgeId facet_edge(const DynamicMesh<3>& mesh, FacetId f, int k);
+
+/// Where the boundary and interfaces break, beyond what the mesh lists: edges of kind `ridge` (3D), one a unique edge,
+/// and vertices that are corners. camber.surface finds them (`find_features`); none: an empty span.
+struct BreaksOfMesh {
+    std::span<const EdgeKind> edge_kinds;
+    std::span<const VertexId> corners;
+};
+
+/// The mesh with all that changes of it need. Lines are the edges that the mesh lists, those of kind `ridge`, and
+/// those with other than two facets or with facets of two references or entities (3D); embedded are those that `breaks`
+/// tells to be of another kind than `ridge`. Vertices are corners by the
+/// mesh's word, by `breaks`, where an association with a point or a group of vertices names them, and where they have
+/// other than two lines, or lines that differ in reference, entity or kind, or where a line of the volume meets a
+/// facet; in 2D where they have other than two facets, or facets that do. What cannot be changed soundly is frozen:
+/// vertices of no element, of facets or listed edges on no element, and where the mesh touches itself in a vertex or an
+/// edge only. Errors: a face of the boundary, or between two references, that has no facet (camber.soundness prepares
+/// meshes so that there is none), two facets or more than two elements on a face (input); `edges` or `breaks` of
+/// another mesh (internal); more than 2^31 − 2 elements (unsupported); stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                   const BreaksOfMesh& breaks, const Execution& execution);
+
+/// The same of a mesh of degree 2, with its nodes.
+template <int D>
+[[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
+                                                   const Execution& execution);
+
+/// A surface alone (triangles in space, no tetrahedra) as what bounds a mesh: each triangle is joined to a vertex at
+/// infinity, the last of its element, so that operations on surfaces, ridges and corners are those of any mesh (as
+/// with the infinite vertex of CGAL's triangulations). Elements stand for their triangles; where the surface ends, the
+/// faces between its edges and infinity are facets of a reference of their own; `compacted` leaves all of that out.
+/// Lines are also the edges where the surface ends, or more than two triangles meet: these stay as they are. Errors: as
+/// of make_dynamic; a mesh that is no surface alone (internal).
+[[nodiscard]] Outcome<DynamicMesh<3>> make_dynamic_surface(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                                           const BreaksOfMesh& breaks, const Execution& execution);
+
+}  // namespace camber
+
+namespace camber {
+
+/// The same, with vertices that are at infinity.
+template <int D>
+[[nodiscard]] Outcome<DynamicMesh<D>> make_dynamic_with(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                        const BreaksOfMesh& breaks,
+                                                        std::span<const VertexId> at_infinity,
+                                                        const Execution& execution);
+
+}  // namespace camber
+
+export namespace camber {
+
+/// Some elements of a mesh that changes, with what is on them: the whole mesh, or what a cut along faces leaves.
+template <int D>
+struct MeshPart {
+    LinearMesh<D> mesh;          ///< feature edges: its lines, each once; neither directions nor groups
+    Column<VertexState> states;  ///< one a vertex, as in the whole
+    Column<Marks> facet_marks;   ///< frozen: of facets between this part and another
+    Column<Marks> line_marks;    ///< one a feature edge
+};
+
+/// A part, ready to be changed.
+template <int D>
+struct DynamicPart {
+    DynamicMesh<D> mesh;
+    Column<std::uint8_t> on_rim;  ///< of each vertex: whether it is on the cut, and so of other parts too
+};
+
+/// The part as a mesh that changes while its rim stays: vertices there are required, those of surfaces corners for the
+/// time being, as are frozen facets and lines of the rim. Where a surface goes on beyond the rim a line is added behind
+/// those that are given: of surfaces there are then no ends. Vertices where the walk from face to face does not find
+/// all of the part are frozen. Errors: two facets or more than two elements on a face (input); rows that do not fit
+/// (internal); stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Execution& execution);
+
+/// A mesh without free places, and where its entities went from those of the mesh that changes.
+template <int D>
+struct CompactMesh {
+    LinearMesh<D> mesh;
+    EdgeSet<D> edges;
+    Column<LagrangeNode<D>> nodes;  ///< one an edge; no rows: a straight mesh
+    MeshMaps maps;
+};
+
+/// The mesh as it is: entities keep their order. Lines are edges of the mesh but for those that it did not list when it
+/// was made. Directions and associations are those of vertices that have not gone or moved; one that has moved keeps
+/// that with the surface (2D: the curve) that it is on, without its place there. Errors: stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<CompactMesh<D>> compacted(const DynamicMesh<D>& mesh, const Execution& execution);
+
+/// Whether all that a DynamicMesh says of itself agrees: simplices name vertices that are there; what is across a face
+/// shares it and says the same of this side; edges are those between the elements' vertices, one id a pair; every face
+/// between two references or of the boundary is a facet; lines are edges; free lists are the free places. The cost is
+/// that of the whole mesh. Errors (internal): the first that does not, with its entity; stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<Done> check_consistency(const DynamicMesh<D>& mesh, const Execution& execution);
+
+}  // namespace camber
+
+/// What meshes that change are made of, whole or a part of one.
+namespace camber {
+
+inline constexpr const char* prepare_it = "prepare the mesh first";
+
+/// The mesh with neighbours, edges and facets; faces may have neither a facet nor an element beyond. Lines and states
+/// of vertices are still to be made. Errors: two facets or more than two elements on a face (input); stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<DynamicMesh<D>> with_faces(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                 const Incidence<ElementId>& balls, const Execution& execution);
+
+/// Whether the walk from face to face misses some of the `around` elements of a vertex, or of the shells of its lines.
+template <int D>
+[[nodiscard]] bool is_pinched(const DynamicMesh<D>& mesh, std::size_t around, VertexId v,
+                              const Incidence<ElementId>& shells, std::vector<ElementId>& found);
 
 }  // namespace camber

@@ -1,12 +1,11 @@
 module;
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
 export module camber.cavity:patch;
 import camber.core;
-import :emptied;
 import :mesh;
+import :star;
 
 export namespace camber {
 

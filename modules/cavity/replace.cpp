@@ -1,3 +1,4 @@
+// Checks patches and replaces their cavities in a mesh.
 module;
 #include <algorithm>
 #include <array>
@@ -10,12 +11,228 @@ module;
 #include <vector>
 module camber.cavity;
 import camber.core;
-import :check_patches;
-import :draft;
 
 namespace camber {
 
 namespace {
+
+template <class Id, class Ids>
+void append(std::vector<Id>& to, const Ids& ids) {
+    to.insert(to.end(), ids.begin(), ids.end());
+}
+template <class Id>
+std::vector<Id> rising(std::vector<Id> ids) {
+    std::sort(ids.begin(), ids.end());
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    return ids;
+}
+
+auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what)); }
+
+/// Whether edges at the point that elements or facets outside of the cavity have keep their nodes.
+template <int D>
+bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
+    const auto& boundary = patch.star.boundary;
+    for (const ElementFace& face : patch.star.kept) {
+        const auto& vertices = mesh.elements.vertices[face.element];
+        const int held = local_vertex(vertices, patch.point.vertex);
+        for (int i = 0; i <= D; ++i) {
+            if (i == held || i == static_cast<int>(face.opposite)) continue;
+            const auto at = std::find(boundary.begin(), boundary.end(), vertices[i]) - boundary.begin();
+            if (at == std::ssize(boundary)) continue;  // no new element has the edge
+            if (mesh.nodes[mesh.edges_of[face.element][edge_between<D>[i][held]]] != patch.nodes[at]) return false;
+        }
+    }
+    return true;
+}
+
+/// Whether the elements of each node that follows are of the patch, and of no other: those that it reshapes are marked.
+template <int D>
+Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::vector<bool>& is_taken) {
+    for (const ElementId e : patch.reshaped) {
+        if (is_taken[e.index()])
+            return fail(ErrorKind::internal, "two patches change one element", {},
+                        Entity{simplex_name<D>, e.index() + 1});
+        is_taken[e.index()] = true;
+    }
+    const auto is_of_patch = [&](ElementId e) {
+        return std::ranges::find(patch.reshaped, e) != patch.reshaped.end() ||
+               std::ranges::find(patch.removed.elements, e) != patch.removed.elements.end();
+    };
+    std::vector<ElementId> around;
+    for (const auto& following : patch.following) {
+        const auto has_edge = [&](ElementId e) {
+            return std::ranges::find(mesh.edges_of[e], following.edge) != mesh.edges_of[e].end();
+        };
+        const auto first = std::ranges::find_if(patch.reshaped, has_edge);
+        if (first == patch.reshaped.end()) return refused("a node follows a patch that does not reshape its elements");
+        const auto& edges = mesh.edges_of[*first];
+        shell(mesh, *first, static_cast<int>(std::ranges::find(edges, following.edge) - edges.begin()), around);
+        if (!std::ranges::all_of(around, is_of_patch))
+            return refused("a patch moves a node that elements have which it neither removes nor reshapes");
+    }
+    return Done{};
+}
+
+/// Asked before anything is changed: patches of this mesh that do not get into each other's way. Errors: those of
+/// replace_cavities.
+template <int D>
+Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>> patches) {
+    std::vector<bool> is_removed(mesh.elements.size(), false);
+    std::vector<VertexId> vanishing;
+    std::vector<std::array<VertexId, 2>> edges;
+    std::size_t made = 0;
+    constexpr std::size_t max_places = 0x7fffffffU;  // see FaceNeighbour
+    for (const Patch<D>& patch : patches) {
+        if (patch.planned_for != mesh.stamp) return refused("a patch was planned for another mesh");
+        for (const ElementId e : patch.removed.elements) {
+            if (is_removed[e.index()])
+                return fail(ErrorKind::internal, "two patches remove one element", {},
+                            Entity{simplex_name<D>, e.index() + 1});
+            is_removed[e.index()] = true;
+        }
+        if (auto checked = check_following(mesh, patch, is_removed); !checked) return checked;
+        append(vanishing, patch.star.vanishing);
+        made += patch.star.joined.size();
+        if (patch.point.vertex.valid() && patch.point.place && !patch.star.kept.empty() &&
+            *patch.point.place != mesh.points[patch.point.vertex])
+            return refused("a patch moves a vertex that elements outside of its cavity have");
+        if (patch.nodes.size() != (mesh.is_curved() ? patch.star.boundary.size() : 0))
+            return refused("a patch has not one node for each edge at its point");
+        if (mesh.is_curved() && !keeps_outer_nodes(mesh, patch))
+            return refused("a patch moves a node that elements or facets outside of its cavity have");
+        if (const VertexId p = patch.point.vertex;
+            p.valid() && !keeps_topology<D>(mesh.elements.vertices.view(), patch))
+            for (const VertexId v : patch.star.boundary) edges.push_back({std::min(p, v), std::max(p, v)});
+    }
+    if (mesh.elements.size() + made >= max_places || mesh.facets.size() + made >= max_places ||
+        mesh.edges.size() + 3 * made >= max_entities)
+        return fail(ErrorKind::unsupported, "the mesh would have more entities than 32 bits count");
+    std::sort(edges.begin(), edges.end());
+    if (std::adjacent_find(edges.begin(), edges.end()) != edges.end()) return refused("two patches make one edge");
+    std::sort(vanishing.begin(), vanishing.end());
+    for (const Patch<D>& patch : patches)
+        if (std::binary_search(vanishing.begin(), vanishing.end(), patch.point.vertex))
+            return refused("a patch removes the point of another one");
+    return Done{};
+}
+
+/// The columns of a mesh as buffers, while it changes.
+template <int D>
+struct Draft {
+    explicit Draft(DynamicMesh<D> mesh)
+        : points(take(std::move(mesh.points))),
+          point_references(take(std::move(mesh.point_references))),
+          states(take(std::move(mesh.states))),
+          element_of(take(std::move(mesh.element_of))),
+          elements(take(std::move(mesh.elements.vertices))),
+          element_references(take(std::move(mesh.elements.references))),
+          element_entities(take(std::move(mesh.elements.entities))),
+          element_marks(take(std::move(mesh.elements.marks))),
+          face_neighbours(take(std::move(mesh.face_neighbours))),
+          edges_of(take(std::move(mesh.edges_of))),
+          edges(take(std::move(mesh.edges))),
+          line_of(take(std::move(mesh.line_of))),
+          nodes(take(std::move(mesh.nodes))),
+          facets(take(std::move(mesh.facets.vertices))),
+          facet_references(take(std::move(mesh.facets.references))),
+          facet_entities(take(std::move(mesh.facets.entities))),
+          facet_marks(take(std::move(mesh.facets.marks))),
+          sides(take(std::move(mesh.sides))),
+          lines(take(std::move(mesh.lines))),
+          line_references(take(std::move(mesh.line_references))),
+          line_entities(take(std::move(mesh.line_entities))),
+          line_marks(take(std::move(mesh.line_marks))),
+          free_vertices(take(std::move(mesh.free.vertices))),
+          free_edges(take(std::move(mesh.free.edges))),
+          free_lines(take(std::move(mesh.free.lines))),
+          free_facets(take(std::move(mesh.free.facets))),
+          free_elements(take(std::move(mesh.free.elements))),
+          geometry(std::move(mesh.geometry)),
+          groups(std::move(mesh.groups)),
+          at_infinity(std::move(mesh.at_infinity)) {}
+
+    [[nodiscard]] DynamicMesh<D> mesh() && {
+        DynamicMesh<D> out;
+        out.points = std::move(points);
+        out.point_references = std::move(point_references);
+        out.states = std::move(states);
+        out.element_of = std::move(element_of);
+        out.elements = {std::move(elements), std::move(element_references), std::move(element_entities),
+                        std::move(element_marks)};
+        out.face_neighbours = std::move(face_neighbours);
+        out.edges_of = std::move(edges_of);
+        out.edges = std::move(edges);
+        out.line_of = std::move(line_of);
+        out.nodes = std::move(nodes);
+        out.facets = {std::move(facets), std::move(facet_references), std::move(facet_entities),
+                      std::move(facet_marks)};
+        out.sides = std::move(sides);
+        out.lines = std::move(lines);
+        out.line_references = std::move(line_references);
+        out.line_entities = std::move(line_entities);
+        out.line_marks = std::move(line_marks);
+        out.free = {std::move(free_vertices), std::move(free_edges), std::move(free_lines), std::move(free_facets),
+                    std::move(free_elements)};
+        out.geometry = std::move(geometry);
+        out.groups = std::move(groups);
+        out.at_infinity = std::move(at_infinity);
+        out.stamp = new_stamp();
+        return out;
+    }
+
+    Buffer<Vec<D>> points;
+    Buffer<Reference> point_references;
+    Buffer<VertexState> states;
+    Buffer<ElementId> element_of;
+    Buffer<SimplexVertices<D>> elements;
+    Buffer<Reference> element_references, element_entities;
+    Buffer<Marks> element_marks;
+    Buffer<std::array<FaceNeighbour, D + 1>> face_neighbours;
+    Buffer<std::array<EdgeId, edges_per_simplex<D>>> edges_of;
+    Buffer<std::array<VertexId, 2>> edges;
+    Buffer<LineId> line_of;
+    Buffer<LagrangeNode<D>> nodes;
+    Buffer<SimplexVertices<D - 1>> facets;
+    Buffer<Reference> facet_references, facet_entities;
+    Buffer<Marks> facet_marks;
+    Buffer<FacetSides> sides;
+    Buffer<EdgeId> lines;
+    Buffer<Reference> line_references, line_entities;
+    Buffer<Marks> line_marks;
+    Buffer<std::uint32_t> free_vertices, free_edges, free_lines, free_facets, free_elements;
+    GivenGeometry<D> geometry;
+    Column<Group> groups;
+    Column<VertexId> at_infinity;
+};
+
+/// Places for new entities of one kind in one patch: those of the removed ones, rising, then free ones, then new ones
+/// by `grow`. What is left over of the removed ones becomes free.
+template <class Id, class Grow>
+class Places {
+  public:
+    Places(std::vector<Id>& own, Buffer<std::uint32_t>& free, Grow grow) : own_(own), free_(free), grow_(grow) {}
+    Id next() {
+        if (used_ < own_.size()) return own_[used_++];
+        if (free_.empty()) return grow_();
+        const Id id(std::size_t{free_.back()});
+        free_.pop_back();
+        return id;
+    }
+    template <class Clear>
+    void release(Clear clear) {
+        for (; used_ < own_.size(); ++used_) {
+            clear(own_[used_]);
+            free_.push_back(own_[used_].value);
+        }
+    }
+
+  private:
+    std::vector<Id>& own_;
+    Buffer<std::uint32_t>& free_;
+    Grow grow_;
+    std::size_t used_ = 0;
+};
 
 /// A new element, gathered before any place is written on.
 template <int D>

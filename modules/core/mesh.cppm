@@ -3,11 +3,16 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
+/// Meshes of degree 1 and 2, and their topology.
 export module camber.core:mesh;
-import :column;
-import :ids;
-import :vec;
+import :columns;
+import :execution;
+import :outcome;
+import :tensors;
 
 export namespace camber {
 
@@ -209,5 +214,202 @@ template <int K>
 inline constexpr const char* simplex_name = K == 1   ? "edge"
                                             : K == 2 ? "triangle"
                                                      : "tetrahedron";
+
+// The Lagrange functions of degree 2 on a K-simplex, by barycentric coordinates.
+
+/// Of a vertex's node: ξ (2ξ − 1).
+[[nodiscard]] constexpr double vertex_shape(double xi) { return xi * (2 * xi - 1); }
+
+/// Of the node of local edge e: 4 ξ_i ξ_j. It is also what that node adds, by how far it is from the middle of its
+/// chord, to the linear function of the vertices.
+template <int K>
+[[nodiscard]] constexpr double edge_shape(const std::array<double, K + 1>& xi, int e) {
+    const auto [i, j] = local_edges<K>[e];
+    return 4 * xi[i] * xi[j];
+}
+
+/// Adds ∂/∂ξ_a, a = 0 … K, of edge_shape times a value.
+template <int K, class T>
+constexpr void add_edge_derivatives(const std::array<double, K + 1>& xi, int e, const T& value,
+                                    std::array<T, K + 1>& partial) {
+    const auto [i, j] = local_edges<K>[e];
+    partial[i] += (4 * xi[j]) * value;
+    partial[j] += (4 * xi[i]) * value;
+}
+
+// What a file says must not change (GMF's Required entities).
+
+/// One mark an edge: 1 for a required one, and for the edges of required facets and elements.
+template <int D>
+[[nodiscard]] inline Buffer<std::uint8_t> required_edges(const QuadraticMesh<D>& mesh) {
+    Buffer<std::uint8_t> marks(mesh.edges.size(), 0);
+    for (const std::uint32_t s : mesh.linear.elements.required)
+        for (const EdgeId e : mesh.edges.of_elements[s]) marks[e.index()] = 1;
+    for (const std::uint32_t f : mesh.linear.facets.required)
+        for (const EdgeId e : mesh.edges.of_facets[f]) marks[e.index()] = 1;
+    for (const std::uint32_t e : mesh.linear.edges.required)
+        if (e < mesh.edges.of_edges.size()) marks[mesh.edges.of_edges[e].index()] = 1;
+    return marks;
+}
+
+/// One mark a vertex: 1 for a required one, and for the vertices of required edges, facets and elements.
+template <int D>
+[[nodiscard]] inline Buffer<std::uint8_t> required_vertices(const LinearMesh<D>& mesh) {
+    Buffer<std::uint8_t> marks(mesh.points.size(), 0);
+    for (const VertexId v : mesh.required_vertices) marks[v.index()] = 1;
+    const auto mark = [&](const auto& simplices) {
+        for (const std::uint32_t s : simplices.required)
+            for (const VertexId v : simplices.vertices[s]) marks[v.index()] = 1;
+    };
+    mark(mesh.elements);
+    mark(mesh.facets);
+    mark(mesh.edges);
+    return marks;
+}
+
+/// Whether edges of the boundary are held where they are required, or those of the volume alone.
+enum class RequiredBoundary : std::uint8_t { keep, geometry };
+[[nodiscard]] constexpr auto words(RequiredBoundary) {
+    return words_of(Word{RequiredBoundary::keep, "keep"}, Word{RequiredBoundary::geometry, "geometry"});
+}
+
+/// The kinds with the required edges `fixed`: their nodes stay.
+template <int D>
+[[nodiscard]] inline Column<EdgeKind> held_kinds(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                                 RequiredBoundary boundary) {
+    const auto required = required_edges(mesh);
+    Buffer<EdgeKind> held(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < held.size(); ++e)
+        if (required[e] != 0 && (boundary == RequiredBoundary::keep || kinds[e] == EdgeKind::volume))
+            held[e] = EdgeKind::fixed;
+    return Column<EdgeKind>(std::move(held));
+}
+
+/// The mesh without what it requires of its facets, feature edges and elements.
+template <int D>
+[[nodiscard]] inline QuadraticMesh<D> without_required(QuadraticMesh<D> mesh) {
+    mesh.linear.elements.required = {};
+    mesh.linear.facets.required = {};
+    mesh.linear.edges.required = {};
+    return mesh;
+}
+
+/// 1 for vertices on the boundary: at an end of an edge that is not of the volume.
+template <int D>
+[[nodiscard]] inline Buffer<std::uint8_t> boundary_vertices(const QuadraticMesh<D>& mesh,
+                                                            const Column<EdgeKind>& kinds) {
+    Buffer<std::uint8_t> marks(mesh.linear.points.size(), 0);
+    for (std::size_t e = 0; e < kinds.size(); ++e)
+        if (kinds[e] != EdgeKind::volume)
+            for (const VertexId v : mesh.edges.vertices[e]) marks[v.index()] = 1;
+    return marks;
+}
+
+// The range of lengths that Camber computes with, in model units. Products of four lengths (determinants of triangles'
+// derivatives, squared areas) and of three and their rounding errors, and squares of a metric's entries, are then
+// numbers with all their digits, also for elements far thinner than they are long. From 1e-77 and 1e77 on they are
+// not.
+
+/// Elements and facets are at least as large as this in some coordinate; sizes of metrics are no smaller.
+inline constexpr double min_length = 1e-60;
+/// Coordinates are no larger than this, neither are sizes of metrics.
+inline constexpr double max_length = 1e60;
+
+/// For each key (a vertex, an edge …) the items that touch it, in rising order; compressed rows.
+template <class Item>
+struct Incidence {
+    Column<std::uint32_t> offsets;  ///< keys + 1
+    Column<Item> items;
+
+    [[nodiscard]] std::size_t size() const { return offsets.empty() ? 0 : offsets.size() - 1; }
+    [[nodiscard]] std::span<const Item> operator[](std::size_t key) const {
+        return {items.data() + offsets[key], items.data() + offsets[key + 1]};
+    }
+    template <class Tag>
+    [[nodiscard]] std::span<const Item> operator[](Id<Tag> key) const {
+        return (*this)[key.index()];
+    }
+};
+
+/// The element across the face opposite each local vertex; an invalid id where there is none.
+template <int D>
+using Neighbours = Column<std::array<ElementId, D + 1>>;
+
+/// A face of an element: that opposite local vertex `opposite`.
+struct ElementFace {
+    ElementId element;
+    std::uint32_t opposite = 0;
+    friend bool operator==(const ElementFace&, const ElementFace&) = default;
+};
+
+/// Derived data of the functions below, for meshes whose vertex ids are in range. Errors: more than two elements on a
+/// face (`neighbours`), a simplex that names a vertex twice (`unique_edges`), more incidences than 32 bits count;
+/// stopped.
+
+/// Elements around each vertex.
+template <int D>
+[[nodiscard]] Outcome<Incidence<ElementId>> balls(const LinearMesh<D>& mesh, const Execution& execution);
+
+/// Facets around each vertex.
+template <int D>
+[[nodiscard]] Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution);
+
+/// Feature edges around each vertex, by their index in LinearMesh::edges.
+template <int D>
+[[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
+
+/// A face of an element, named by its lowest vertex and the others, which rise.
+template <int D>
+struct FaceAround {
+    std::array<VertexId, D - 1> others;
+    ElementFace face;
+};
+
+/// The faces of which v is the lowest vertex, of all elements of its ball: equal ones side by side, by rising element.
+/// Faces that name a vertex twice are left out.
+template <int D>
+void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
+                  std::vector<FaceAround<D>>& faces);
+
+/// visit(faces) with all elements on a face, for each face, in parallel; needs the balls of the same mesh.
+template <int D, class Visit>
+[[nodiscard]] Outcome<Done> each_face(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                      const Execution& execution, Visit&& visit) {
+    return each_chunk(execution, balls.size(), [&](std::size_t begin, std::size_t end) {
+        std::vector<FaceAround<D>> faces;
+        for (std::size_t v = begin; v < end; ++v) {
+            faces_around<D>(mesh, balls, VertexId(v), faces);
+            for (std::size_t first = 0, last = 0; first < faces.size(); first = last) {
+                while (last < faces.size() && faces[last].others == faces[first].others) ++last;
+                visit(std::span<const FaceAround<D>>(faces).subspan(first, last - first));
+            }
+        }
+    });
+}
+
+/// The element across each face; needs the balls of the same mesh.
+template <int D>
+[[nodiscard]] Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                                const Execution& execution);
+
+/// Faces of elements without a neighbour, by rising element.
+template <int D>
+[[nodiscard]] Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours);
+
+/// Unique edges of elements, facets and feature edges (those of a surface-only mesh included).
+template <int D>
+[[nodiscard]] Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution);
+
+/// The shell of each edge: its elements.
+template <int D>
+[[nodiscard]] Outcome<Incidence<ElementId>> shells(const EdgeSet<D>& edges, const Execution& execution);
+
+/// Facets around each edge.
+template <int D>
+[[nodiscard]] Outcome<Incidence<FacetId>> facet_shells(const EdgeSet<D>& edges, const Execution& execution);
+
+/// The edge between two vertices, or an invalid id: binary search in the sorted set.
+template <int D>
+[[nodiscard]] EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b);
 
 }  // namespace camber

@@ -4,11 +4,13 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <span>
 module camber.crossing:net;
 import camber.core;
 import camber.bezier;
-import :facet;
+import :crossings;
 
 /// A piece of a facet by its Bézier points, in coordinates of the pair that is looked at, and what it shares with the
 /// pieces of the other facet.
@@ -214,6 +216,453 @@ template <int D>
         }
     pair.same = shared >= D && shared_edges == Net<D>::edges;
     return pair;
+}
+
+}  // namespace camber
+
+/// Planes between Bézier nets. A direction is looked for without care (Gilbert, Johnson, Keerthi 1988); what it proves
+/// is looked at with it.
+namespace camber {
+
+/// What n · (P − Q) must exceed in units of |n|_1: both coordinates err by `coordinate_blur`, and the sums round.
+inline constexpr double separation_margin = 4 * coordinate_blur;
+
+template <int D>
+[[nodiscard]] inline double sum_of_sizes(const Vec<D>& n) {
+    double sum = 0;
+    for (const double x : n.c) sum += std::abs(x);
+    return sum;
+}
+
+/// Points whose hull's place nearest to the origin is looked for.
+template <int D>
+struct Corral {
+    std::array<Vec<D>, D + 1> points{};
+    std::size_t size = 0;
+};
+
+/// The weights of `others` in the point nearest to the origin of the plane through `last` and them; none where they do
+/// not span one.
+template <int D>
+[[nodiscard]] inline std::optional<std::array<double, D>> nearest_weights(const Vec<D>& last,
+                                                                          std::span<const Vec<D>> others) {
+    const std::size_t m = others.size();
+    std::array<std::array<double, D + 1>, D> rows{};
+    for (std::size_t i = 0; i < m; ++i) {
+        for (std::size_t j = 0; j < m; ++j) rows[i][j] = dot(others[i] - last, others[j] - last);
+        rows[i][D] = -dot(others[i] - last, last);
+    }
+    for (std::size_t p = 0; p < m; ++p) {
+        if (!(rows[p][p] > 0)) return {};
+        for (std::size_t r = 0; r < m; ++r) {
+            if (r == p) continue;
+            const double factor = rows[r][p] / rows[p][p];
+            for (std::size_t c = p; c < m; ++c) rows[r][c] -= factor * rows[p][c];
+            rows[r][D] -= factor * rows[p][D];
+        }
+    }
+    std::array<double, D> weights{};
+    for (std::size_t i = 0; i < m; ++i) weights[i] = rows[i][D] / rows[i][i];
+    return weights;
+}
+
+/// The place nearest to the origin in the hull of the points, of which the last came in last; keeps those that it is
+/// made of. None: the hull holds the origin.
+template <int D>
+[[nodiscard]] inline std::optional<Vec<D>> nearest_place(Corral<D>& corral) {
+    const Vec<D> last = corral.points[corral.size - 1];
+    const std::size_t others = corral.size - 1;
+    Corral<D> best;
+    Vec<D> nearest;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t mask = 0; mask < (std::size_t{1} << others); ++mask) {
+        Corral<D> chosen;
+        for (std::size_t i = 0; i < others; ++i)
+            if ((mask >> i & 1U) != 0) chosen.points[chosen.size++] = corral.points[i];
+        const auto weights = nearest_weights<D>(last, {chosen.points.data(), chosen.size});
+        if (!weights) continue;
+        double sum = 0;
+        bool inside = true;
+        Vec<D> place = last;
+        for (std::size_t i = 0; i < chosen.size; ++i) {
+            inside = inside && (*weights)[i] >= 0;
+            sum += (*weights)[i];
+            place += (chosen.points[i] - last) * (*weights)[i];
+        }
+        if (!inside || sum > 1) continue;
+        if (chosen.size == D) return {};
+        if (norm_squared(place) >= least) continue;
+        least = norm_squared(place);
+        nearest = place;
+        chosen.points[chosen.size++] = last;
+        best = chosen;
+    }
+    corral = best;
+    return nearest;
+}
+
+/// A direction that has a positive product with every point of a set, tried from `start`: `lowest(n)` is the point of
+/// the least product with n, and `proves(n)` looks whether the direction does.
+template <int D, class Lowest, class Proves>
+[[nodiscard]] inline bool finds_direction(Vec<D> start, Lowest&& lowest, Proves&& proves) {
+    constexpr int max_tries = 12;
+    Corral<D> corral;
+    Vec<D> n = start;
+    for (int i = 0; i < max_tries; ++i) {
+        // So products with n do not vanish.
+        if (!(norm_squared(n) > 0)) return false;
+        if (proves(n)) return true;
+        const Vec<D> point = lowest(n);
+        // Not nearer than before: the hull touches the origin as far as these numbers can tell.
+        if (i > 0 && dot(n, point) >= (1 - 0x1p-30) * norm_squared(n)) return false;
+        corral.points[corral.size++] = point;
+        const auto nearest = nearest_place(corral);
+        if (!nearest || corral.size == 0) return false;
+        n = *nearest;
+    }
+    return false;
+}
+
+/// Directions across the straight simplices of the corners: those of their normals, and of what is across an edge of
+/// each. Where the gap is thin they tell what the search above is too coarse for.
+template <class Try>
+[[nodiscard]] inline bool some_normal(const Net<2>& first, const Net<2>& second, Try&& works) {
+    const auto normal = [](const Net<2>& net) {
+        const Vec<2> along = net.control[1] - net.control[0];
+        return Vec<2>{{-along[1], along[0]}};
+    };
+    return works(normal(first)) || works(normal(second));
+}
+template <class Try>
+[[nodiscard]] inline bool some_normal(const Net<3>& first, const Net<3>& second, Try&& works) {
+    const auto edge = [](const Net<3>& net, int i) { return net.control[(i + 1) % 3] - net.control[i]; };
+    if (works(cross(edge(first, 0), edge(first, 1))) || works(cross(edge(second, 0), edge(second, 1)))) return true;
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j)
+            if (works(cross(edge(first, i), edge(second, j)))) return true;
+    return false;
+}
+
+/// A plane lies between two nets: then the pieces have no point in common.
+template <int D>
+[[nodiscard]] inline bool separated(const Net<D>& first, const Net<D>& second) {
+    const auto lowest_of = [](const Net<D>& net, const Vec<D>& n) {
+        const auto less = [&](const Vec<D>& a, const Vec<D>& b) { return dot(a, n) < dot(b, n); };
+        return *std::min_element(net.control.begin(), net.control.end(), less);
+    };
+    const auto difference = [&](const Vec<D>& n) { return lowest_of(first, n) - lowest_of(second, -n); };
+    const auto proves = [&](const Vec<D>& n) {
+        return dot(lowest_of(first, n), n) - dot(lowest_of(second, -n), n) > separation_margin * sum_of_sizes(n);
+    };
+    Vec<D> start;
+    for (std::size_t i = 0; i < first.control.size(); ++i) start += first.control[i] - second.control[i];
+    return finds_direction<D>(start, difference, proves) || some_normal(first, second, [&](const Vec<D>& n) {
+               return norm_squared(n) > 0 && (proves(n) || proves(-n));
+           });
+}
+
+/// A plane through the only point that the nets share, their corners i and j, has all other Bézier points of the one
+/// net on its one side and those of the other on the other: n · F has Bernstein coefficients 0 at the point and
+/// positive ones elsewhere, and is positive off the point. So they meet there alone.
+template <int D>
+[[nodiscard]] inline bool separated_at(const Net<D>& first, int i, const Net<D>& second, int j) {
+    constexpr std::size_t n_vectors = 2 * (quadratic_nodes<D - 1> - 1);
+    std::array<Vec<D>, n_vectors> vectors{}, units{};
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < first.control.size(); ++k)
+        if (k != static_cast<std::size_t>(i)) vectors[count++] = first.control[k] - first.control[i];
+    for (std::size_t k = 0; k < second.control.size(); ++k)
+        if (k != static_cast<std::size_t>(j)) vectors[count++] = second.control[j] - second.control[k];
+    Vec<D> start;
+    for (std::size_t k = 0; k < n_vectors; ++k) {
+        units[k] = normalised(vectors[k]);
+        start += units[k];
+    }
+    const auto lowest = [&](const Vec<D>& n) {
+        const auto less = [&](const Vec<D>& a, const Vec<D>& b) { return dot(a, n) < dot(b, n); };
+        return *std::min_element(units.begin(), units.end(), less);
+    };
+    return finds_direction<D>(start, lowest, [&](const Vec<D>& n) {
+        const double margin = separation_margin * sum_of_sizes(n);
+        return std::all_of(vectors.begin(), vectors.end(), [&](const Vec<D>& v) { return dot(v, n) > margin; });
+    });
+}
+
+}  // namespace camber
+
+/// Pieces that are seen one to one from some side: one triangle, or two with a common edge.
+namespace camber {
+
+/// One triangle, its corners named: the edge from `from` to `to` and the apex; on which side of the edge it is laid
+/// out.
+struct Sheet {
+    const Net<3>* net = nullptr;
+    int from = 0, to = 1, apex = 2;
+    double side = 1;
+};
+
+/// dF/ds and dF/dt at the three corners, where the triangle is laid out with its edge from (−1, 0) to (1, 0) and its
+/// apex at (lean, ±1), all lengths along s and t then multiplied by numbers of our choice. dF is affine, so in between
+/// it is a mean of these.
+struct SheetSlopes {
+    std::array<Vec<3>, 3> s{}, t{};
+};
+
+/// The triangle alone, on its longest edge.
+[[nodiscard]] inline Sheet sheet_of(const Net<3>& net) {
+    Sheet longest{&net, 0, 1, 2, 1};
+    for (int i = 1; i < 3; ++i) {
+        const Sheet other{&net, i, (i + 1) % 3, (i + 2) % 3, 1};
+        const auto length = [&](const Sheet& s) { return distance(net.control[s.from], net.control[s.to]); };
+        if (length(other) > length(longest)) longest = other;
+    }
+    return longest;
+}
+
+[[nodiscard]] inline SheetSlopes upright_slopes(const Sheet& sheet) {
+    SheetSlopes d;
+    const Net<3>& net = *sheet.net;
+    for (int i = 0; i < 3; ++i) {
+        d.s[i] = net.at(i, sheet.to) - net.at(i, sheet.from);
+        d.t[i] = sheet.side *
+                 ((net.at(i, sheet.apex) - net.at(i, sheet.from)) + (net.at(i, sheet.apex) - net.at(i, sheet.to)));
+    }
+    return d;
+}
+
+[[nodiscard]] inline Vec<3> mean(const std::array<Vec<3>, 3>& v) { return (v[0] + v[1] + v[2]) / 3.0; }
+
+/// What is left of v without its part along the unit vector n; v where n is 0.
+[[nodiscard]] inline Vec<3> seen_along(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
+
+/// The rows of A, and what they are weighed with.
+struct Layout {
+    Vec<3> along, across;
+    double length = 0, weight = 1;
+    std::array<double, 2> height{};
+    bool fits = false;
+};
+
+/// Chooses lengths, leans (which it takes off the slopes) and rows for the sheets as they are seen in the direction
+/// `view`; from nowhere if it is 0. What it chooses is good or bad, not right or wrong.
+[[nodiscard]] inline Layout laid_out(std::span<SheetSlopes> slopes, const Vec<3>& view) {
+    Layout out;
+    for (const SheetSlopes& d : slopes) out.along += seen_along(view, mean(d.s));
+    out.length = norm(out.along) / static_cast<double>(slopes.size());
+    if (!(out.length > 0)) return out;
+    out.along = normalised(out.along);
+    for (std::size_t k = 0; k < slopes.size(); ++k) {
+        SheetSlopes& d = slopes[k];
+        const double lean = std::clamp(dot(out.along, mean(d.t)) / out.length, -1.0, 1.0);
+        for (int i = 0; i < 3; ++i) d.t[i] -= lean * d.s[i];
+        const Vec<3> upright = seen_along(out.along, seen_along(view, mean(d.t)));
+        out.height[k] = norm(upright);
+        if (!(out.height[k] > 0)) return out;
+        out.across += upright / out.height[k];
+    }
+    if (!(norm_squared(out.across) > 0)) return out;
+    out.across = normalised(out.across);
+    double shear = 0, twist = 0;
+    for (std::size_t k = 0; k < slopes.size(); ++k)
+        for (int i = 0; i < 3; ++i) {
+            shear = std::max(shear, std::abs(dot(out.along, slopes[k].t[i])) / out.height[k]);
+            twist = std::max(twist, std::abs(dot(out.across, slopes[k].s[i])) / out.length);
+        }
+    if (shear > 0 && twist > 0) out.weight = std::clamp(shear / twist, 0x1p-40, 0x1p40);
+    out.fits = true;
+    return out;
+}
+
+/// A dF + (A dF)ᵀ is positive definite at all corners, rounding included: a slope is a sum of at most six Bézier
+/// points.
+[[nodiscard]] inline bool is_definite(std::span<const SheetSlopes> slopes, const Layout& layout) {
+    const auto& [along, across, length, weight, heights, fits] = layout;
+    const double blur_along = 16 * coordinate_blur * sum_of_sizes(along);
+    const double blur_across = 16 * coordinate_blur * sum_of_sizes(across);
+    for (std::size_t k = 0; k < slopes.size(); ++k)
+        for (int i = 0; i < 3; ++i) {
+            const Vec<3>& s = slopes[k].s[i];
+            const Vec<3>& t = slopes[k].t[i];
+            const double a = (dot(along, s) - blur_along) / length;
+            const double d = weight * ((dot(across, t) - blur_across) / heights[k]);
+            const double b = std::abs(dot(along, t) / heights[k] + weight * (dot(across, s) / length)) +
+                             blur_along / heights[k] + weight * (blur_across / length);
+            if (!(a > 0 && d > 0 && 4 * a * d > b * b * (1 + 0x1p-40))) return false;
+        }
+    return true;
+}
+
+/// The direction in which slopes differ most from their means: that in which the sheets are bent.
+[[nodiscard]] inline Vec<3> bent_direction(std::span<const SheetSlopes> slopes) {
+    Vec<3> most;
+    for (const SheetSlopes& d : slopes)
+        for (const auto& of : {d.s, d.t}) {
+            const Vec<3> middle = mean(of);
+            for (const Vec<3>& v : of)
+                if (norm_squared(v - middle) > norm_squared(most)) most = v - middle;
+        }
+    return normalised(most);
+}
+
+/// Whether the sheets, laid out side by side, are mapped one to one. Together they fill a convex domain, for |lean|
+/// ≤ 1. Between any two points x, y of it (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x), which is positive if A dF +
+/// (A dF)ᵀ is positive definite everywhere; dF being affine, at the corners. A, of two rows, is free: along the edge,
+/// and across it, weighed against each other. (The sheets need the same Bézier points on their common edge.)
+[[nodiscard]] inline bool is_graph(std::span<const Sheet> sheets) {
+    std::array<SheetSlopes, 2> slopes{}, leaning{};
+    for (std::size_t k = 0; k < sheets.size(); ++k) slopes[k] = upright_slopes(sheets[k]);
+    const std::span<const SheetSlopes> all(slopes.data(), sheets.size());
+    const auto from = [&](const Vec<3>& view) {
+        leaning = slopes;
+        const std::span<SheetSlopes> copy(leaning.data(), sheets.size());
+        const Layout layout = laid_out(copy, view);
+        return layout.fits && is_definite(copy, layout);
+    };
+    return from(Vec<3>{}) || from(bent_direction(all));
+}
+
+}  // namespace camber
+
+/// Pieces that certainly pass through each other. Their straight simplices do, and so far from the rim of each that
+/// bending them, by no more than the sags of both, never brings rim and piece together: what a motion without that
+/// cannot undo is the number of crossings with sign, here ±1.
+namespace camber {
+
+/// Roundings of sums of products of differences of doubles, by the product of their lengths.
+inline constexpr double product_blur = 0x1p-48;
+
+/// Points p and q lie on two sides of the line through a and b, further from it than `reach`.
+[[nodiscard]] inline bool apart_across(const Vec<2>& p, const Vec<2>& q, const Vec<2>& a, const Vec<2>& b,
+                                       double reach) {
+    const Vec<2> along = b - a;
+    const double length = norm(along);
+    const auto height = [&](const Vec<2>& x) { return cross(along, x - a); };
+    const auto far = [&](const Vec<2>& x) {
+        return std::abs(height(x)) > length * ((1 + 0x1p-40) * reach + product_blur * norm(x - a));
+    };
+    return (height(p) > 0) != (height(q) > 0) && far(p) && far(q);
+}
+
+[[nodiscard]] inline bool pass_through(const Net<2>& first, const Net<2>& second) {
+    const auto& p = first.control;
+    const auto& q = second.control;
+    const double reach = sag(first) + sag(second);
+    return apart_across(p[0], p[1], q[0], q[1], reach) && apart_across(q[0], q[1], p[0], p[1], reach);
+}
+
+/// The segment p–q goes through the triangle, its ends further from the plane than `reach`, its line further from the
+/// lines of the triangle's edges.
+[[nodiscard]] inline bool pierces(const Vec<3>& p, const Vec<3>& q, const std::array<Vec<3>, 3>& triangle,
+                                  double reach) {
+    reach *= 1 + 0x1p-40;
+    const Vec<3> u = triangle[1] - triangle[0], v = triangle[2] - triangle[0];
+    const Vec<3> normal = cross(u, v);
+    const double size = norm(u) * norm(v);
+    const auto height = [&](const Vec<3>& x) { return dot(normal, x - triangle[0]); };
+    const auto far = [&](const Vec<3>& x) {
+        return std::abs(height(x)) > norm(normal) * reach + product_blur * size * (reach + norm(x - triangle[0]));
+    };
+    if ((height(p) > 0) == (height(q) > 0) || !far(p) || !far(q)) return false;
+    const Vec<3> along = q - p;
+    int positive = 0;
+    for (int i = 0; i < 3; ++i) {
+        const Vec<3>& a = triangle[i];
+        const Vec<3> edge = triangle[(i + 1) % 3] - a;
+        const Vec<3> perpendicular = cross(along, edge);
+        const double product = dot(perpendicular, a - p);
+        const double scale = norm(along) * norm(edge);
+        if (!(std::abs(product) > norm(perpendicular) * reach + product_blur * scale * (reach + norm(a - p))))
+            return false;
+        positive += product > 0 ? 1 : 0;
+    }
+    return positive == 0 || positive == 3;
+}
+
+[[nodiscard]] inline bool pass_through(const Net<3>& first, const Net<3>& second) {
+    const double reach = sag(first) + sag(second);
+    const auto corners = [](const Net<3>& net) {
+        return std::array<Vec<3>, 3>{net.control[0], net.control[1], net.control[2]};
+    };
+    const auto one_way = [&](const std::array<Vec<3>, 3>& p, const std::array<Vec<3>, 3>& q) {
+        return pierces(p[0], p[1], q, reach) || pierces(p[1], p[2], q, reach) || pierces(p[2], p[0], q, reach);
+    };
+    return one_way(corners(first), corners(second)) || one_way(corners(second), corners(first));
+}
+
+}  // namespace camber
+
+/// The other side of a curve: a curve of degree 2 lies on a parabola, and tells by its equation what else does not.
+/// Arcs one inside the other are told apart by it at once, however much thinner than they bow the gap between them is.
+namespace camber {
+
+/// Corners that two pieces have in common.
+template <int D>
+struct Common {
+    int count = 0;
+    std::array<int, D> first{}, second{};
+};
+
+template <int D>
+[[nodiscard]] inline Common<D> common_corners(const Net<D>& first, const Net<D>& second) {
+    Common<D> common;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j)
+            if (first.corner[i] != 0 && first.corner[i] == second.corner[j] && common.count < D) {
+                common.first[common.count] = i;
+                common.second[common.count++] = j;
+            }
+    return common;
+}
+
+/// A point's barycentric coordinates in the control triangle of a curve, times twice its area: of the ends, and of the
+/// middle. On the parabola middle² = 4 first second.
+struct Areas {
+    double first = 0, middle = 0, second = 0;
+};
+
+/// What rounding does to an area: two products of differences below 2, which err by 2 `coordinate_blur` each.
+inline constexpr double area_blur = 20 * coordinate_blur;
+
+[[nodiscard]] inline Areas areas_at(const Net<2>& curve, const Vec<2>& p) {
+    const auto& [a, b, m] = curve.control;
+    return {cross(m - p, b - p), cross(b - p, a - p), cross(a - p, m - p)};
+}
+
+/// A number and what it may err by.
+struct Blurred {
+    double value = 0, error = 0;
+    [[nodiscard]] int sign() const { return value > error ? 1 : value < -error ? -1 : 0; }
+    friend Blurred operator+(const Blurred& a, const Blurred& b) { return {a.value + b.value, a.error + b.error}; }
+    friend Blurred operator*(double s, const Blurred& a) { return {s * a.value, std::abs(s) * a.error}; }
+};
+
+/// The polar form of middle² − 4 first second.
+[[nodiscard]] inline Blurred polar(const Areas& p, const Areas& q) {
+    const double size = std::abs(p.middle) + std::abs(q.middle) +
+                        2 * (std::abs(p.first) + std::abs(q.first) + std::abs(p.second) + std::abs(q.second));
+    return {p.middle * q.middle - 2 * (p.first * q.second + p.second * q.first),
+            1.1 * area_blur * (size + 8 * area_blur)};
+}
+
+/// Whether the curve lies on one side of the other's parabola, ends that are the other's too left out: the equation is
+/// a quartic along it, whose Bernstein coefficients have one sign. At a common end the first or last of them is 0.
+[[nodiscard]] inline bool beside_parabola(const Net<2>& curve, const Net<2>& other,
+                                          const std::array<bool, 2>& is_common) {
+    const Areas a = areas_at(other, curve.control[0]), m = areas_at(other, curve.control[2]),
+                b = areas_at(other, curve.control[1]);
+    const std::array<int, 5> signs{polar(a, a).sign(), polar(a, m).sign(),
+                                   ((2.0 / 3) * polar(m, m) + (1.0 / 3) * polar(a, b)).sign(), polar(m, b).sign(),
+                                   polar(b, b).sign()};
+    const std::size_t begin = is_common[0] ? 1 : 0, end = is_common[1] ? 4 : 5;
+    return signs[2] != 0 &&
+           std::all_of(signs.begin() + static_cast<std::ptrdiff_t>(begin),
+                       signs.begin() + static_cast<std::ptrdiff_t>(end), [&](int sign) { return sign == signs[2]; });
+}
+
+[[nodiscard]] inline bool separated_by_parabola(const Net<2>& first, const Net<2>& second, const Common<2>& common) {
+    std::array<bool, 2> of_first{}, of_second{};
+    for (int k = 0; k < common.count; ++k) of_first[common.first[k]] = of_second[common.second[k]] = true;
+    return beside_parabola(first, second, of_first) || beside_parabola(second, first, of_second);
 }
 
 }  // namespace camber

@@ -12,17 +12,13 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
-export module camber.crossing:outer_boundary;
+module camber.crossing:outer_boundary;
 import camber.core;
 import camber.box_tree;
 import camber.bezier;
 import :crossings;
-import :facet;
 import :net;
-import :pair;
 import :planar;
-import :ray;
-import :straight;
 
 /// The faces of a mesh that one element only has, and the number of elements on their inner sides.
 namespace camber {
@@ -59,38 +55,6 @@ template <std::size_t N, class Item>
     for (std::size_t i = 0; i < N; ++i)
         for (std::size_t j = 0; j < i; ++j) inversions += items[i] < items[j] ? 1 : 0;
     return inversions % 2 == 1;
-}
-
-/// A hash of a hash and a number.
-[[nodiscard]] inline std::uint64_t mixed(std::uint64_t h, std::uint64_t x) {
-    h = (h ^ x) * 0x9e3779b97f4a7c15U;
-    return h ^ (h >> 29U);
-}
-
-/// A hash table of rows, which are compared by the caller: open addressing, at most half full.
-class RowTable {
-  public:
-    explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), no_boundary_row) {}
-
-    /// The row with this hash that `is_same` accepts; `row` if there is none, which is then entered unless it is
-    /// no_boundary_row.
-    template <class IsSame>
-    std::uint32_t find(std::uint64_t hash, std::uint32_t row, IsSame&& is_same) {
-        for (std::size_t at = hash & (slots_.size() - 1);; at = (at + 1) & (slots_.size() - 1)) {
-            if (slots_[at] == no_boundary_row) return slots_[at] = row;
-            if (is_same(slots_[at])) return slots_[at];
-        }
-    }
-
-  private:
-    std::vector<std::uint32_t> slots_;
-};
-
-template <std::size_t N>
-[[nodiscard]] inline std::uint64_t hash_of(const std::array<VertexId, N>& vertices) {
-    std::uint64_t h = 0;
-    for (const VertexId v : vertices) h = mixed(h, v.value);
-    return h;
 }
 
 /// Returns how two facets of the boundary touch; none for curved ones that are not in one plane.
@@ -285,10 +249,10 @@ class OuterBoundary {
         RowTable table(D * facets_.size());
         const auto point = [&](std::uint32_t row) -> const Vec<D>& { return facets_[row / D].nodes.nodes[row % D]; };
         for (std::uint32_t row = 0; row < D * facets_.size(); ++row) {
-            std::uint64_t h = 0;
-            for (const double x : point(row).c) h = mixed(h, std::bit_cast<std::uint64_t>(x + 0.0));  // −0 is 0
+            std::array<std::uint64_t, D> bits{};
+            for (int i = 0; i < D; ++i) bits[i] = std::bit_cast<std::uint64_t>(point(row)[i] + 0.0);  // −0 is 0
             places_[row / D][row % D] =
-                table.find(h, row, [&](std::uint32_t other) { return point(other) == point(row); });
+                table.insert(hash_of(bits), row, [&](std::uint32_t other) { return point(other) == point(row); });
         }
     }
 

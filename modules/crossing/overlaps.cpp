@@ -15,12 +15,6 @@ module camber.crossing;
 import camber.core;
 import camber.box_tree;
 import camber.bezier;
-import :crossings;
-import :facet;
-import :net;
-import :outer_boundary;
-import :overlaps;
-import :ray;
 
 namespace camber {
 
@@ -31,17 +25,25 @@ struct FacetSides {
     std::uint32_t count = 0, element = no_boundary_row;
     int opposite = 0;  ///< local vertex
 };
+/// The vertices of a facet in rising order, as words.
+template <std::size_t N>
+std::array<std::uint64_t, N> key_of(const std::array<VertexId, N>& facet) {
+    std::array<std::uint64_t, N> key{};
+    for (std::size_t i = 0; i < N; ++i) key[i] = facet[i].value;
+    return sorted(key);
+}
+
 template <int D>
 std::vector<FacetSides> sides_of_facets(const LinearMesh<D>& mesh) {
     const auto& facets = mesh.facets.vertices;
     std::vector<std::uint8_t> is_marked(mesh.points.size(), 0);
-    std::vector<std::array<VertexId, D>> keys(facets.size());
+    std::vector<std::array<std::uint64_t, D>> keys(facets.size());
     RowTable table(facets.size());
     for (std::size_t f = 0; f < facets.size(); ++f) {
         for (const VertexId v : facets[f]) is_marked[v.index()] = 1;
-        keys[f] = sorted(facets[f]);
-        table.find(hash_of(keys[f]), static_cast<std::uint32_t>(f),
-                   [&](std::uint32_t g) { return keys[g] == keys[f]; });
+        keys[f] = key_of(facets[f]);
+        table.insert(hash_of(keys[f]), static_cast<std::uint32_t>(f),
+                     [&](std::uint32_t g) { return keys[g] == keys[f]; });
     }
     std::vector<FacetSides> sides(facets.size());
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
@@ -57,10 +59,9 @@ std::vector<FacetSides> sides_of_facets(const LinearMesh<D>& mesh) {
             if (unmarked == 1 && i != which) continue;
             std::array<VertexId, D> face;
             for (int k = 0; k < D; ++k) face[k] = element[face_opposite<D>(i)[k]];
-            const auto key = sorted(face);
-            const std::uint32_t f =
-                table.find(hash_of(key), no_boundary_row, [&](std::uint32_t g) { return keys[g] == key; });
-            if (f == no_boundary_row) continue;
+            const auto key = key_of(face);
+            const std::uint32_t f = table.find(hash_of(key), [&](std::uint32_t g) { return keys[g] == key; });
+            if (f == RowTable::none) continue;
             ++sides[f].count;
             sides[f].element = static_cast<std::uint32_t>(e);
             sides[f].opposite = i;

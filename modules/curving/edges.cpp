@@ -9,6 +9,7 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.validity;
 import camber.optimisation;
 

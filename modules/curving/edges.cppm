@@ -11,6 +11,7 @@ module;
 export module camber.curving:edges;
 import camber.core;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.validity;
 import camber.optimisation;
 import camber.surface;

@@ -7,7 +7,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-export module camber.curving:extension_system;
+module camber.curving:extension_system;
 import camber.core;
 import :extension;
 

@@ -12,6 +12,7 @@ module camber.curving;
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.surface;
 
 namespace camber {

@@ -1,8 +1,11 @@
+// Communication between ranks: exchange, agreement, errors as bytes, packing of rows.
 module;
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -92,6 +95,104 @@ template <class T>
     std::vector<T> all;
     for (const Bytes& bytes : *from) append_values(bytes, all);
     return all;
+}
+
+/// What every rank has made by itself, if all have: none goes on and waits for one that has failed. All ranks call it.
+/// Errors: of the lowest rank that has one.
+template <class T>
+[[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> made) {
+    if (ranks.size() == 1) return made;
+    const auto heard =
+        ranks.exchange(made ? Outcome<std::vector<Bytes>>(std::vector<Bytes>(ranks.size())) : fail(made.error()));
+    if (!heard) return fail(heard.error());
+    return made;
+}
+
+/// The first rank's value (a plain one, or a text) on all of them; what the others give is not looked at. Errors: of
+/// any.
+template <class T>
+    requires std::is_trivially_copyable_v<T>
+[[nodiscard]] Outcome<T> told_by_first(Ranks& ranks, const Outcome<T>& own) {
+    Outcome<std::vector<T>> given = std::vector<T>();
+    if (!own) given = fail(own.error());
+    if (own && ranks.rank() == 0) given->push_back(*own);
+    auto all = gather_all(ranks, given);
+    if (!all) return fail(std::move(all.error()));
+    return all->front();
+}
+[[nodiscard]] inline Outcome<std::string> told_by_first(Ranks& ranks, const Outcome<std::string>& own) {
+    Outcome<std::vector<char>> given = std::vector<char>();
+    if (!own) given = fail(own.error());
+    if (own && ranks.rank() == 0) given->assign(own->begin(), own->end());
+    const auto all = gather_all(ranks, given);
+    if (!all) return fail(all.error());
+    return std::string(all->begin(), all->end());
+}
+
+/// An error for another process, and back.
+[[nodiscard]] Bytes packed(const Error& error);
+[[nodiscard]] Error unpacked_error(const Bytes& bytes);
+
+}  // namespace camber
+
+namespace camber {
+
+/// Rows of plain values one after the other, a count before each, and back.
+class Packing {
+  public:
+    explicit Packing(Bytes& bytes) : bytes_(bytes) {}
+    template <class T>
+    void operator()(const Buffer<T>& values) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        const std::uint64_t count = values.size();
+        append(&count, sizeof count);
+        append(values.data(), values.size() * sizeof(T));
+    }
+
+  private:
+    void append(const void* from, std::size_t size) {
+        const std::size_t before = bytes_.size();
+        bytes_.resize(before + size);
+        if (size > 0) std::memcpy(bytes_.data() + before, from, size);
+    }
+    Bytes& bytes_;
+};
+class Unpacking {
+  public:
+    explicit Unpacking(const Bytes& bytes) : left_(bytes) {}
+    template <class T>
+    void operator()(Buffer<T>& values) {
+        static_assert(std::is_trivially_copyable_v<T>);
+        std::uint64_t count = 0;
+        take(&count, sizeof count);
+        values.resize(count);
+        take(values.data(), count * sizeof(T));
+    }
+
+  private:
+    void take(void* to, std::size_t size) {
+        if (size > 0) std::memcpy(to, left_.data(), size);
+        left_ = left_.subspan(size);
+    }
+    std::span<const std::byte> left_;
+};
+
+/// What has rows of several kinds: T::each_kind(value, f) does f(rows) of each.
+template <class T>
+[[nodiscard]] Bytes packed_rows(const T& value) {
+    std::size_t size = 0;
+    T::each_kind(value,
+                 [&]<class V>(const Buffer<V>& rows) { size += sizeof(std::uint64_t) + rows.size() * sizeof(V); });
+    Bytes bytes;
+    bytes.reserve(size);
+    T::each_kind(value, Packing(bytes));
+    return bytes;
+}
+template <class T>
+[[nodiscard]] T unpacked_rows(const Bytes& bytes) {
+    T value;
+    T::each_kind(value, Unpacking(bytes));
+    return value;
 }
 
 }  // namespace camber

@@ -1,6 +1,5 @@
 module;
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -10,8 +9,6 @@ module camber.distributed;
 import camber.core;
 import camber.cavity;
 import camber.ordering;
-import :adaptation_rows;
-import :sent_parts;
 
 namespace camber {
 

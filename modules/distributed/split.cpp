@@ -3,24 +3,228 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
 module camber.distributed;
 import camber.core;
-import :kept_part;
-import :part_layout;
-import :ranks;
-import :ringed_parts;
-import :routing;
-import :row_runs;
-import :rows;
-import :simplex_row;
-import :split;
 
 namespace camber {
 
 namespace {
+
+/// What a facet counts at each of its vertices, where an element counts 1: edges near a boundary that is displaced have
+/// equations.
+constexpr std::uint64_t weight_of_facet = 20;
+
+/// Where blocks begin: an element counts at each of its vertices, since all around these is worked on; in buckets,
+/// since a bound need not be sharp.
+template <int D>
+Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
+    const RowCounts counts = rows.counts();
+    constexpr std::size_t max_buckets = std::size_t{1} << 16U;
+    const std::size_t width = counts.points / max_buckets + 1;
+    std::vector<std::uint64_t> own(counts.points / width + 1, 0);
+    const auto add = [&](std::size_t n, std::uint64_t weight, const auto& read) -> Outcome<Done> {
+        const Run all = part_of({0, n}, ranks.rank(), ranks.size());
+        for (std::size_t begin = all.begin; begin < all.end; begin += chunk_rows) {
+            const auto some = read(begin, std::min(begin + chunk_rows, all.end));
+            if (!some) return fail(some.error());
+            for (const auto& simplex : some->vertices)
+                for (const VertexId v : simplex) own[v.value / width] += weight;
+        }
+        return Done{};
+    };
+    const auto count = [&]() -> Outcome<std::vector<std::uint64_t>> {
+        auto added = add(counts.elements, 1, [&](std::size_t b, std::size_t e) { return rows.elements(b, e); });
+        if (added)
+            added =
+                add(counts.facets, weight_of_facet, [&](std::size_t b, std::size_t e) { return rows.facets(b, e); });
+        if (!added) return fail(added.error());
+        return own;
+    };
+    const auto of_ranks = gather_all(ranks, count());
+    if (!of_ranks) return fail(of_ranks.error());
+    std::vector<GlobalNumber> first{0};
+    const std::uint64_t all = (D + 1) * counts.elements + D * weight_of_facet * counts.facets;
+    std::uint64_t before = 0;
+    const std::size_t blocks = std::max<std::size_t>(1, (counts.elements + options.elements / 2) / options.elements);
+    for (std::size_t b = 0; b < own.size(); ++b) {
+        for (std::size_t r = 0; r < ranks.size(); ++r) before += (*of_ranks)[r * own.size() + b];
+        const GlobalNumber next = std::min<GlobalNumber>((b + 1) * width, counts.points);
+        if (before >= all * first.size() / blocks && next > first.back() && next < counts.points &&
+            first.size() < blocks)
+            first.push_back(next);
+    }
+    first.push_back(counts.points);
+    return first;
+}
+
+/// Blocks dealt out to ranks, and those of a rank to as few parts of like size as may be.
+PartLayout layout_of(std::vector<GlobalNumber> first_of_blocks, const BlockOptions& options, std::size_t ranks) {
+    PartLayout layout;
+    layout.first_of_blocks = std::move(first_of_blocks);
+    const std::size_t blocks = layout.blocks();
+    const std::size_t at_once = std::max<std::size_t>(1, options.elements_at_once / options.elements);
+    for (std::size_t r = 0; r < ranks; ++r) {
+        layout.first_parts.push_back(layout.first_vertices.size());
+        const Run own = part_of({0, blocks}, r, ranks);
+        const std::size_t parts = (own.size() + at_once - 1) / at_once;
+        for (std::size_t p = 0; p < parts; ++p)
+            layout.first_vertices.push_back(layout.first_of_blocks[part_of(own, p, parts).begin]);
+    }
+    layout.first_parts.push_back(layout.first_vertices.size());
+    layout.first_vertices.push_back(layout.first_of_blocks.back());
+    return layout;
+}
+
+/// Where the blocks of a mesh begin, and who has which: see `split`. Errors: those of the rows, of any rank.
+template <int D>
+Outcome<PartLayout> part_layout(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
+    auto first = first_vertices(rows, options, ranks);
+    if (!first) return fail(first.error());
+    return layout_of(std::move(*first), options, ranks.size());
+}
+
+/// What a part is made of: rows of the file.
+template <int D>
+struct PartRows {
+    Buffer<SimplexRow<D>> elements;
+    Buffer<SimplexRow<D - 1>> facets;
+    Buffer<SimplexRow<1>> edges;
+};
+
+/// The vertices of a part: a run of its own, and some of others before and behind.
+class LocalVertices {
+  public:
+    LocalVertices(Run own, std::vector<GlobalNumber> others) : own_(own), others_(std::move(others)) {
+        std::ranges::sort(others_);
+        others_.erase(std::ranges::unique(others_).begin(), others_.end());
+        before_ = static_cast<std::size_t>(std::ranges::lower_bound(others_, own.begin) - others_.begin());
+    }
+    [[nodiscard]] bool owns(GlobalNumber v) const { return v >= own_.begin && v < own_.end; }
+    [[nodiscard]] std::size_t size() const { return count() + others_.size(); }
+    [[nodiscard]] VertexId first() const { return VertexId(before_); }
+    [[nodiscard]] VertexId last() const { return VertexId(before_ + count()); }
+    /// Invalid: it is not among them.
+    [[nodiscard]] VertexId find(GlobalNumber v) const {
+        if (owns(v)) return VertexId(before_ + (v - own_.begin));
+        const auto at = std::ranges::lower_bound(others_, v);
+        if (at == others_.end() || *at != v) return VertexId{};
+        const auto place = static_cast<std::size_t>(at - others_.begin());
+        return VertexId(place < before_ ? place : place + count());
+    }
+    [[nodiscard]] Buffer<GlobalNumber> numbers() const {
+        Buffer<GlobalNumber> all(others_.begin(), others_.begin() + static_cast<std::ptrdiff_t>(before_));
+        all.resize(before_ + count());
+        std::iota(all.begin() + static_cast<std::ptrdiff_t>(before_), all.end(), GlobalNumber{own_.begin});
+        all.insert(all.end(), others_.begin() + static_cast<std::ptrdiff_t>(before_), others_.end());
+        return all;
+    }
+
+  private:
+    [[nodiscard]] std::size_t count() const { return own_.size(); }
+    Run own_;
+    std::vector<GlobalNumber> others_;  ///< rising
+    std::size_t before_ = 0;
+};
+
+/// Local simplices of global rows.
+template <int K>
+struct LocalSimplices {
+    Simplices<K> simplices;
+    Column<GlobalNumber> numbers;
+};
+template <int K>
+Outcome<LocalSimplices<K>> local_simplices(const Buffer<SimplexRow<K>>& rows, const LocalVertices& vertices,
+                                           const Execution& execution) {
+    Buffer<SimplexVertices<K>> simplices(rows.size());
+    Buffer<Reference> references(rows.size());
+    Buffer<GlobalNumber> numbers(rows.size());
+    auto done = each(execution, rows.size(), [&](std::size_t i) {
+        for (int v = 0; v <= K; ++v) simplices[i][v] = vertices.find(rows[i].vertices[v]);
+        references[i] = rows[i].reference;
+        numbers[i] = rows[i].row;
+    });
+    if (!done) return fail(done.error());
+    Buffer<std::uint32_t> required;
+    for (std::size_t i = 0; i < rows.size(); ++i)
+        if (rows[i].required != 0) required.push_back(static_cast<std::uint32_t>(i));
+    return LocalSimplices<K>{{std::move(simplices), std::move(references), std::move(required)}, std::move(numbers)};
+}
+
+template <int K>
+void add_others(const Buffer<SimplexRow<K>>& rows, Run own, std::vector<GlobalNumber>& others) {
+    for (const auto& row : rows)
+        for (const GlobalNumber v : row.vertices)
+            if (v < own.begin || v >= own.end) others.push_back(v);
+}
+
+/// A list of vertices, as far as they are local.
+Column<VertexId> local_list(const Column<VertexId>& list, const LocalVertices& vertices) {
+    Buffer<VertexId> local;
+    for (const VertexId v : list)
+        if (const VertexId at = vertices.find(v.value); at.valid()) local.push_back(at);
+    return local;
+}
+
+/// All of a part but the points of others.
+template <int D>
+Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
+                                    const Execution& execution) {
+    std::vector<GlobalNumber> others;
+    add_others<D>(of.elements, own, others);
+    add_others<D - 1>(of.facets, own, others);
+    add_others<1>(of.edges, own, others);
+    const LocalVertices vertices(own, std::move(others));
+    auto elements = local_simplices<D>(of.elements, vertices, execution);
+    if (!elements) return fail(elements.error());
+    auto facets = local_simplices<D - 1>(of.facets, vertices, execution);
+    if (!facets) return fail(facets.error());
+    auto edges = local_simplices<1>(of.edges, vertices, execution);
+    if (!edges) return fail(edges.error());
+    auto points = rows.points(own.begin, own.end);
+    if (!points) return fail(points.error());
+    RingedPart<D> part;
+    part.first = vertices.first();
+    part.last = vertices.last();
+    Buffer<Vec<D>> places(vertices.size(), Vec<D>{});
+    Buffer<Reference> references(vertices.size(), 0);
+    const auto first = static_cast<std::ptrdiff_t>(part.first.index());
+    std::ranges::copy(points->points, places.begin() + first);
+    std::ranges::copy(points->references, references.begin() + first);
+    part.mesh.points = std::move(places);
+    part.mesh.point_references = std::move(references);
+    part.mesh.corners = local_list(lists.corners, vertices);
+    part.mesh.required_vertices = local_list(lists.required_vertices, vertices);
+    part.mesh.elements = std::move(elements->simplices);
+    part.mesh.facets = std::move(facets->simplices);
+    part.mesh.edges = std::move(edges->simplices);
+    part.mesh.groups = lists.groups;
+    part.elements = std::move(elements->numbers);
+    part.facets = std::move(facets->numbers);
+    part.edges = std::move(edges->numbers);
+    part.vertices = vertices.numbers();
+    return part;
+}
+
+/// A part of rows in any order, some of them twice: all but the points of others. Errors: those of the rows, stopped.
+template <int D>
+Outcome<RingedPart<D>> kept_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
+                                 const PartMemory& memory, const Execution& execution) {
+    if (memory.before) memory.before();
+    of = {in_order<D>(of.elements), in_order<D - 1>(of.facets), in_order<1>(of.edges)};
+    auto part = part_of_rows<D>(of, own, rows, lists, execution);
+    of = {};
+    if (memory.after) {
+        memory.after();
+        RingedPart<D> none;
+        if (part) made_anew(*part, arrays_of(none));
+    }
+    if (memory.leave) memory.leave();
+    return part;
+}
 
 /// The parts of a simplex's vertices, each once.
 template <std::size_t N>

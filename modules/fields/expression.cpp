@@ -1,17 +1,168 @@
+// Scalar expressions by muParser, and metrics by expressions.
 module;
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <exception>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <new>
+#include <numbers>
+#include <optional>
 #include <span>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
+#include <muParser.h>
 module camber.fields;
 import camber.core;
 import camber.metric;
 
 namespace camber {
+
+namespace {
+
+constexpr const char* remedy =
+    "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions as sqrt, exp, log, sin, "
+    "tanh, atan2, abs, min, max";
+
+/// A character that no formula of the coordinates has: a byte that ends the text for the parser, or an assignment. The
+/// parser takes both.
+struct Intruder {
+    std::size_t position;  ///< from 0
+    const char* what;
+    const char* remedy;
+};
+std::optional<Intruder> intruder_of(std::string_view text) {
+    constexpr std::string_view compared = "=<>!";  // before the = of a comparison
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '\0') return Intruder{i, "has a NUL character", "end it there"};
+        const bool is_comparison =
+            i + 1 < text.size() && text[i + 1] == '=' && compared.find(text[i]) != std::string_view::npos;
+        if (is_comparison)
+            ++i;
+        else if (text[i] == '=')
+            return Intruder{i, "assigns with \"=\"", "write == to compare; a formula changes no variable"};
+    }
+    return std::nullopt;
+}
+
+/// Replaces the functions that the parser takes from the C library, so that an expression has the same values on every
+/// processor (`core:tensors`).
+void define_functions(mu::Parser& parser) {
+    struct Function {
+        const char* name;
+        double (*of)(double);
+    };
+    constexpr std::array functions{
+        Function{"exp", exp},     Function{"ln", log},    Function{"log", log},     Function{"log2", log2},
+        Function{"log10", log10}, Function{"sin", sin},   Function{"cos", cos},     Function{"tan", tan},
+        Function{"asin", asin},   Function{"acos", acos}, Function{"atan", atan},   Function{"sinh", sinh},
+        Function{"cosh", cosh},   Function{"tanh", tanh}, Function{"asinh", asinh}, Function{"acosh", acosh},
+        Function{"atanh", atanh},
+    };
+    for (const Function& f : functions) parser.DefineFun(f.name, f.of);
+    parser.DefineFun("atan2", static_cast<double (*)(double, double)>(atan2));
+}
+
+/// The sign of a power for the parser, which lets nobody replace its own operator, a function of the C library too.
+constexpr char power_sign = '\x7f';
+
+void define_power(mu::Parser& parser) {
+    parser.DefineOprtChars((std::string(parser.ValidOprtChars()) + power_sign).c_str());
+    parser.DefineOprt(std::string(1, power_sign), pow, mu::prPOW, mu::oaRIGHT, true);
+}
+
+std::string with_replaced(std::string text, char from, char to) {
+    std::ranges::replace(text, from, to);
+    return text;
+}
+
+/// An expression bound to a place of its own; neither copied nor moved, since the parser holds addresses.
+template <int D>
+class Evaluator {
+  public:
+    explicit Evaluator(const std::string& expression) {
+        define_functions(parser_);
+        define_power(parser_);
+        constexpr std::array names{"x", "y", "z"};
+        for (std::size_t i = 0; i < D; ++i) parser_.DefineVar(names[i], &place_[i]);
+        parser_.DefineConst("pi", std::numbers::pi);
+        parser_.SetExpr(with_replaced(expression, '^', power_sign));
+    }
+    [[nodiscard]] double operator()(const Vec<D>& x) {
+        place_ = x.c;
+        return parser_.Eval();
+    }
+    [[nodiscard]] int results() const { return parser_.GetNumResults(); }
+
+  private:
+    mu::Parser parser_;
+    std::array<double, D> place_{};
+};
+
+template <int D>
+void evaluate(Evaluator<D>& evaluator, std::span<const Vec<D>> points, std::span<double> values) {
+    const auto none = [&] {
+        for (double& value : values) value = std::numeric_limits<double>::quiet_NaN();
+    };
+    try {
+        for (std::size_t i = 0; i < points.size(); ++i) values[i] = evaluator(points[i]);
+    } catch (const std::bad_alloc&) {
+        throw;
+    } catch (const std::exception&) {
+        none();
+    } catch (const mu::Parser::exception_type&) {
+        none();
+    }
+}
+
+}  // namespace
+
+std::string quoted_expression(const std::string& text) { return "the expression " + in_quotes(text); }
+
+template <int D>
+ScalarExpression<D>::ScalarExpression(std::string text) : text_(std::move(text)) {}
+
+template <int D>
+Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
+    if (const auto intruder = intruder_of(text))
+        return fail(
+            ErrorKind::usage,
+            quoted_expression(text) + " " + intruder->what + " at position " + std::to_string(intruder->position + 1),
+            {}, {}, intruder->remedy);
+    try {
+        Evaluator<D> evaluator(text);
+        static_cast<void>(evaluator(Vec<D>{}));
+        if (evaluator.results() != 1)
+            return fail(
+                ErrorKind::usage,
+                quoted_expression(text) + " gives " + std::to_string(evaluator.results()) + " values, one is wanted",
+                {}, {}, remedy);
+        return ScalarExpression(std::move(text));
+    } catch (const mu::Parser::exception_type& error) {
+        const auto position = static_cast<long>(error.GetPos());
+        std::string what = quoted_expression(text) + " cannot be read";
+        if (position >= 0) what += " at position " + std::to_string(position + 1);
+        if (!error.GetToken().empty()) what += ", at " + in_quotes(with_replaced(error.GetToken(), power_sign, '^'));
+        return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
+    } catch (const std::bad_alloc&) {
+        throw;  // no fault of the expression: guarded names it
+    } catch (const std::exception&) {
+        return fail(ErrorKind::usage, quoted_expression(text) + " cannot be read", {}, {}, remedy);
+    }
+}
+
+template <int D>
+std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression<D>::evaluator() const {
+    auto own = std::make_shared<Evaluator<D>>(text_);
+    return [own](std::span<const Vec<D>> points, std::span<double> values) { evaluate<D>(*own, points, values); };
+}
 
 namespace {
 
@@ -136,6 +287,7 @@ Outcome<Column<LogMetric<D>>> log_metrics_of(const MetricExpression& expression,
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                  \
+    template class ScalarExpression<D>;                                                                        \
     template Outcome<Column<LogMetric<D>>> log_metrics_of<D>(const MetricExpression&, std::span<const Vec<D>>, \
                                                              const Execution&);
 

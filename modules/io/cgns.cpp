@@ -1,3 +1,4 @@
+// CGNS files without the library: recognition, names, losses, errors.
 module;
 #include <algorithm>
 #include <cerrno>
@@ -11,8 +12,6 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
-import :cgns_names;
-import :legal_names;
 
 namespace camber {
 
@@ -230,5 +229,42 @@ Error no_library(std::string_view why) {
 }
 
 }  // namespace cgns
+
+#ifdef CAMBER_NO_CGNS
+// Of builds that do not know the CGNS library.
+
+namespace {
+
+auto absent() {
+    return fail(ErrorKind::unsupported, "this build of Camber has no CGNS", {}, {},
+                "install the library (Debian: libcgns-dev) and build again, or take another format");
+}
+
+}  // namespace
+
+bool knows_cgns() { return false; }
+
+Outcome<DecodedMesh> decode_cgns(std::span<const std::byte>, std::string_view, const DecodeOptions&, const Execution&) {
+    return absent();
+}
+
+template <int D>
+Outcome<Chunks> encode_cgns(const LinearMesh<D>&, const MeshFields&, const Execution&) {
+    return absent();
+}
+template <int D>
+Outcome<Chunks> encode_cgns(const QuadraticMesh<D>&, const MeshFields&, const Execution&) {
+    return absent();
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                           \
+    template Outcome<Chunks> encode_cgns<D>(const LinearMesh<D>&, const MeshFields&, const Execution&); \
+    template Outcome<Chunks> encode_cgns<D>(const QuadraticMesh<D>&, const MeshFields&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+#endif
 
 }  // namespace camber

@@ -6,7 +6,6 @@
 #include <cgns_io.h>
 #include <cgnslib.h>
 
-#include <mutex>
 #include <string>
 
 #if defined(__has_feature)
@@ -48,9 +47,5 @@ struct Library {
     decltype(&::cgio_release_id) release_id = nullptr;
     std::string missing;  ///< why it cannot be used; empty: it can
 };
-
-[[nodiscard]] const Library& library();
-/// The library lets one thread in at a time.
-[[nodiscard]] std::mutex& library_lock();
 
 }  // namespace camber::cgns

@@ -4,6 +4,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,15 +13,18 @@ module;
 module camber.io:cgns_reader;
 import camber.core;
 import camber.bezier;
-import :cgns;
 import :gmf_file;
 import :listing;
-import :notice;
-import :refused;
+import :meshes;
+import :other_formats;
 import :text;
-import :unpacked;
 
 namespace camber::cgns {
+
+/// The library, loaded at the first use.
+[[nodiscard]] const Library& library();
+/// The library lets one thread in at a time.
+[[nodiscard]] std::mutex& library_lock();
 
 /// CGNS has names of at most 32 letters.
 using Name = std::array<char, 33>;

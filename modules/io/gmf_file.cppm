@@ -1,19 +1,22 @@
 module;
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 module camber.io:gmf_file;
 import camber.core;
-import :any_mesh;
+import camber.bezier;
 import :gmf;
-import :gmf_keywords;
-import :gmf_row;
-import :notice;
+import :listing;
+import :meshes;
+import :text;
 
 namespace camber::gmf {
 
@@ -90,5 +93,172 @@ void skip_block(File& file, std::string_view word);
     const std::size_t integer_size = version == 4 ? 8 : 4, real_size = version == 1 ? 4 : 8;
     return static_cast<std::size_t>(integers) * integer_size + static_cast<std::size_t>(reals) * real_size;
 }
+
+/// How numbers lie in a binary file.
+template <class RealType, class IntegerType, ByteOrder Order>
+struct Layout {
+    using Real = RealType;
+    using Integer = IntegerType;
+    static constexpr ByteOrder order = Order;
+};
+
+template <class T, ByteOrder Order>
+[[nodiscard]] inline T load(const std::byte* from) {
+    using Bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+    Bits bits;
+    std::memcpy(&bits, from, sizeof bits);
+    if constexpr (Order == ByteOrder::swapped) {
+        if constexpr (sizeof(T) == 4)
+            bits = __builtin_bswap32(bits);
+        else
+            bits = __builtin_bswap64(bits);
+    }
+    T value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+template <class RowType, class LayoutType>
+inline constexpr std::size_t stride =
+    RowType::integers * sizeof(typename LayoutType::Integer) + RowType::reals * sizeof(typename LayoutType::Real);
+
+template <class RowType, class LayoutType>
+[[nodiscard]] inline RowType load_row(const std::byte* from) {
+    using Integer = typename LayoutType::Integer;
+    using Real = typename LayoutType::Real;
+    constexpr bool reals_first = RowType::order == RowOrder::reals_first;
+    const std::byte* integers = reals_first ? from + RowType::reals * sizeof(Real) : from;
+    const std::byte* reals = reals_first ? from : from + RowType::integers * sizeof(Integer);
+    RowType row;
+    for (int i = 0; i < RowType::integers; ++i)
+        row.integer[i] = load<Integer, LayoutType::order>(integers + i * sizeof(Integer));
+    for (int i = 0; i < RowType::reals; ++i)
+        row.real[i] = static_cast<double>(load<Real, LayoutType::order>(reals + i * sizeof(Real)));
+    return row;
+}
+
+/// Calls f(Layout{}) with the file's layout: the one switch, outside of all loops.
+template <class F>
+auto with_layout(const File& file, F&& f) {
+    const auto with_numbers = [&]<ByteOrder Order>() {
+        if (file.version == 1) return f(Layout<float, std::int32_t, Order>{});
+        if (file.version == 4) return f(Layout<double, std::int64_t, Order>{});
+        return f(Layout<double, std::int32_t, Order>{});
+    };
+    if (file.order == ByteOrder::swapped) return with_numbers.template operator()<ByteOrder::swapped>();
+    return with_numbers.template operator()<ByteOrder::native>();
+}
+
+/// store(row number, row) → Fault for each row of a checked block, in parallel.
+template <class RowType, class Store>
+[[nodiscard]] Outcome<Done> read_binary_rows(const File& file, const Block& block, const Execution& execution,
+                                             Store& store) {
+    return with_layout(file, [&](auto layout) -> Outcome<Done> {
+        using LayoutType = decltype(layout);
+        constexpr std::size_t step = stride<RowType, LayoutType>;
+        const std::byte* const rows = file.bytes.data() + block.body;
+        FirstFault first;
+        auto done = each_chunk(
+            execution, block.count,
+            [&](std::size_t begin, std::size_t end) {
+                for (std::size_t i = begin; i < end; ++i) {
+                    const Fault fault = store(i, load_row<RowType, LayoutType>(rows + i * step));
+                    if (fault.kind != FaultKind::none) return first.note(i);
+                }
+            },
+            8192);
+        if (!done) return done;
+        if (!first.any()) return Done{};
+        const std::size_t at = block.body + first.row() * step;
+        const Fault fault = store(first.row(), load_row<RowType, LayoutType>(file.bytes.data() + at));
+        return fail(fault_error(file, block, first.row(), at, fault));
+    });
+}
+
+/// False when a word is no number of its kind.
+template <class RowType>
+[[nodiscard]] inline bool read_row(Words& words, RowType& row) {
+    if constexpr (RowType::order == RowOrder::reals_first)
+        for (double& real : row.real)
+            if (!read_number(words, real)) return false;
+    for (std::int64_t& integer : row.integer)
+        if (!read_number(words, integer)) return false;
+    if constexpr (RowType::order == RowOrder::integers_first)
+        for (double& real : row.real)
+            if (!read_number(words, real)) return false;
+    return true;
+}
+
+[[nodiscard]] inline Words words_between(const File& file, std::size_t begin, std::size_t end) {
+    const char* const text = reinterpret_cast<const char*>(file.bytes.data());
+    return {text + begin, text + end};
+}
+
+/// store(row number, row) → Fault for each row of a checked block, piece by piece in parallel: a piece's thread reads
+/// the rows that begin in it.
+template <class RowType, class Store>
+[[nodiscard]] Outcome<Done> read_ascii_rows(const File& file, const Block& block, const Execution& execution,
+                                            Store& store) {
+    constexpr std::size_t width = RowType::words;
+    const auto read_one = [&](std::size_t i, Words& words) {
+        RowType row;
+        return read_row(words, row) ? store(i, row) : Fault{.kind = FaultKind::syntax};
+    };
+    FirstFault first;
+    auto done = each_chunk(
+        execution, block.pieces.size(),
+        [&](std::size_t begin, std::size_t end) {
+            const std::size_t first_word = block.pieces[begin].first_word;
+            const std::size_t last_word = end < block.pieces.size() ? block.pieces[end].first_word : block.words;
+            std::size_t row = (first_word + width - 1) / width;
+            Words words = words_between(file, block.pieces[begin].begin, block.end);
+            words.skip(row * width - first_word);
+            for (; row < block.count && row * width < last_word; ++row)
+                if (read_one(row, words).kind != FaultKind::none) return first.note(row);
+        },
+        1);
+    if (!done) return done;
+    if (!first.any()) return Done{};
+    const std::size_t at = row_begin(file, block, first.row(), RowType::integers, RowType::reals);
+    Words words = words_between(file, at, block.end);
+    return fail(fault_error(file, block, first.row(), at, read_one(first.row(), words)));
+}
+
+/// store(row number, row) → Fault for each row of the block, in parallel and in no particular order. Errors: a count
+/// that does not fit the block, the first row at fault, stopped.
+template <class RowType, class Store>
+[[nodiscard]] Outcome<Done> read_rows(const File& file, const Block& block, const Execution& execution, Store&& store) {
+    if (auto fits = check_size(file, block, RowType::integers, RowType::reals); !fits) return fits;
+    if (file.encoding == GmfEncoding::ascii) return read_ascii_rows<RowType>(file, block, execution, store);
+    return read_binary_rows<RowType>(file, block, execution, store);
+}
+
+/// The order that the file's …P2Ordering block gives; none when it has none. Errors: the nodes are not all there once.
+template <int K>
+[[nodiscard]] Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file);
+
+/// The order of rows of degree 2 under a plain keyword: Gmsh's own ends with e23 e13, its later versions write e13 e23.
+/// The one whose nodes lie nearer the middles of the chords, in the sum of squares.
+template <int D>
+[[nodiscard]] Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points,
+                                                          const Buffer<std::array<VertexId, 10>>& tetrahedra,
+                                                          const Execution& execution);
+
+/// What the file lists, checked: every vertex exists and none occurs twice in a simplex. The file must outlive it: its
+/// messages quote it.
+template <int D>
+[[nodiscard]] Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices,
+                                                 const Execution& execution);
+
+/// What a file of one degree says beside its rows.
+template <int D, int Degree>
+[[nodiscard]] Outcome<LinearMesh<D>> read_lists(const File& file);
+
+/// Normals, tangents, and places on CAD entities, of a file with so many vertices. Normals or tangents that are not
+/// right (an index without its vertex or direction, a direction without a length) are left out as a whole, with a
+/// notice: the others may be wrong as well.
+template <int D>
+[[nodiscard]] Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices,
+                                                      std::vector<Notice>& notices, const Execution& execution);
 
 }  // namespace camber::gmf

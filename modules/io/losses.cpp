@@ -1,7 +1,9 @@
+// Lists the parts of a mesh that a format has no place for.
 module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <string>
 #include <string_view>
@@ -9,6 +11,7 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
+import camber.bezier;
 
 namespace camber {
 
@@ -84,9 +87,186 @@ std::vector<Notice> not_in_further_groups(const LinearMesh<D>& mesh, std::string
     return notices;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                \
-    template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view); \
-    template std::vector<Notice> not_in_further_groups<D>(const LinearMesh<D>&, std::string_view);
+namespace msh {
+
+namespace {
+
+constexpr std::string_view plural_of(int dimension) {
+    constexpr std::string_view names[]{"points", "edges", "triangles", "tetrahedra"};
+    return names[dimension];
+}
+
+/// "0 becomes 4, -1 becomes 5 and 3 more": the first few.
+std::string listed_changes(const std::map<Reference, Reference>& changes) {
+    constexpr std::size_t shown = 4;
+    std::string text;
+    std::size_t n = 0;
+    for (auto change = changes.rbegin(); change != changes.rend() && n < shown; ++change, ++n)
+        text += (n > 0 ? ", " : "") + std::to_string(change->first) + " becomes " + std::to_string(change->second);
+    return text + (changes.size() > shown ? " and " + std::to_string(changes.size() - shown) + " more" : "");
+}
+
+/// References and entities of simplices of one dimension that get other numbers.
+void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& notices) {
+    std::size_t references = 0, entities = 0;
+    for (const Class& one : classes.list) {
+        if (one.reference != one.physical) references += one.count;
+        if (one.entity != 0 && one.entity != one.tag) entities += one.count;
+    }
+    const std::string of(plural_of(dimension));
+    std::map<Reference, Reference> changed = classes.physical_of;
+    std::erase_if(changed, [](const auto& change) { return change.first == change.second; });
+    if (!changed.empty())
+        notices.push_back({"physical tags must be positive: of " + std::to_string(references) + " " + of +
+                           " the reference " + listed_changes(changed)});
+    if (entities > 0)
+        notices.push_back({std::to_string(entities) + " " + of +
+                           " get another entity: one has one reference in the file, and a positive number"});
+}
+
+/// What of the places of vertices is not written.
+template <int D>
+void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& numbers, std::vector<Notice>& notices) {
+    const GivenGeometry<D>& given = mesh.geometry;
+    std::size_t kept = 0, distances = 0, renumbered = 0;
+    for (std::size_t v = 0; v < numbers.places.size(); ++v) {
+        const Place place = numbers.places[v];
+        const bool is_kept =
+            version == MshVersion::v4 ? place.dimension < 3 : place.dimension == 0 && mesh.point_references[v] > 0;
+        if (!is_kept) continue;
+        ++kept;
+        if (place.dimension == 1 && given.on_curves[place.row].distance) ++distances;
+        if (place.dimension == 2 && given.on_surfaces[place.row].distance) ++distances;
+        if (entity_at(mesh, place) <= 0) ++renumbered;
+    }
+    const std::size_t all = given.on_points.size() + given.on_curves.size() + given.on_surfaces.size();
+    const std::string name = version == MshVersion::v4 ? "MSH" : "MSH 2.2";
+    if (kept < all)
+        notices.push_back({name + " has no place for " + std::to_string(all - kept) + " places on CAD entities" +
+                           (version == MshVersion::v4 ? ": one a vertex, the lowest, is kept" : "")});
+    if (distances > 0)
+        notices.push_back(
+            {name + " has no place for the distances of " + std::to_string(distances) + " vertices from CAD entities"});
+    if (renumbered > 0)
+        notices.push_back({std::to_string(renumbered) + " vertices are on entities that get a positive number"});
+}
+
+/// References of vertices that are no point elements.
+template <int D>
+void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<Notice>& notices) {
+    const auto& references = mesh.point_references;
+    const auto given =
+        references.size() - static_cast<std::size_t>(std::count(references.begin(), references.end(), 0));
+    if (given > numbers.points.size())
+        notices.push_back({"MSH has no place for " + std::to_string(given - numbers.points.size()) +
+                           " references of vertices: those of vertices on CAD points are kept if they are positive"});
+}
+
+}  // namespace
+
+}  // namespace msh
+
+template <int D>
+std::vector<Notice> not_in_msh(const LinearMesh<D>& mesh, MshVersion version) {
+    std::vector<Notice> notices =
+        not_held(mesh, {.groups = true, .entities = true, .associations = true, .feature_edges = true}, "MSH");
+    const msh::Numbers numbers = msh::numbers_of(mesh);
+    msh::with_each_dimension(mesh, [&](auto dimension, const auto&) {
+        msh::tell_numbers(dimension(), numbers.of_dimension[static_cast<std::size_t>(dimension())], notices);
+    });
+    msh::tell_places(mesh, version, numbers, notices);
+    msh::tell_points(mesh, numbers, notices);
+    if (version == MshVersion::v2)
+        for (Notice& notice : not_in_further_groups(mesh, "MSH 2.2")) notices.push_back(std::move(notice));
+    for (Notice& notice : renamed_groups(mesh.groups, with_legal_names(mesh.groups, msh::name_rule()), "MSH"))
+        notices.push_back(std::move(notice));
+    return notices;
+}
+
+namespace stl {
+
+namespace {
+
+/// The triangles that are written, where the mesh is nothing else.
+template <int D>
+const Simplices<2>& triangles_of(const LinearMesh<D>& mesh) {
+    if constexpr (D == 2)
+        return mesh.elements;
+    else
+        return mesh.facets;
+}
+
+/// Whether triangles and vertices come back in the order that they have, and none is gone.
+bool is_in_order(const Simplices<2>& triangles, std::size_t points, const Written& all) {
+    const auto read = welded(all.triangles);
+    return read.points.size() == points && read.facets.straight.size() == triangles.size() &&
+           std::equal(triangles.vertices.begin(), triangles.vertices.end(), read.facets.straight.nodes.begin());
+}
+
+template <int D>
+std::vector<Notice> losses(const LinearMesh<D>& mesh, bool is_curved, const Written& all, StlEncoding encoding) {
+    std::vector<Notice> notices;
+    const auto tell = [&](std::string what) { notices.push_back({"STL " + std::move(what)}); };
+    const std::size_t tetrahedra = D == 3 ? mesh.elements.size() : 0;
+    const Simplices<2>& triangles = triangles_of(mesh);
+    if (tetrahedra > 0) tell("has no place for " + std::to_string(tetrahedra) + " tetrahedra: the boundary is written");
+    if (is_curved) tell("is flat: each curved triangle becomes four between its nodes");
+    if (D == 2 && mesh.facets.size() > 0) tell("has no place for " + std::to_string(mesh.facets.size()) + " edges");
+    if (all.left_out > 0)
+        tell("would make triangles without area of " + std::to_string(all.left_out) + ": these are left out");
+    if (all.rounded > 0) tell("in binary has coordinates of 32 bits: " + std::to_string(all.rounded) + " are rounded");
+    if (tetrahedra == 0 && !is_curved && !is_in_order(triangles, mesh.points.size(), all))
+        tell("lists triangles alone, solid by solid: these and the vertices are numbered anew, of each place one");
+    const bool same_references =
+        std::equal(triangles.references.begin(), triangles.references.end(), all.triangles.begin(), all.triangles.end(),
+                   [](Reference reference, const Triangle& t) { return reference == t.reference; });
+    const bool same_names = mesh.groups.size() == all.groups.size() &&
+                            std::equal(mesh.groups.begin(), mesh.groups.end(), all.groups.begin());
+    for (Notice& notice : note_renamed("STL", "references", all.renamed)) notices.push_back(std::move(notice));
+    if (tetrahedra == 0 && !is_curved && same_references && same_names) return notices;
+    if (encoding == StlEncoding::binary)
+        tell("in binary has no place for references");
+    else
+        tell("has solids for references: they become 1, 2 and so on, with the solids' names");
+    return notices;
+}
+
+template <class Mesh, int D>
+std::vector<Notice> all_losses(const Mesh& mesh, const LinearMesh<D>& linear, StlEncoding encoding) {
+    const bool is_curved = Grid<Mesh>::degree == 2;
+    auto notices = losses(linear, is_curved, written(mesh, linear.groups, encoding), encoding);
+    if (encoding == StlEncoding::ascii)
+        for (Notice& more : not_in_further_groups(linear, "STL")) notices.push_back(std::move(more));
+    for (Notice& more : not_held(linear, {.groups = true, .feature_edges = false, .point_references = false}, "STL"))
+        notices.push_back(std::move(more));
+    return notices;
+}
+
+}  // namespace
+
+}  // namespace stl
+
+template <int D>
+std::vector<Notice> not_in_stl(const LinearMesh<D>& mesh, StlEncoding encoding) {
+    return stl::all_losses(mesh, mesh, encoding);
+}
+template <int D>
+std::vector<Notice> not_in_stl(const QuadraticMesh<D>& mesh, StlEncoding encoding) {
+    return stl::all_losses(mesh, mesh.linear, encoding);
+}
+
+template <int D>
+std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh) {
+    return not_held(mesh, {.entities = true}, "VTU");
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                      \
+    template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);       \
+    template std::vector<Notice> not_in_further_groups<D>(const LinearMesh<D>&, std::string_view); \
+    template std::vector<Notice> not_in_msh<D>(const LinearMesh<D>&, MshVersion);                  \
+    template std::vector<Notice> not_in_vtu<D>(const LinearMesh<D>&);                              \
+    template std::vector<Notice> not_in_stl<D>(const LinearMesh<D>&, StlEncoding);                 \
+    template std::vector<Notice> not_in_stl<D>(const QuadraticMesh<D>&, StlEncoding);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,13 +1,20 @@
 module;
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <span>
+#include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 export module camber.io:mfem;
 import camber.core;
-import :any_mesh;
-import :decode_options;
-import :notice;
+import :listing;
+import :meshes;
+import :text;
 
 export namespace camber {
 
@@ -50,3 +57,284 @@ template <int D>
 }
 
 }  // namespace camber
+
+namespace camber::mfem {
+
+/// What files begin with: without and with names of attributes.
+inline constexpr std::string_view first_line = "MFEM mesh v1.0", first_line_of_names = "MFEM mesh v1.3";
+
+/// MFEM's number of the geometry of a K-simplex.
+template <int K>
+inline constexpr int geometry = K == 3 ? 4 : K;
+
+/// The edges of a K-simplex in MFEM's order, as they count in `local_edges`: 01 02 03 12 13 23 of a tetrahedron, 01 12
+/// 20 of a triangle.
+template <int K>
+inline constexpr auto edge_order = [] {
+    if constexpr (K == 3)
+        return std::array{0, 2, 3, 1, 4, 5};
+    else if constexpr (K == 2)
+        return std::array{0, 1, 2};
+    else
+        return std::array{0};
+}();
+
+// Degree 2: nodes of edges, which MFEM numbers as the elements name them.
+
+/// MFEM's numbers of edges, by their ends.
+class EdgeNumbers {
+  public:
+    void add(VertexId a, VertexId b) { numbers_.try_emplace(key(a, b), static_cast<std::uint32_t>(numbers_.size())); }
+    [[nodiscard]] std::optional<std::size_t> find(VertexId a, VertexId b) const {
+        const auto found = numbers_.find(key(a, b));
+        if (found == numbers_.end()) return std::nullopt;
+        return found->second;
+    }
+    [[nodiscard]] std::size_t size() const { return numbers_.size(); }
+
+  private:
+    static std::uint64_t key(VertexId a, VertexId b) {
+        return std::uint64_t{std::min(a.value, b.value)} << 32U | std::max(a.value, b.value);
+    }
+    std::unordered_map<std::uint64_t, std::uint32_t> numbers_;
+};
+
+template <int K>
+[[nodiscard]] EdgeNumbers number_edges(const listing::Rows<K + 1>& elements) {
+    EdgeNumbers numbers;
+    for (const auto& element : elements.nodes)
+        for (const int k : edge_order<K>) numbers.add(element[local_edges<K>[k][0]], element[local_edges<K>[k][1]]);
+    return numbers;
+}
+
+/// Leaves out simplices of the boundary with an edge of no element, for which there are no nodes. How many they are.
+template <int K>
+std::size_t drop_strays(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
+    std::size_t kept = 0;
+    const std::size_t before = rows.size();
+    for (std::size_t i = 0; i < before; ++i) {
+        const auto& simplex = rows.nodes[i];
+        const bool known = std::all_of(local_edges<K>.begin(), local_edges<K>.end(), [&](const auto& ends) {
+            return numbers.find(simplex[ends[0]], simplex[ends[1]]).has_value();
+        });
+        if (!known) continue;
+        rows.nodes[kept] = simplex;
+        rows.references[kept++] = rows.references[i];
+    }
+    rows.nodes.resize(kept);
+    rows.references.resize(kept);
+    return before - kept;
+}
+
+/// The simplices of degree 1 with the nodes of their edges.
+template <int K>
+Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers, std::size_t vertices) {
+    simplices.curved.references = std::move(simplices.straight.references);
+    simplices.curved.origin = simplices.straight.origin;
+    simplices.curved.nodes.resize(simplices.straight.size());
+    for (std::size_t i = 0; i < simplices.straight.size(); ++i) {
+        const auto& corners = simplices.straight.nodes[i];
+        auto& nodes = simplices.curved.nodes[i];
+        std::copy(corners.begin(), corners.end(), nodes.begin());
+        for (std::size_t k = 0; k < edges_per_simplex<K>; ++k) {
+            const auto number = numbers.find(corners[local_edges<K>[k][0]], corners[local_edges<K>[k][1]]);
+            const auto& origin = simplices.curved.origin;
+            if (!number)
+                return fail(ErrorKind::input, "one of its edges is none of an element's", origin.place(i),
+                            Entity{origin.noun, origin.number_of(i)}, "MFEM has no node for it: remove it");
+            nodes[K + 1 + k] = VertexId(vertices + *number);
+        }
+    }
+    simplices.straight = {};
+    return Done{};
+}
+
+// An MFEM file, word by word.
+
+inline constexpr const char* damaged = "the file is cut off or damaged";
+
+[[nodiscard]] inline std::string_view text_of(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// The first line without what blanks end it.
+[[nodiscard]] inline std::string_view first_line_of(std::string_view text) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    const std::size_t last = line.find_last_not_of(" \t\r");
+    return line.substr(0, last == std::string_view::npos ? 0 : last + 1);
+}
+
+/// The words of a file, and errors at their places.
+struct Source {
+    std::string name;
+    std::string_view text;
+    Words words;
+    bool has_end = false;  ///< a line behind all that there is: since version 1.2
+
+    [[nodiscard]] std::string place(const char* at) const { return line_place(name, text, at); }
+    [[nodiscard]] auto fail_here(std::string what, std::string remedy = damaged) const {
+        return fail(ErrorKind::input, std::move(what), place(words.at), {}, std::move(remedy));
+    }
+    [[nodiscard]] auto refuse_here(std::string what, std::string remedy) const {
+        return fail(ErrorKind::unsupported, std::move(what), place(words.at), {}, std::move(remedy));
+    }
+    [[nodiscard]] std::size_t left() const { return static_cast<std::size_t>(words.end - words.at); }
+
+    [[nodiscard]] Outcome<Done> expect(std::string_view word) {
+        if (words.next() == word) return Done{};
+        return fail_here(in_quotes(word) + " is missing here",
+                         "the sections of MFEM's files have one order; " + std::string(damaged));
+    }
+    [[nodiscard]] Outcome<std::int64_t> number(const std::string& what) {
+        std::int64_t value = 0;
+        if (!read_number(words, value)) return fail_here("the number of " + what + " is missing or malformed");
+        return value;
+    }
+    /// A number of rows of so many words at least.
+    [[nodiscard]] Outcome<std::size_t> count(const std::string& what, std::size_t min_words) {
+        const auto value = number(what);
+        if (!value) return fail(value.error());
+        if (*value < 0 || static_cast<std::uint64_t>(*value) > left() / (2 * min_words) + 1)
+            return fail_here("announces " + std::to_string(*value) + " " + what + ", more than follow");
+        if (static_cast<std::uint64_t>(*value) > max_entities)
+            return refuse_here("has more " + what + " than 32 bits can number", "divide the mesh");
+        return static_cast<std::size_t>(*value);
+    }
+};
+
+struct Geometry {
+    std::size_t vertices;
+    const char* plural;
+};
+/// By MFEM's numbers.
+inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
+                                                     {2, "segments"},
+                                                     {3, "triangles"},
+                                                     {4, "quadrilaterals"},
+                                                     {4, "tetrahedra"},
+                                                     {8, "hexahedra"},
+                                                     {6, "prisms"},
+                                                     {5, "pyramids"}}};
+
+// The sections of an MFEM file, in their order.
+
+/// What the sections before the vertices have, of degree 1.
+template <int K>
+struct Topology {
+    listing::Simplices<K> elements;
+    listing::Simplices<K - 1> boundary;
+    Buffer<Group> groups;
+    Refused refused;
+};
+
+/// Elements and boundary, with the names of their attributes. Errors: input, unsupported (too many).
+template <int K>
+[[nodiscard]] Outcome<Topology<K>> read_topology(Source& source);
+
+/// The field that says where the nodes are.
+struct NodeField {
+    int order = 1, components = 0;
+    bool by_components = false;  ///< Ordering 0: all x, then all y
+};
+
+/// Where the nodes are, and how many there are.
+struct Vertices {
+    std::size_t count = 0;
+    NodeField field;
+    bool has_nodes = false;
+};
+
+/// Errors: input, unsupported (nodes of another space).
+[[nodiscard]] Outcome<Vertices> read_vertices_head(Source& source);
+
+/// The coordinates of so many nodes. Errors: input.
+template <int D>
+[[nodiscard]] Outcome<Buffer<Vec<D>>> read_points(Source& source, std::size_t count, bool by_components);
+
+}  // namespace camber::mfem
+
+/// Where an SU2 file has what.
+namespace camber::su2 {
+
+inline constexpr const char* damaged = "the file is cut off or damaged";
+
+[[nodiscard]] inline std::string_view text_of(std::span<const std::byte> bytes) {
+    return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// The lines of a text that say something, without comments (% to the end of the line) and blanks at their ends.
+class Lines {
+  public:
+    explicit Lines(std::string_view text) : rest_(text) {}
+
+    /// The next; none at the end.
+    std::optional<std::string_view> next() {
+        while (!rest_.empty()) {
+            const std::size_t end = rest_.find('\n');
+            std::string_view line = rest_.substr(0, end);
+            ended_ = end != std::string_view::npos;
+            rest_.remove_prefix(ended_ ? end + 1 : rest_.size());
+            line = line.substr(0, line.find('%'));
+            while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+            while (!line.empty() && is_blank(line.front())) line.remove_prefix(1);
+            if (!line.empty()) return line;
+        }
+        return std::nullopt;
+    }
+    [[nodiscard]] std::size_t left() const { return rest_.size(); }
+    [[nodiscard]] bool ended() const { return ended_; }  ///< the last line by a line break
+
+  private:
+    std::string_view rest_;
+    bool ended_ = true;
+};
+
+/// `KEY= value`; no key: a row.
+struct Entry {
+    std::string_view key = {}, value = {};
+};
+[[nodiscard]] inline Entry entry_of(std::string_view line) {
+    const std::size_t equals = line.find('=');
+    if (equals == std::string_view::npos) return {};
+    Words key{line.data(), line.data() + equals}, value{line.data() + equals + 1, line.data() + line.size()};
+    const std::string_view name = key.next();
+    if (name != "MARKER_TAG") return {name, value.next()};
+    // A name is the rest of the line, whatever is in it.
+    std::string_view rest = line.substr(equals + 1);
+    while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
+    return {name, rest};
+}
+
+/// Rows that follow a keyword. Nothing of them has been looked at.
+struct Block {
+    std::size_t count = 0;
+    Lines rows{{}};
+    std::string tag = {};  ///< of a marker
+};
+
+/// What a zone of a file holds, block by block. A file without zones is one.
+struct Zone {
+    std::string name;  ///< the file's
+    std::string_view text;
+    std::optional<std::int64_t> dimension = {}, markers_announced = {};
+    std::optional<Block> elements = {}, points = {};
+    std::vector<Block> markers = {};
+    std::int64_t number = 1;
+    std::size_t parallel_markers = 0, foreign_blocks = 0;
+    std::string first_foreign = {};
+
+    [[nodiscard]] bool empty() const { return !dimension && !elements && !points && markers.empty(); }
+    [[nodiscard]] std::string place(std::string_view at) const { return line_place(name, text, at.data()); }
+    [[nodiscard]] std::string end() const { return line_place(name, text, text.data() + text.size()); }
+};
+
+/// The zones of a file, one where it tells of none.
+struct File {
+    std::vector<Zone> zones;
+    bool ended = true;  ///< its last line, by a line break
+};
+
+/// Finds the blocks of all zones. Errors: input (rows that are missing, blocks that come twice).
+[[nodiscard]] Outcome<File> find_blocks(std::string_view text, std::string_view name);
+
+}  // namespace camber::su2

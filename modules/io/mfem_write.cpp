@@ -1,6 +1,8 @@
+// Writes MFEM meshes: boundary, attributes, nodes.
 module;
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,14 +15,38 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
-import :legal_names;
-import :mfem_boundary;
 
 namespace camber {
 
 namespace mfem {
 
 namespace {
+
+/// Those simplices of the boundary that are faces of elements, in their order, with their references. Errors: stopped.
+template <int K>
+Outcome<Simplices<K - 1>> faces_of(const Simplices<K>& elements, const Simplices<K - 1>& boundary,
+                                   const Execution& execution) {
+    const RowsByVertices<K - 1> rows(boundary.vertices);
+    Buffer<std::uint8_t> is_face(boundary.size(), std::uint8_t{0});
+    auto marked = each(execution, elements.size(), [&](std::size_t e) {
+        for (int i = 0; i <= K; ++i) {
+            SimplexVertices<K - 1> face;
+            for (int k = 0; k < K; ++k) face[k] = elements.vertices[e][face_opposite<K>(i)[k]];
+            rows.find(face,
+                      [&](std::size_t row) { std::atomic_ref(is_face[row]).store(1, std::memory_order_relaxed); });
+        }
+    });
+    if (!marked) return fail(std::move(marked.error()));
+    if (std::find(is_face.begin(), is_face.end(), 0) == is_face.end()) return boundary;
+    Buffer<SimplexVertices<K - 1>> vertices;
+    Buffer<Reference> references;
+    for (std::size_t i = 0; i < boundary.size(); ++i)
+        if (is_face[i] != 0) {
+            vertices.push_back(boundary.vertices[i]);
+            references.push_back(boundary.references[i]);
+        }
+    return Simplices<K - 1>{std::move(vertices), std::move(references), {}};
+}
 
 /// A reference that is not positive, and what it becomes.
 struct Renamed {

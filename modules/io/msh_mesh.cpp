@@ -1,3 +1,4 @@
+// Makes a mesh of the lists of an MSH file.
 module;
 #include <algorithm>
 #include <array>
@@ -16,7 +17,6 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
-import :msh_groups;
 
 namespace camber::msh {
 
@@ -285,64 +285,6 @@ std::vector<Notice> notices_of(const File& file, const Counts& counts, bool has_
         notices.push_back(
             {"the section $" + name + " was skipped" + (count > 1 ? " (" + std::to_string(count) + " of them)" : "")});
     return notices;
-}
-
-/// Groups of no known dimension have that of the elements in them, the highest of several; those without are none.
-void find_dimensions(const File& file, Buffer<Group>& groups) {
-    const auto look_in = [&]<int K, int N>(const Elements<K, N>& elements) {
-        const auto is_in = [&](std::size_t row, Reference tag) {
-            const auto& others = file.further_groups.list[elements.further[row]];
-            return elements.physicals[row] == tag || std::ranges::find(others, tag) != others.end();
-        };
-        for (Group& group : groups)
-            for (std::size_t i = 0; i < elements.tags.size() && group.dimension == unknown_dimension; ++i)
-                if (is_in(i, group.reference)) group.dimension = K;
-    };
-    const auto& [points, lines_1, lines_2, triangles_1, triangles_2, tetrahedra_1, tetrahedra_2] = file.elements;
-    look_in(tetrahedra_1);
-    look_in(tetrahedra_2);
-    look_in(triangles_1);
-    look_in(triangles_2);
-    look_in(lines_1);
-    look_in(lines_2);
-    look_in(points);
-    std::erase_if(groups, [](const Group& group) { return group.dimension == unknown_dimension; });
-}
-
-/// Names of physical tags, where references are tags of entities: they would stick to whatever has that number.
-void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices) {
-    const auto dropped = std::erase_if(groups, [](const Group& group) { return group.dimension > 0; });
-    if (dropped > 0)
-        notices.push_back({std::to_string(dropped) + " names of physical groups were left out: no simplex is in them"});
-}
-
-/// The tags of rows one after the other; empty where they count from 1.
-Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts) {
-    Buffer<std::uint64_t> tags;
-    bool counts = true;
-    for (const auto* part : parts)
-        for (const std::uint64_t tag : *part) {
-            tags.push_back(tag);
-            counts = counts && tag == tags.size();
-        }
-    return counts ? Column<std::uint64_t>() : Column<std::uint64_t>(std::move(tags));
-}
-
-/// The tags of a mesh's vertices among those of all nodes of the file.
-Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
-    const std::size_t vertices = std::visit(
-        [](const auto& mesh) {
-            if constexpr (requires { mesh.linear; })
-                return mesh.linear.points.size();
-            else
-                return mesh.points.size();
-        },
-        decoded.mesh);
-    if (vertices == nodes.size()) return told_tags({&nodes});
-    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // of degree 2: they are the tags
-    if (numbers.size() < vertices) return {};
-    const Buffer<std::uint64_t> of(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(vertices));
-    return told_tags({&of});
 }
 
 }  // namespace

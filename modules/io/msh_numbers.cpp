@@ -1,11 +1,14 @@
+// Numbers of physical groups and entities in MSH files, and the sections that list them.
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <set>
 #include <span>
+#include <string>
 #include <tuple>
 #include <unordered_map>
 #include <utility>
@@ -176,5 +179,41 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
+
+std::vector<Reference> main_tags(const GroupTags& groups, const Numbers& numbers, int dimension) {
+    std::vector<Reference> tags;
+    for (const Class& one : numbers.of_dimension[static_cast<std::size_t>(dimension)].list) {
+        const std::vector<Reference> all = groups.of(dimension, one);
+        tags.push_back(all.empty() ? 0 : all.front());
+    }
+    return tags;
+}
+
+void put_names(const GroupTags& groups, Sink& sink) {
+    if (groups.named().empty()) return;
+    sink.text("$PhysicalNames\n" + std::to_string(groups.named().size()) + "\n");
+    for (const NamedTag& group : groups.named())
+        sink.text(std::to_string(group.dimension) + " " + std::to_string(group.tag) + " " + "\"" + group.name + "\"" +
+                  "\n");
+    sink.text("$EndPhysicalNames\n");
+}
+
+void put_entities(const Layout& layout, Sink& sink) {
+    sink.section("Entities");
+    std::array<std::uint64_t, 4> counts{};
+    for (const FileEntity& entity : layout.entities) ++counts[static_cast<std::size_t>(entity.dimension)];
+    sink.line(counts[0], counts[1], counts[2], counts[3]);
+    for (const FileEntity& entity : layout.entities) {
+        const auto& [low, high] = entity.box;
+        // Whether a box has −0 or 0 depends on who joined it first: + 0.0 makes it 0.
+        sink.words(entity.tag, low[0] + 0.0, low[1] + 0.0, low[2] + 0.0);
+        if (entity.dimension > 0) sink.words(high[0] + 0.0, high[1] + 0.0, high[2] + 0.0);
+        sink.words(std::uint64_t{entity.physicals.size()});
+        for (const Reference physical : entity.physicals) sink.words(physical);
+        if (entity.dimension > 0) sink.words(std::uint64_t{0});
+        sink.end_line();
+    }
+    sink.end_section("Entities");
+}
 
 }  // namespace camber::msh

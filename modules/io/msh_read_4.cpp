@@ -1,11 +1,16 @@
+// Reads entities, nodes and elements of MSH 4; groups, tags and fields of the mesh.
 module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
+#include <vector>
 module camber.io;
 import camber.core;
 
@@ -198,6 +203,115 @@ Outcome<Done> read_elements_4(Source& source, Generation version, File& file, co
         if (auto read = read_element_block(source, version, head, file, execution); !read) return read;
     }
     return Done{};
+}
+
+namespace {
+
+std::optional<FieldKind> kind_of(std::size_t components) {
+    if (components == 1) return FieldKind::scalar;
+    if (components == 3) return FieldKind::vector;
+    if (components == 9) return FieldKind::full_tensor;
+    return std::nullopt;
+}
+
+/// The values by the rows that the tags are of; none where a row has no value.
+std::optional<Buffer<double>> by_row(const Field& field, const TagIndex& index, std::size_t rows) {
+    Buffer<double> values(rows * field.components);
+    Buffer<std::uint8_t> seen(rows, std::uint8_t{0});
+    for (std::size_t i = 0; i < field.tags.size(); ++i) {
+        const std::uint32_t row = index.find(field.tags[i]);
+        if (row == no_row) continue;
+        seen[row] = 1;
+        std::copy_n(field.values.data() + i * field.components, field.components,
+                    values.data() + row * field.components);
+    }
+    if (std::find(seen.begin(), seen.end(), 0) != seen.end()) return std::nullopt;
+    return values;
+}
+
+}  // namespace
+
+void find_dimensions(const File& file, Buffer<Group>& groups) {
+    const auto look_in = [&]<int K, int N>(const Elements<K, N>& elements) {
+        const auto is_in = [&](std::size_t row, Reference tag) {
+            const auto& others = file.further_groups.list[elements.further[row]];
+            return elements.physicals[row] == tag || std::ranges::find(others, tag) != others.end();
+        };
+        for (Group& group : groups)
+            for (std::size_t i = 0; i < elements.tags.size() && group.dimension == unknown_dimension; ++i)
+                if (is_in(i, group.reference)) group.dimension = K;
+    };
+    const auto& [points, lines_1, lines_2, triangles_1, triangles_2, tetrahedra_1, tetrahedra_2] = file.elements;
+    look_in(tetrahedra_1);
+    look_in(tetrahedra_2);
+    look_in(triangles_1);
+    look_in(triangles_2);
+    look_in(lines_1);
+    look_in(lines_2);
+    look_in(points);
+    std::erase_if(groups, [](const Group& group) { return group.dimension == unknown_dimension; });
+}
+
+void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices) {
+    const auto dropped = std::erase_if(groups, [](const Group& group) { return group.dimension > 0; });
+    if (dropped > 0)
+        notices.push_back({std::to_string(dropped) + " names of physical groups were left out: no simplex is in them"});
+}
+
+Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts) {
+    Buffer<std::uint64_t> tags;
+    bool counts = true;
+    for (const auto* part : parts)
+        for (const std::uint64_t tag : *part) {
+            tags.push_back(tag);
+            counts = counts && tag == tags.size();
+        }
+    return counts ? Column<std::uint64_t>() : Column<std::uint64_t>(std::move(tags));
+}
+
+Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
+    const std::size_t vertices = std::visit(
+        [](const auto& mesh) {
+            if constexpr (requires { mesh.linear; })
+                return mesh.linear.points.size();
+            else
+                return mesh.points.size();
+        },
+        decoded.mesh);
+    if (vertices == nodes.size()) return told_tags({&nodes});
+    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // of degree 2: they are the tags
+    if (numbers.size() < vertices) return {};
+    const Buffer<std::uint64_t> of(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(vertices));
+    return told_tags({&of});
+}
+
+MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags, std::vector<Notice>& notices) {
+    if (file.fields.empty()) return {};
+    std::vector<MeshField> fields;
+    const Buffer<std::uint32_t> rows = rows_by_tag(cell_tags);
+    Buffer<std::uint64_t> ascending(cell_tags.begin(), cell_tags.end());
+    for (std::size_t i = 0; i < rows.size(); ++i) ascending[i] = cell_tags[rows[i]];
+    const TagIndex cells(ascending, rows);
+    for (const Field& field : file.fields) {
+        const auto kind = kind_of(field.components);
+        if (!kind) {
+            notices.push_back({"the field " + in_quotes(field.name) + " has " + std::to_string(field.components) +
+                               " components: left out"});
+            continue;
+        }
+        auto values = by_row(field, field.of_nodes ? file.nodes.index : cells,
+                             field.of_nodes ? file.nodes.tags.size() : cell_tags.size());
+        if (!values)
+            notices.push_back({"the field " + in_quotes(field.name) + " does not have a value for each " +
+                               (field.of_nodes ? "node" : "simplex") + ": left out"});
+        else
+            fields.push_back({field.name, field.of_nodes ? Centring::node : Centring::cell, *kind,
+                              Column<double>(std::move(*values))});
+    }
+    if (file.steps_left_out > 0)
+        notices.push_back({"fields have several time steps: the last of each was taken, " +
+                           std::to_string(file.steps_left_out) + " were left out"});
+    return MeshFields(std::move(fields));
 }
 
 }  // namespace camber::msh

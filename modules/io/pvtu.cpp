@@ -16,8 +16,6 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
-import :joining;
-import :pvtu;
 
 namespace camber {
 

@@ -1,3 +1,4 @@
+// Reads STL files; names of their solids.
 module;
 #include <algorithm>
 #include <array>
@@ -6,6 +7,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -14,7 +16,6 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
-import :stl_file;
 
 namespace camber {
 
@@ -241,6 +242,54 @@ listing::Mesh<3> welded(const Triangles& triangles) {
     mesh.point_references = Buffer<Reference>(mesh.points.size(), 0);
     listing::join_coincident(mesh, ends);
     return mesh;
+}
+
+namespace {
+
+/// Names of solids: in one line, without blanks at their ends.
+std::string solid_name(std::string_view text) {
+    std::string name(text);
+    for (char& c : name)
+        if (is_blank(c) || c == 0) c = ' ';
+    const std::size_t first = name.find_first_not_of(' ');
+    if (first == std::string::npos) return {};
+    return name.substr(first, name.find_last_not_of(' ') - first + 1);
+}
+
+/// The name of the first group of triangles with the reference; empty: there is none.
+std::string group_name(const Column<Group>& groups, Reference reference) {
+    for (const Group& group : groups)
+        if (group.dimension == 2 && group.reference == reference) return group.name;
+    return {};
+}
+
+}  // namespace
+
+std::map<Reference, std::string> solid_names(const Triangles& triangles, const Column<Group>& groups,
+                                             std::vector<Renaming>& renamed) {
+    std::map<Reference, std::string> names;
+    for (const Triangle& triangle : triangles)
+        if (!names.contains(triangle.reference))
+            names[triangle.reference] = solid_name(group_name(groups, triangle.reference));
+    NameRule rule{.legal = solid_name};
+    std::vector<ListedName> wanted;
+    for (auto& [reference, name] : names) {
+        const std::string group = group_name(groups, reference);
+        if (!name.empty()) {
+            wanted.push_back({group});
+            continue;
+        }
+        rule.reserved.push_back(name = "reference_" + std::to_string(reference));
+        if (!group.empty()) renamed.emplace_back(group, name);
+    }
+    const auto legal = legal_names(wanted, rule);
+    std::size_t named = 0;
+    for (auto& [reference, name] : names) {
+        if (solid_name(group_name(groups, reference)).empty()) continue;
+        name = legal[named];
+        renamed.emplace_back(wanted[named++].name, name);
+    }
+    return names;
 }
 
 }  // namespace stl

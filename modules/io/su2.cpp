@@ -1,3 +1,4 @@
+// Reads meshes from SU2 files.
 module;
 #include <algorithm>
 #include <array>
@@ -13,7 +14,6 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
-import :su2_file;
 
 namespace camber {
 

@@ -1,3 +1,4 @@
+// Finds the blocks of an SU2 file.
 module;
 #include <cstddef>
 #include <cstdint>
@@ -8,7 +9,6 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
-import :su2_file;
 
 namespace camber::su2 {
 

@@ -1,3 +1,4 @@
+// Numbers of arrays of VTK files: those of legacy files, and conversions to references and values of fields.
 module;
 #include <algorithm>
 #include <bit>
@@ -6,15 +7,15 @@ module;
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <type_traits>
+#include <utility>
 #include <variant>
+#include <vector>
 module camber.io;
 import camber.core;
-import :text;
-import :vtk_source;
-import :vtu_file;
 
 namespace camber::vtk {
 
@@ -115,3 +116,64 @@ Outcome<vtu::Numbers> Source::numbers(const std::string& type, std::uint64_t row
 }
 
 }  // namespace camber::vtk
+
+namespace camber::vtu {
+
+namespace {
+
+constexpr std::size_t row_grain = 4096;
+
+/// Rows of ours: row `order[i]` of the file's (without an order, row i), its component k at `places[k]`.
+template <class To, class From>
+Outcome<Column<To>> placed(const Buffer<From>& from, const Column<std::uint32_t>* order, const std::vector<int>& places,
+                           const Execution& execution) {
+    const std::size_t width = places.size(), rows = order ? order->size() : from.size() / width;
+    Buffer<To> out(rows * width);
+    return each(
+               execution, rows,
+               [&](std::size_t i) {
+                   const std::size_t row = order ? (*order)[i] : i;
+                   for (std::size_t k = 0; k < width; ++k)
+                       out[i * width + static_cast<std::size_t>(places[k])] = static_cast<To>(from[row * width + k]);
+               },
+               row_grain)
+        .map([&](Done) { return Column<To>(std::move(out)); });
+}
+
+template <class From>
+Outcome<FieldValues> values_of(const Buffer<From>& from, const Column<std::uint32_t>* order,
+                               const std::vector<int>& places, const Execution& execution) {
+    const auto as_values = [](auto column) { return FieldValues(std::move(column)); };
+    if constexpr (std::is_integral_v<From>)
+        if (std::all_of(from.begin(), from.end(), [](From x) { return std::in_range<std::int32_t>(x); }))
+            return placed<std::int32_t>(from, order, places, execution).map(as_values);
+    return placed<double>(from, order, places, execution).map(as_values);
+}
+
+}  // namespace
+
+Outcome<std::optional<Buffer<Reference>>> as_references(const Numbers& numbers, const Execution& execution) {
+    return std::visit(
+        [&](const auto& values) -> Outcome<std::optional<Buffer<Reference>>> {
+            FirstFault first;
+            auto made = map_each(
+                execution, values.size(),
+                [&](std::size_t i) {
+                    const auto reference = whole_number<Reference>(values[i]);
+                    if (!reference) first.note(i);
+                    return reference.value_or(0);
+                },
+                row_grain);
+            if (!made) return fail(std::move(made.error()));
+            if (first.any()) return std::nullopt;
+            return std::move(*made);
+        },
+        numbers);
+}
+
+Outcome<FieldValues> field_values(const Numbers& numbers, const Column<std::uint32_t>* order,
+                                  const std::vector<int>& places, const Execution& execution) {
+    return std::visit([&](const auto& from) { return values_of(from, order, places, execution); }, numbers);
+}
+
+}  // namespace camber::vtu

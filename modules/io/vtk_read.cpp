@@ -12,8 +12,6 @@ module;
 #include <vector>
 module camber.io;
 import camber.core;
-import :vtk_source;
-import :vtu_file;
 
 namespace camber {
 

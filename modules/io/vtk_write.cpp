@@ -15,7 +15,6 @@ module;
 module camber.io;
 import camber.core;
 import camber.bezier;
-import :field_rows;
 
 namespace camber {
 

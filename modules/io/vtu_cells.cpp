@@ -1,3 +1,4 @@
+// Reads points and cells of VTU files.
 module;
 #include <array>
 #include <cstddef>
@@ -225,6 +226,34 @@ Outcome<Done> fill(const File& file, const Cells& cells, std::size_t kind, listi
 }
 
 }  // namespace
+
+Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution) {
+    if (file.points == 0) return Buffer<Vec<3>>{};
+    if (file.points > max_entities)
+        return fail(ErrorKind::unsupported, "has more points than 32 bits can number", file.name);
+    if (file.point_arrays.empty()) return damaged(file, 0, "Points have no array");
+    const DataArray& array = file.point_arrays.front();
+    const auto numbers = read_array(file, array, file.points, execution);
+    if (!numbers) return fail(numbers.error());
+    // A product of a number that is not to be trusted would overflow.
+    if (array.components != 3 || size_of(*numbers) % 3 != 0 || size_of(*numbers) / 3 != file.points)
+        return damaged(file, array.at,
+                       "the Piece has " + std::to_string(file.points) + " points, but " +
+                           std::to_string(size_of(*numbers)) + " coordinates, " + std::to_string(array.components) +
+                           " each");
+    return std::visit(
+        [&](const auto& values) {
+            return map_each(
+                execution, file.points,
+                [&](std::size_t v) {
+                    Vec<3> p;
+                    for (std::size_t c = 0; c < 3; ++c) p[static_cast<int>(c)] = static_cast<double>(values[3 * v + c]);
+                    return p;
+                },
+                row_grain);
+        },
+        *numbers);
+}
 
 Outcome<Cells> read_cells(const File& file, Unheld unheld, std::vector<Notice>& notices, const Execution& execution) {
     Cells cells;

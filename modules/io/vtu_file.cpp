@@ -1,5 +1,9 @@
+// Opens VTU files: XML and compressors.
 module;
+#include <lz4.h>
+#include <lzma.h>
 #include <pugixml.hpp>
+#include <zlib.h>
 
 #include <algorithm>
 #include <bit>
@@ -199,6 +203,23 @@ std::string place(const File& file, std::size_t at) {
     return file.name + ": line " + std::to_string(std::count(text.begin(), text.end(), std::byte{'\n'}) + 1);
 }
 
+std::string_view type_of_file(std::span<const std::byte> bytes) {
+    constexpr std::size_t soon = 4096;  // after a declaration and comments
+    constexpr std::string_view name = "type=";
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
+    const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
+    if (first == std::string_view::npos || text[first] != '<') return {};
+    const std::size_t tag = text.find("<VTKFile");
+    if (tag == std::string_view::npos) return {};
+    const std::string_view head = text.substr(tag, text.find('>', tag) - tag);
+    for (std::size_t at = head.find(name); at != std::string_view::npos; at = head.find(name, at + 1)) {
+        const std::size_t begin = at + name.size() + 1;
+        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size()) continue;  // header_type
+        return head.substr(begin, head.find(head[begin - 1], begin) - begin);
+    }
+    return {};
+}
+
 Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name) {
     File file{.bytes = bytes, .name = std::string(name)};
     const auto xml = cut(file);
@@ -213,4 +234,51 @@ Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name)
     });
 }
 
+// VTK's compressors: each block by itself.
+
+namespace {
+
+bool by_zlib(std::span<const std::byte> packed, std::span<std::byte> to) {
+    auto size = static_cast<uLongf>(to.size());
+    const int status = uncompress(reinterpret_cast<Bytef*>(to.data()), &size,
+                                  reinterpret_cast<const Bytef*>(packed.data()), static_cast<uLong>(packed.size()));
+    return status == Z_OK && size == to.size();
+}
+
+bool by_lz4(std::span<const std::byte> packed, std::span<std::byte> to) {
+    if (!std::in_range<int>(packed.size()) || !std::in_range<int>(to.size())) return false;
+    const int size =
+        LZ4_decompress_safe(reinterpret_cast<const char*>(packed.data()), reinterpret_cast<char*>(to.data()),
+                            static_cast<int>(packed.size()), static_cast<int>(to.size()));
+    return std::cmp_equal(size, to.size());
+}
+
+bool by_lzma(std::span<const std::byte> packed, std::span<std::byte> to) {
+    // A dictionary of what is written at most: a damaged header asks for any memory.
+    std::uint64_t memory = std::uint64_t{256} << 20U;
+    std::size_t read = 0, written = 0;
+    const lzma_ret status =
+        lzma_stream_buffer_decode(&memory, 0, nullptr, reinterpret_cast<const std::uint8_t*>(packed.data()), &read,
+                                  packed.size(), reinterpret_cast<std::uint8_t*>(to.data()), &written, to.size());
+    return status == LZMA_OK && written == to.size();
+}
+
+}  // namespace
+
+bool uncompress_block(Compressor compressor, std::span<const std::byte> packed, std::span<std::byte> to) {
+    switch (compressor) {
+        case Compressor::none: break;
+        case Compressor::zlib: return by_zlib(packed, to);
+        case Compressor::lz4: return by_lz4(packed, to);
+        case Compressor::lzma: return by_lzma(packed, to);
+    }
+    return false;
+}
+
 }  // namespace camber::vtu
+
+namespace camber {
+
+bool is_vtu(std::span<const std::byte> bytes) { return vtu::type_of_file(bytes) == "UnstructuredGrid"; }
+
+}  // namespace camber

@@ -1,3 +1,4 @@
+// Reads numbers of VTU files: encodings, compressed blocks, types.
 module;
 #include <algorithm>
 #include <array>
@@ -28,73 +29,6 @@ auto damaged(const File& file, const DataArray& array, const std::string& what) 
 }
 
 // ---------------------------------------------------------------- bytes
-
-/// The value of each letter of base64; 64 and above: none.
-constexpr std::uint8_t padding = 64, blank = 65, no_letter = 66;
-constexpr auto base64 = [] {
-    constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::array<std::uint8_t, 256> values{};
-    values.fill(no_letter);
-    for (std::size_t i = 0; i < letters.size(); ++i)
-        values[static_cast<unsigned char>(letters[i])] = static_cast<std::uint8_t>(i);
-    for (const char c : {' ', '\t', '\r', '\n'}) values[static_cast<unsigned char>(c)] = blank;
-    values[static_cast<unsigned char>('=')] = padding;
-    return values;
-}();
-
-/// The bytes of an array from its first on. Of base64 each group of four letters stands by itself: VTK encodes the
-/// header of compressed data apart from them, so that padding may stand anywhere.
-class Bytes {
-  public:
-    Bytes(std::string_view text, Encoding encoding) : text_(text), encoding_(encoding) {}
-
-    /// No more than this are left.
-    [[nodiscard]] std::size_t most() const {
-        return encoding_ == Encoding::raw ? text_.size() : text_.size() / 4 * 3 + held_;
-    }
-
-    /// The next n; none where there are not so many.
-    [[nodiscard]] std::optional<Buffer<std::byte>> take(std::size_t n) {
-        if (n > most()) return std::nullopt;
-        Buffer<std::byte> out(n);
-        if (encoding_ == Encoding::raw) {
-            if (n > 0) std::memcpy(out.data(), text_.data(), n);
-            text_.remove_prefix(n);
-            return out;
-        }
-        for (std::size_t i = 0; i < n; ++i) {
-            while (held_ == 0)
-                if (!next_group()) return std::nullopt;
-            out[i] = group_[size_ - held_--];
-        }
-        return out;
-    }
-
-  private:
-    bool next_group() {
-        std::uint32_t bits = 0;
-        std::size_t letters = 0, padded = 0;
-        while (letters < 4) {
-            if (text_.empty()) return false;
-            const std::uint8_t value = base64[static_cast<unsigned char>(text_.front())];
-            text_.remove_prefix(1);
-            if (value == blank) continue;
-            if (value == no_letter || (value != padding && padded > 0)) return false;
-            padded += value == padding ? 1 : 0;
-            bits = bits << 6U | (value == padding ? 0U : value);
-            ++letters;
-        }
-        if (padded > 2) return false;
-        for (std::size_t i = 0; i < 3; ++i) group_[i] = static_cast<std::byte>(bits >> (16 - 8 * i) & 0xffU);
-        size_ = held_ = 3 - padded;
-        return true;
-    }
-
-    std::string_view text_;
-    Encoding encoding_;
-    std::array<std::byte, 3> group_{};
-    std::size_t size_ = 0, held_ = 0;  ///< bytes of the group, and those of it that were not taken yet
-};
 
 void swap_bytes(std::span<std::byte> bytes, std::size_t size) {
     for (std::size_t i = 0; i + size <= bytes.size(); i += size)
@@ -310,10 +244,6 @@ const NumberType* type_of(const DataArray& array) {
     const auto* const found = std::ranges::find(number_types, array.type, &NumberType::name);
     return found == number_types.end() ? nullptr : &*found;
 }
-
-}  // namespace
-
-namespace {
 
 /// What arrays may still take.
 struct Budget {

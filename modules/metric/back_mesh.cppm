@@ -1,13 +1,18 @@
 module;
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <numbers>
+#include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 export module camber.metric:back_mesh;
 import camber.core;
+import camber.box_tree;
 import :spd;
 
 export namespace camber {
@@ -220,5 +225,122 @@ template <int D>
     back->sample_with_recovered_gradients({&p, 1}, hint, {&sample, 1});
     return sample;
 }
+
+}  // namespace camber
+
+/// Metric fields that are given at all nodes of a curved mesh of degree 2, as a mesh that was adapted once has them
+/// when it is adapted again.
+export namespace camber {
+
+/// log M at the nodes of a mesh of degree 2.
+template <int D>
+struct NodalLogs {
+    Column<LogMetric<D>> vertices;
+    Column<LogMetric<D>> mid_nodes;  ///< one an edge
+    friend bool operator==(const NodalLogs&, const NodalLogs&) = default;
+};
+
+/// A field that is known at the vertices alone: at the nodes the mean of both ends, so that form (4) is the linear one
+/// (paper §2.1). Errors: memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<NodalLogs<D>> nodal_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
+                                               const Execution& execution);
+
+/// The same for a mesh whose elements bend along with axes that turn: at the nodes the mean in the frame of both ends
+/// (frame_mean), which keeps sizes.
+template <int D>
+[[nodiscard]] Outcome<NodalLogs<D>> framed_logs(const EdgeSet<D>& edges, Column<LogMetric<D>> vertices,
+                                                const Execution& execution);
+
+/// The field of form (4) of the paper on the curved elements of a mesh of degree 2, in physical space: at x = F_K(ξ)
+///   log M = Σ_i ξ_i L_i + Σ_e 4 ξ_i ξ_j (L_e − (L_i + L_j)/2),
+/// which is Σ B_α(ξ) log M_α with the virtual metrics, and Σ φ_α(ξ) log M(P_α^l). The straight mesh of the same
+/// vertices is never asked: it need not be valid. A point is inside of an element only with a proof (`root_radius`).
+/// Beyond the boundary the nearest point of the curved boundary stands for it. Recovered gradients are linear between
+/// means at the vertices over their balls, by volume; edges see the field as it is in space, without the mesh's curves.
+/// On a straight mesh with the means of ends at the nodes all answers are those of `make_back_mesh`, to rounding.
+/// Errors: columns whose sizes are not those of the vertices and the edges; those of `neighbours`; memory; stopped.
+template <int D>
+[[nodiscard]] Outcome<BackMesh<D>> make_nodal_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
+                                                        NodalLogs<D> logs, const Execution& execution);
+
+/// ρ such that F_K(ξ) = p has exactly one solution within ρ of location.xi (each of ξ_1 … ξ_D), in exact arithmetic for
+/// the stored nodes: Kantorovich's theorem for a quadratic map with an approximate inverse, all rounding bounded. None
+/// where that cannot be shown. A point whose ξ are all above D ρ therefore lies in the element; and in no other where
+/// the mesh is one (elements certified valid by camber.validity, no crossing).
+template <int D>
+[[nodiscard]] std::optional<double> root_radius(const QuadraticMesh<D>& mesh, const Location<D>& location,
+                                                const Vec<D>& p);
+
+/// C = ∫ sqrt(det M) of the field above over the curved elements, by Gauss's rule with five points a direction. Errors:
+/// those of make_nodal_back_mesh.
+template <int D>
+[[nodiscard]] Outcome<double> complexity(const QuadraticMesh<D>& mesh, const NodalLogs<D>& logs,
+                                         const Execution& execution);
+
+}  // namespace camber
+
+/// Where a point lies in a curved mesh of degree 2, for whatever field lives on it.
+export namespace camber {
+
+/// A mesh of degree 2 with what location in it needs: an immutable value, asked by many threads at once. In an element
+/// a point is x = F_K(ξ) = Σ ξ_i P_i + Σ_e 4 ξ_i ξ_j u_e; the straight mesh of the same vertices is never asked.
+template <int D>
+class CurvedLocator {
+  public:
+    QuadraticMesh<D> mesh;
+    Neighbours<D> neighbours;
+    Column<ElementFace> boundary;
+    BoxTree<D> boundary_tree;  ///< boxes of the Bézier points of `boundary`
+    BoxTree<D> element_tree;   ///< the same of the elements
+
+    /// The element that holds p, `inside` only with a proof (`root_radius`); else the nearest point of the curved
+    /// boundary stands for it. The search begins at `hint`, on which the answer does not depend up to rounding. The
+    /// mesh has elements.
+    [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const;
+    /// A hint for a point of which nothing is known: an element whose box holds p, or no element.
+    [[nodiscard]] ElementId hint_for(const Vec<D>& p) const;
+};
+
+/// Linear but for the trees. Errors: those of `neighbours`; memory; stopped.
+template <int D>
+[[nodiscard]] Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
+                                                            const Execution& execution);
+
+/// A rule on [0, 1]: ∫ f ≈ Σ w_q f(t_q).
+struct Quadrature {
+    std::vector<double> t, w;
+    [[nodiscard]] std::size_t size() const { return t.size(); }
+};
+
+/// The Gauss–Legendre rule of n ≥ 1 points, exact to degree 2n − 1.
+[[nodiscard]] inline Quadrature gauss_legendre(int n) {
+    Quadrature rule{std::vector<double>(static_cast<std::size_t>(n)), std::vector<double>(static_cast<std::size_t>(n))};
+    for (int i = 0; i < n; ++i) {
+        double x = cos(std::numbers::pi * (i + 0.75) / (n + 0.5));
+        double slope = 1;
+        for (int newton = 0; newton < 100; ++newton) {
+            // P_n and P_n' by the three-term recurrence.
+            double p0 = 1;
+            double p1 = x;
+            for (int k = 2; k <= n; ++k) {
+                const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
+                p0 = p1;
+                p1 = p2;
+            }
+            slope = n * (x * p1 - p0) / (x * x - 1);
+            const double step = p1 / slope;
+            x -= step;
+            if (std::abs(step) < 1e-16) break;
+        }
+        const auto slot = static_cast<std::size_t>(n - 1 - i);
+        rule.t[slot] = (1 + x) / 2;
+        rule.w[slot] = 1 / ((1 - x * x) * slope * slope);
+    }
+    return rule;
+}
+
+/// The number of points by which lengths and gains are reported: finer than any rule that is minimised on.
+inline constexpr int report_points = 12;
 
 }  // namespace camber

@@ -1,24 +1,24 @@
-// camber.metric: the P2 edge that is shortest in a metric field, without a mesh to curve. The field asks for short
-// sizes along the radius and long ones across it, so that the shortest way between two points of a circle follows it.
+// camber.metric: a metric field with a point of small sizes, graded so that sizes grow slowly, and scaled to a number
+// of triangles.
 #include <cmath>
+#include <cstddef>
 #include <cstdio>
 #include <utility>
 
 import camber.core;
-import camber.bezier;
 import camber.metric;
 
 using namespace camber;
 
-/// The square [−1, 1] × [0.5, 2.5] in n × n cells of two triangles: the back mesh, which carries the field.
+/// The unit square in n × n cells of two triangles: the mesh that carries the field.
 static LinearMesh<2> square(std::size_t n) {
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> triangles;
-    const double h = 2.0 / static_cast<double>(n);
+    const double h = 1 / static_cast<double>(n);
     const auto at = [n](std::size_t i, std::size_t j) { return VertexId(i + (n + 1) * j); };
     for (std::size_t j = 0; j <= n; ++j)
         for (std::size_t i = 0; i <= n; ++i) {
-            points.push_back({{-1 + h * static_cast<double>(i), 0.5 + h * static_cast<double>(j)}});
+            points.push_back({{h * static_cast<double>(i), h * static_cast<double>(j)}});
             if (i == n || j == n) continue;
             triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
             triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
@@ -31,26 +31,35 @@ static LinearMesh<2> square(std::size_t n) {
 }
 
 static Outcome<bool> example(const Execution& execution) {
-    const LinearMesh<2> mesh = square(40);
-    // Fields hold log M: LogMetric and Metric are two types, and only logarithms are interpolated.
-    auto field = map_each(execution, mesh.points.size(), [&](std::size_t v) {
-        const Vec<2> radial = normalised(mesh.points[v]);
-        return log_metric_of_sizes<2>({{0.02, 0.2}}, {{radial, Vec<2>{{-radial[1], radial[0]}}}});
+    const LinearMesh<2> mesh = square(20);
+    const auto edges = unique_edges(mesh, execution);
+    if (!edges) return fail(edges.error());
+    // Fields hold log M: LogMetric and Metric are two types, and only logarithms are interpolated. One vertex requests
+    // a size of 0.002 along x, all others 0.1.
+    auto logs = map_each(execution, mesh.points.size(), [&](std::size_t v) {
+        return log_metric_of_sizes<2>({{v == 0 ? 0.002 : 0.1, 0.1}}, Mat<2>::identity());
     });
-    if (!field) return fail(field.error());
+    if (!logs) return fail(logs.error());
+    const Column<LogMetric<2>> field(std::move(*logs));
+    const auto graded = apply_gradation(mesh, *edges, field, {.ratio = 1.3}, execution);
+    if (!graded) return fail(graded.error());
+    const auto scaled = scale_to_complexity(mesh, graded->log_metrics, 1000, execution);
+    if (!scaled) return fail(scaled.error());
+    const auto reached = complexity(mesh, *scaled, execution);
     const auto around = balls(mesh, execution);
+    if (!reached) return fail(reached.error());
     if (!around) return fail(around.error());
-    const auto back = make_back_mesh(mesh, *around, Column<LogMetric<2>>(std::move(*field)), execution);
-    if (!back) return fail(back.error());
 
-    const Vec<2> from{{-0.3, 1.2}}, to{{0.3, 1.2}};
-    const EdgeMinimiserOptions options;
-    const auto found = minimise_edge(*back, from, to, ElementId(std::size_t{0}), edge_rules(options), options);
-    std::printf("anisotropy %.0f; length of the chord %.3f, of the P2 edge %.3f\n",
-                anisotropy((*back)->vertex(VertexId(std::size_t{0})).log_metric), found.straight_length, found.length);
-    std::printf("radius at the ends %.3f, of the chord's middle %.3f, of the node %.3f\n", norm(from), from[1],
-                norm(found.node.point));
-    return found.length < 0.9 * found.straight_length && std::abs(norm(found.node.point) - norm(from)) < 0.01;
+    // A back mesh is the field between the vertices.
+    const auto back = make_back_mesh(mesh, *around, *scaled, execution);
+    if (!back) return fail(back.error());
+    const auto near = sample_value(*back, Vec<2>{{0.01, 0.01}}, ElementId(std::size_t{0}));
+    std::printf("gradation changed %zu of %zu vertices in %d sweeps\n", graded->changed, mesh.points.size(),
+                graded->sweeps);
+    std::printf("complexity %.6f, anisotropy at the vertex %.1f, beside it %.1f\n", *reached,
+                anisotropy((*scaled)[VertexId(std::size_t{0})]), anisotropy(near.log_metric));
+    return graded->converged && graded->changed > 0 && std::abs(*reached - 1000) < 1e-6 &&
+           anisotropy(near.log_metric) < anisotropy((*scaled)[VertexId(std::size_t{0})]);
 }
 
 int main() {

@@ -1,3 +1,4 @@
+// Locates points in straight back meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -9,7 +10,6 @@ module;
 #include <vector>
 module camber.metric;
 import camber.core;
-import :location_start;
 
 namespace camber {
 
@@ -32,7 +32,7 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
     seen.xi.fill(1.0 / (D + 1));
     ElementId at = start;
     for (int step = 0; step < short_walk && at.valid(); ++step) {
-        const Frame<D> frame(back.mesh, at);
+        const ElementFrame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
         if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
         // Behind a boundary face the other faces that hide x are tried: the mesh need not be convex.
@@ -58,7 +58,7 @@ Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Ve
     ElementId passed;  // at the last power of two: where straight elements are tangled the way goes in circles (Brent)
     for (unsigned step = 0; step < long_walk && at.valid() && at != passed; ++step) {
         if (std::has_single_bit(step)) passed = at;
-        const Frame<D> frame(back.mesh, at);
+        const ElementFrame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
         if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
         if (xi[lowest<D>(xi)] > best_lowest) {
@@ -155,7 +155,7 @@ ElementId element_towards(const StraightBack<D>& back, const NearestOnBoundary<D
     std::vector<ElementId> star{nearest.face.element};
     for (std::size_t k = 0; k < star.size(); ++k) {
         const ElementId e = star[k];
-        const Frame<D> frame(back.mesh, e);
+        const ElementFrame<D> frame(back.mesh, e);
         const Barycentrics<D> xi = frame.barycentrics(x);
         bool faces = true;
         for (int i = 0; i <= D; ++i) {

@@ -1,41 +1,9 @@
-/// Riemannian metrics: SPD algebra, log-Euclidean fields on back meshes, lengths and energies of P2 edges with their
-/// derivatives, and the node that minimises them.
+/// Riemannian metrics: SPD algebra, log-Euclidean fields on back meshes, operations on fields, and lengths and
+/// distortion of elements.
 export module camber.metric;
-import :packs;
-export import :eigen;
-export import :spd;
-export import :batches;
-export import :matrix_derivatives;
-export import :natural;
-export import :tensors;
-export import :quadrature;
-import :element_frame;
 export import :back_mesh;
-import :straight_back;
-import :surface_back;
-import :curved_back;
-export import :nodal_field;
-import :curved_simplex;
-import :quadratic_root;
-export import :curved_locator;
-import :nodal_back;
-import :along_edge;
-export import :high_order;
-export import :edge_length;
-export import :edge_objective;
-import :unit_frame;
-import :edge_sectors;
-export import :edge_minimiser;
-import :edge_search;
-export import :edge_accuracy;
-export import :edge_pack_search;
-export import :intersection;
+export import :back_models;
 export import :operations;
-export import :turn;
-export import :gradation;
-export import :surface_metric;
+export import :packs;
+export import :spd;
 export import :unit_mesh;
-export import :bent_edge;
-export import :distortion;
-export import :distortion_bound;
-export import :curved_unit_mesh;

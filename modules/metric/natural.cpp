@@ -1,3 +1,4 @@
+// Computes natural metrics of meshes, straight and curved.
 module;
 #include <algorithm>
 #include <array>
@@ -8,9 +9,6 @@ module;
 #include <utility>
 #include <vector>
 module camber.metric;
-import :ball_sums;
-import :packs;
-import :surface_back;
 import camber.core;
 
 namespace camber {

@@ -1,3 +1,4 @@
+// Finds the nearest point of a curved boundary.
 module;
 #include <algorithm>
 #include <array>
@@ -5,11 +6,6 @@ module;
 #include <cstddef>
 #include <limits>
 module camber.metric;
-import :curved_simplex;
-import :element_frame;
-import :back_mesh;
-import :curved_locator;
-import :nodal_back;
 import camber.core;
 
 namespace camber {

@@ -3,13 +3,13 @@ module;
 #include <array>
 #include <cstddef>
 #include <span>
-module camber.metric:packs;
+export module camber.metric:packs;
 import camber.core;
 
-/// Vectors, tensors and matrices of eight edges or points at a time, for kernels (core:pack).
+/// Vectors, tensors and matrices of eight edges or points at a time, for kernels (core:tensors).
 namespace camber {
 
-template <int D>
+export template <int D>
 struct VecPack {
     std::array<Pack, D> c{};
     [[nodiscard, gnu::always_inline]] inline Pack operator[](int i) const { return c[i]; }
@@ -17,7 +17,7 @@ struct VecPack {
 };
 
 /// Entries as in Sym.
-template <int D>
+export template <int D>
 struct SymPack {
     std::array<Pack, sym_size<D>> c{};
     [[nodiscard, gnu::always_inline]] inline Pack operator()(int i, int j) const { return c[Sym<D>::index(i, j)]; }
@@ -25,7 +25,7 @@ struct SymPack {
 };
 
 /// Columns as in Mat.
-template <int D>
+export template <int D>
 struct MatPack {
     std::array<VecPack<D>, D> column{};
     [[nodiscard, gnu::always_inline]] inline Pack operator()(int i, int j) const { return column[j][i]; }
@@ -33,13 +33,13 @@ struct MatPack {
 };
 
 /// Entry k of the items from `begin`, one a lane: get(item)[k]; beyond the end, of the last item.
-template <class T, class Get>
+export template <class T, class Get>
 [[nodiscard, gnu::always_inline]] inline Pack gathered(std::span<const T> items, std::size_t begin, const Get& get) {
     Pack p{};
     for (std::size_t lane = 0; lane < pack_size; ++lane) p[lane] = get(items[std::min(begin + lane, items.size() - 1)]);
     return p;
 }
-template <int D, class T, class Get>
+export template <int D, class T, class Get>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> gathered_vec(std::span<const T> items, std::size_t begin,
                                                                  const Get& get) {
     VecPack<D> v;
@@ -47,7 +47,7 @@ template <int D, class T, class Get>
         v[i] = gathered(items, begin, [&](const T& item) __attribute__((always_inline)) { return get(item)[i]; });
     return v;
 }
-template <int D, class T, class Get>
+export template <int D, class T, class Get>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> gathered_sym(std::span<const T> items, std::size_t begin,
                                                                  const Get& get) {
     SymPack<D> s;
@@ -55,7 +55,7 @@ template <int D, class T, class Get>
         s.c[i] = gathered(items, begin, [&](const T& item) __attribute__((always_inline)) { return get(item).c[i]; });
     return s;
 }
-template <int D, class T, class Get>
+export template <int D, class T, class Get>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> gathered_mat(std::span<const T> items, std::size_t begin,
                                                                  const Get& get) {
     MatPack<D> m;
@@ -66,21 +66,21 @@ template <int D, class T, class Get>
 }
 
 /// out[begin + lane] = the lane's vector, as far as `out` goes.
-template <int D>
+export template <int D>
 [[gnu::always_inline]] inline void scatter(const VecPack<D>& v, std::size_t begin, std::span<Vec<D>> out) {
     const std::size_t n = std::min<std::size_t>(pack_size, out.size() - begin);
     for (std::size_t lane = 0; lane < n; ++lane)
         for (int i = 0; i < D; ++i) out[begin + lane][i] = v[i][lane];
 }
 
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack dot(const VecPack<D>& a, const VecPack<D>& b) {
     Pack s = a[0] * b[0];
     for (int i = 1; i < D; ++i) s += a[i] * b[i];
     return s;
 }
 /// A v, and Aᵀ v.
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> times(const MatPack<D>& a, const VecPack<D>& v) {
     VecPack<D> r;
     for (int i = 0; i < D; ++i) {
@@ -89,14 +89,14 @@ template <int D>
     }
     return r;
 }
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> times_transposed(const MatPack<D>& a, const VecPack<D>& v) {
     VecPack<D> r;
     for (int i = 0; i < D; ++i) r[i] = dot(a.column[i], v);
     return r;
 }
 /// A B.
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> times(const MatPack<D>& a, const MatPack<D>& b) {
     MatPack<D> r;
     for (int j = 0; j < D; ++j) r.column[j] = times(a, b.column[j]);
@@ -109,7 +109,7 @@ template <int D>
            a(2, 0) * (a(0, 1) * a(1, 2) - a(1, 1) * a(0, 2));
 }
 /// Rᵀ S R.
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> congruence_transposed(const MatPack<D>& r, const SymPack<D>& s) {
     SymPack<D> out;
     for (int j = 0; j < D; ++j) {
@@ -123,7 +123,7 @@ template <int D>
     return out;
 }
 /// R diag(values) Rᵀ.
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> composed(const MatPack<D>& r, const VecPack<D>& values) {
     SymPack<D> s;
     for (int j = 0; j < D; ++j) {
@@ -146,7 +146,7 @@ template <int D>
     return select(lanes & (denominator != 0), twice / denominator, packed(0));
 }
 /// Columns p, q of m take the rotation.
-template <int D>
+export template <int D>
 [[gnu::always_inline]] inline void rotate_columns(MatPack<D>& m, int p, int q, Pack c, Pack s) {
     for (int k = 0; k < D; ++k) {
         const Pack mp = m(k, p);
@@ -156,13 +156,13 @@ template <int D>
     }
 }
 
-template <int D>
+export template <int D>
 struct EigenPack {
     VecPack<D> values;
     MatPack<D> vectors;
 };
 
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> identity_pack() {
     MatPack<D> m;
     for (int i = 0; i < D; ++i)
@@ -171,7 +171,7 @@ template <int D>
 }
 
 /// eigen_system, eight at a time: cyclic Jacobi rotations, each lane until it has converged.
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline EigenPack<D> eigen_system(SymPack<D> a) {
     MatPack<D> r = identity_pack<D>();
     constexpr int sweeps = D == 2 ? 1 : 12;
@@ -267,13 +267,13 @@ template <int D>
 }
 
 /// A metric seen through a map F: log M̂ = log(Fᵀ M F), and O = M^{1/2} F M̂^{-1/2}.
-template <int D>
+export template <int D>
 struct SeenPack {
     SymPack<D> log_metric;
     MatPack<D> axes;
 };
 /// With Λ^{1/2} Rᵀ F = V Σ Uᵀ (needles keep their digits): M̂ = U Σ² Uᵀ and O = R V Uᵀ. M itself where F is singular.
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_through(const SymPack<D>& log_metric,
                                                                   const EigenPack<D>& metric,
                                                                   const MatPack<D>& jacobian) {
@@ -305,7 +305,7 @@ template <int D>
         }
     return seen;
 }
-template <int D>
+export template <int D>
 [[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_through(const SymPack<D>& log_metric,
                                                                   const MatPack<D>& jacobian) {
     return seen_through<D>(log_metric, eigen_system<D>(log_metric), jacobian);

@@ -3,11 +3,119 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
+#include <utility>
 export module camber.metric:spd;
 import camber.core;
-import :eigen;
+import camber.bezier;
 
 export namespace camber {
+
+/// A = R diag(values) Rᵀ; the columns of R are orthonormal eigenvectors. Values are in no particular order.
+template <int D>
+struct EigenSystem {
+    Vec<D> values;
+    Mat<D> vectors;
+};
+
+/// One Jacobi rotation of rows and columns p, q that zeroes a(p, q); R takes the rotation's columns.
+template <int D>
+inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
+    const double apq = a(p, q);
+    if (apq == 0) return;
+    const double theta = (a(q, q) - a(p, p)) / (2 * apq);
+    const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+    const double c = 1 / std::sqrt(t * t + 1);
+    const double s = t * c;
+    a(p, p) -= t * apq;
+    a(q, q) += t * apq;
+    a(p, q) = 0;
+    for (int k = 0; k < D; ++k) {
+        if (k != p && k != q) {
+            const double akp = a(k, p);
+            const double akq = a(k, q);
+            a(k, p) = c * akp - s * akq;
+            a(k, q) = s * akp + c * akq;
+        }
+        const double rkp = r(k, p);
+        const double rkq = r(k, q);
+        r(k, p) = c * rkp - s * rkq;
+        r(k, q) = s * rkp + c * rkq;
+    }
+}
+
+/// Eigenvalues and eigenvectors of a symmetric matrix by cyclic Jacobi rotations: unlike closed forms it keeps its
+/// digits at near-equal eigenvalues. Backward error a few ulps of |A|.
+template <int D>
+[[nodiscard]] inline EigenSystem<D> eigen_system(Sym<D> a) {
+    Mat<D> r = Mat<D>::identity();
+    constexpr int sweeps = D == 2 ? 1 : 12;
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+        double off = 0;
+        double all = 0;
+        for (int i = 0; i < D; ++i) {
+            all += a(i, i) * a(i, i);
+            for (int j = 0; j < i; ++j) off += a(i, j) * a(i, j);
+        }
+        // Convergence is quadratic: below 1e-17 |A| the rest is rounding.
+        if (off <= 1e-34 * all) break;
+        for (int p = 0; p < D - 1; ++p)
+            for (int q = p + 1; q < D; ++q) jacobi_rotate(a, r, p, q);
+    }
+    EigenSystem<D> out{.values = {}, .vectors = r};
+    for (int i = 0; i < D; ++i) out.values[i] = a(i, i);
+    return out;
+}
+
+/// R diag(values) Rᵀ.
+template <int D>
+[[nodiscard]] inline Sym<D> composed(const EigenSystem<D>& e) {
+    Sym<D> s;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) {
+            double sum = 0;
+            for (int k = 0; k < D; ++k) sum += e.vectors(i, k) * e.values[k] * e.vectors(j, k);
+            s(i, j) = sum;
+        }
+    return s;
+}
+
+/// The left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes): small
+/// singular values keep their relative digits, which eigenvalues of A Aᵀ would lose.
+template <int D>
+[[nodiscard]] inline EigenSystem<D> left_singular(const Mat<D>& a) {
+    // Orthogonalise the rows of A, that is the columns of Aᵀ: Aᵀ U = V Σ.
+    Mat<D> w = transposed(a);
+    Mat<D> u = Mat<D>::identity();
+    for (int sweep = 0; sweep < 30; ++sweep) {
+        bool rotated = false;
+        for (int p = 0; p < D - 1; ++p)
+            for (int q = p + 1; q < D; ++q) {
+                const double alpha = norm_squared(w.column[p]);
+                const double beta = norm_squared(w.column[q]);
+                const double gamma = dot(w.column[p], w.column[q]);
+                // The product of orthogonal columns is known to a few ulps of theirs: less would never be reached.
+                if (std::abs(gamma) <= 1e-15 * std::sqrt(alpha * beta)) continue;
+                rotated = true;
+                const double zeta = (beta - alpha) / (2 * gamma);
+                const double t = std::copysign(1.0, zeta) / (std::abs(zeta) + std::sqrt(zeta * zeta + 1));
+                const double c = 1 / std::sqrt(t * t + 1);
+                const double s = t * c;
+                const auto rotate = [&](Mat<D>& m) {
+                    const Vec<D> mp = m.column[p];
+                    const Vec<D> mq = m.column[q];
+                    m.column[p] = c * mp - s * mq;
+                    m.column[q] = s * mp + c * mq;
+                };
+                rotate(w);
+                rotate(u);
+            }
+        if (!rotated) break;
+    }
+    EigenSystem<D> out{.values = {}, .vectors = u};
+    for (int i = 0; i < D; ++i) out.values[i] = norm(w.column[i]);
+    return out;
+}
 
 /// A Riemannian metric at a point: symmetric positive definite, in 1/length². Sizes are h_i = λ_i^{-1/2}.
 template <int D>
@@ -126,6 +234,267 @@ template <int D>
     const Vec<D> values = eigen_system(log_metric.l).values;
     const auto [low, high] = std::minmax_element(values.c.begin(), values.c.end());
     return exp((*high - *low) / 2);
+}
+
+}  // namespace camber
+
+/// Closed forms for many points or elements at a time, in packs (core:tensors). Spans are of one size; each item has
+/// the same bytes in any company and with any instructions.
+export namespace camber {
+
+/// sqrt(vᵀ M v) of each vector in its own metric.
+template <int D>
+void metric_norms(std::span<const LogMetric<D>> metrics, std::span<const Vec<D>> vectors, std::span<double> norms,
+                  Instructions set = widest_instructions());
+
+/// natural_log_metric of each simplex.
+template <int D>
+void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, std::span<LogMetric<D>> metrics,
+                         Instructions set = widest_instructions());
+
+/// A metric as it is seen through a map: from the map's domain.
+template <int D>
+struct SeenMetric {
+    LogMetric<D> log_metric;           ///< log M̂, M̂ = Fᵀ M F
+    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal: M̂'s frame to M's
+    friend bool operator==(const SeenMetric&, const SeenMetric&) = default;
+};
+/// Each metric through its Jacobian F; M itself through one that is singular. By singular values, so that needles keep
+/// their digits.
+template <int D>
+void see_through(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
+                 std::span<SeenMetric<D>> seen, Instructions set = widest_instructions());
+
+/// Derivatives of exp and log (Daletskii–Krein) in the frame of M's eigenvectors, where they act entry by entry:
+/// (Rᵀ D exp(L)[E] R)_ij = Φ_ij (Rᵀ E R)_ij with Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j), and D log divides by Φ_ij.
+/// Entries of ∂M in other frames hold fewer digits than those of ∂ log M (the small ones drown in λ_max), so at high
+/// anisotropy stay in this frame; `exp_derivative` and `log_derivative` are the same in the coordinates' frame.
+template <int D>
+[[nodiscard]] inline Sym<D> exp_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j)
+            direction(i, j) *= exp_divided_difference(s.log_values[i], s.log_values[j], s.values[i], s.values[j]);
+    return direction;
+}
+
+/// (log a − log b)/(a − b) = 1/Φ(log a, log b): well defined and accurate at equal eigenvalues too.
+template <int D>
+[[nodiscard]] inline Sym<D> log_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j)
+            direction(i, j) /= exp_divided_difference(s.log_values[i], s.log_values[j], s.values[i], s.values[j]);
+    return direction;
+}
+
+/// D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ: how log M changes when M moves by E; the inverse of exp_derivative. `s` is M
+/// decomposed. Its error is that of E's entries: ε |E|/λ_min in the block of the small eigenvalues.
+template <int D>
+[[nodiscard]] inline Sym<D> log_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
+    return congruence(s.vectors, log_derivative_in_frame(s, congruence(transposed(s.vectors), direction)));
+}
+
+/// From the entries of M; for metrics of anisotropy up to about 1e7.
+template <int D>
+[[nodiscard]] inline Sym<D> log_derivative(const Metric<D>& metric, const Sym<D>& direction) {
+    return log_derivative(SpectralMetric<D>(log(metric)), direction);
+}
+
+}  // namespace camber
+
+/// High-order log-Euclidean interpolation on a K-simplex of degree N (paper §2.1), for any N and K. Its three forms:
+///   (2) pure Bézier             exp Σ B_α(ξ) log M(P_α)      BezierLogs of the metrics at the control points
+///   (3) pure Lagrange           exp Σ φ_α(ξ) log M(P_α^l)    LagrangeLogs
+///   (4) Bézier-refactored (3)   exp Σ B_α(ξ) log M_α         virtual_logs(LagrangeLogs), the default
+/// (3) and (4) are one field. (2) is another: control points lie off the element, so it sees metrics from elsewhere.
+/// The Lagrange functions go negative, so (3) and (4) are affine means, not convex ones: det M lies between those of
+/// the *virtual* metrics and may overshoot those at the nodes (log-dets 0, 1, 1 along a P2 edge reach 1.125).
+export namespace camber {
+
+/// Log-metrics that Bernstein polynomials weigh, in the order of multi_indices<N, K>: those at the control points for
+/// (2), the virtual ones for (4).
+template <int N, int K, int D>
+struct BezierLogs {
+    std::array<LogMetric<D>, node_count<N, K>> logs{};
+    friend bool operator==(const BezierLogs&, const BezierLogs&) = default;
+};
+
+/// Log-metrics at the Lagrange nodes F(α/N), which lie on the element, in the order of multi_indices<N, K>.
+template <int N, int K, int D>
+struct LagrangeLogs {
+    std::array<LogMetric<D>, node_count<N, K>> logs{};
+    friend bool operator==(const LagrangeLogs&, const LagrangeLogs&) = default;
+};
+
+/// The virtual log-metrics log M_α of (4): the Lagrange-to-Bézier transformation applied to the log-metrics.
+template <int N, int K, int D>
+[[nodiscard]] inline BezierLogs<N, K, D> virtual_logs(const LagrangeLogs<N, K, D>& nodes) {
+    BezierLogs<N, K, D> out;
+    const auto& matrix = lagrange_to_bezier<N, K>;
+    for (std::size_t r = 0; r < out.logs.size(); ++r)
+        for (std::size_t c = 0; c < out.logs.size(); ++c)
+            if (matrix[r][c] != 0) out.logs[r].l += matrix[r][c] * nodes.logs[c].l;
+    return out;
+}
+
+/// log M(ξ) of (2) or (4).
+template <int N, int K, int D>
+[[nodiscard]] inline LogMetric<D> interpolated(const BezierLogs<N, K, D>& field, const Barycentric<K>& xi) {
+    LogMetric<D> out;
+    for (std::size_t a = 0; a < field.logs.size(); ++a)
+        out.l += bernstein<K>(multi_indices<N, K>[a], xi) * field.logs[a].l;
+    return out;
+}
+
+/// log M(ξ) of (3).
+template <int N, int K, int D>
+[[nodiscard]] inline LogMetric<D> interpolated(const LagrangeLogs<N, K, D>& nodes, const Barycentric<K>& xi) {
+    LogMetric<D> out;
+    for (std::size_t a = 0; a < nodes.logs.size(); ++a)
+        out.l += lagrange<K>(multi_indices<N, K>[a], xi) * nodes.logs[a].l;
+    return out;
+}
+
+/// ∂ log M/∂ξ_i for i = 1 … K, with ξ_0 = 1 − Σ ξ_i: N Σ_{β ∈ I_{N−1}} B_β (log M_{β+e_i} − log M_{β+e_0}).
+template <int N, int K, int D>
+[[nodiscard]] inline std::array<Sym<D>, K> log_gradient(const BezierLogs<N, K, D>& field, const Barycentric<K>& xi) {
+    std::array<Sym<D>, K> out{};
+    for (const MultiIndex<K>& beta : multi_indices<N - 1, K>) {
+        const double weight = N * bernstein<K>(beta, xi);
+        const auto at = [&](int raised) -> const Sym<D>& {
+            MultiIndex<K> alpha = beta;
+            ++alpha[static_cast<std::size_t>(raised)];
+            return field.logs[static_cast<std::size_t>(position<N, K>(alpha))].l;
+        };
+        for (int i = 0; i < K; ++i) out[static_cast<std::size_t>(i)] += weight * (at(i + 1) - at(0));
+    }
+    return out;
+}
+template <int N, int K, int D>
+[[nodiscard]] inline std::array<Sym<D>, K> log_gradient(const LagrangeLogs<N, K, D>& nodes, const Barycentric<K>& xi) {
+    return log_gradient(virtual_logs(nodes), xi);
+}
+
+/// ∂M/∂ξ_i = D exp(log M)[∂ log M/∂ξ_i] (Daletskii–Krein). The paper's exp(Q) ∂Q holds only where Q and ∂Q commute.
+template <class Field>
+[[nodiscard]] inline auto metric_gradient(const Field& field, const auto& xi) {
+    auto gradient = log_gradient(field, xi);
+    const SpectralMetric spectral(interpolated(field, xi));
+    for (auto& direction : gradient) direction = exp_derivative(spectral, direction);
+    return gradient;
+}
+
+/// The intersection of two metrics by simultaneous reduction: the metric of the largest sizes that asks for at least
+/// what both ask for, vᵀMv ≥ vᵀM_i v for every v, exact along the axes that both share.
+///
+/// Entries of M_1⁻¹ M_2 cancel at high anisotropy, so the reduction goes by factors. With M_i = R_i Λ_i R_iᵀ,
+///     C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ,   M = FᵀF,   F = max(1, Σ) Vᵀ Λ_1^{1/2} R_1ᵀ,
+/// and log M = 2 log of the singular values of F. Where one metric asks for more everywhere, it is the result, to the
+/// last bit. Conditioning: metrics of anisotropy a that are turned by δ against one another intersect to sizes smaller
+/// by a share of a δ, so the result is known to a few a ε (1e-9 at anisotropy 1e6).
+template <int D>
+[[nodiscard]] inline EigenSystem<D> intersection(const EigenSystem<D>& a, const EigenSystem<D>& b) {
+    // Cᵀ = Λ_1^{-1/2} R_1ᵀ R_2 Λ_2^{1/2}, whose left singular vectors are V.
+    Mat<D> c;
+    for (int j = 0; j < D; ++j)
+        for (int i = 0; i < D; ++i)
+            c(i, j) = exp((b.values[j] - a.values[i]) / 2) * dot(a.vectors.column[i], b.vectors.column[j]);
+    const EigenSystem<D> s = left_singular(c);
+    const auto [low, high] = std::minmax_element(s.values.c.begin(), s.values.c.end());
+    if (*high <= 1) return a;
+    if (*low >= 1) return b;
+    // Fᵀ = R_1 Λ_1^{1/2} V max(1, Σ).
+    Mat<D> f;
+    for (int j = 0; j < D; ++j)
+        for (int i = 0; i < D; ++i)
+            f.column[j] += exp(a.values[i] / 2) * s.vectors(i, j) * std::max(1.0, s.values[j]) * a.vectors.column[i];
+    EigenSystem<D> out = left_singular(f);
+    for (double& x : out.values.c) x = 2 * log(x);
+    return out;
+}
+
+template <int D>
+[[nodiscard]] inline LogMetric<D> intersection(const LogMetric<D>& a, const LogMetric<D>& b) {
+    if (a == b) return a;
+    return {composed(intersection(eigen_system(a.l), eigen_system(b.l)))};
+}
+
+/// By how much `inner` asks for less than `outer` somewhere: the largest ½ log of vᵀM_outer v/vᵀM_inner v, so at most 0
+/// where inner contains all that outer asks for, and log 2 where an edge should be half as long.
+template <int D>
+[[nodiscard]] inline double size_excess(const EigenSystem<D>& inner, const EigenSystem<D>& outer) {
+    Mat<D> c;
+    for (int j = 0; j < D; ++j)
+        for (int i = 0; i < D; ++i)
+            c(i, j) =
+                exp((outer.values[j] - inner.values[i]) / 2) * dot(inner.vectors.column[i], outer.vectors.column[j]);
+    const Vec<D> values = left_singular(c).values;
+    return log(*std::max_element(values.c.begin(), values.c.end()));
+}
+template <int D>
+[[nodiscard]] inline double size_excess(const LogMetric<D>& inner, const LogMetric<D>& outer) {
+    return size_excess(eigen_system(inner.l), eigen_system(outer.l));
+}
+
+/// A rotation: in 3D about the vector by its length, in 2D by the first entry; in radians.
+template <int D>
+struct AxesTurn {
+    Vec<3> about;
+
+    [[nodiscard]] Vec<D> operator()(const Vec<D>& v) const {
+        if constexpr (D == 2) {
+            const double c = cos(about[0]), s = sin(about[0]);
+            return {{c * v[0] - s * v[1], s * v[0] + c * v[1]}};
+        } else {
+            // Rodrigues.
+            const double angle = norm(about);
+            if (!(angle > 0)) return v;
+            const Vec<3> axis = about / angle;
+            return cos(angle) * v + sin(angle) * cross(axis, v) + ((1 - cos(angle)) * dot(axis, v)) * axis;
+        }
+    }
+    [[nodiscard]] AxesTurn by(double share) const { return {share * about}; }
+    [[nodiscard]] bool is_none() const { return about == Vec<3>{}; }
+};
+
+/// By how much the axes of a metric turn from one place to another: in the frame of the mean of both logs, from the
+/// change ΔL and the difference of log sizes x_ij = λ_i − λ_j, in the plane of axes i and j by
+///
+///   θ_ij = atan(ΔL_ij / x_ij) (1 − e^{−|x_ij|})² / (1 + (θ/0.9)^8),
+///
+/// exact where axes turn in one plane. Nothing where both sizes are alike, since what turns there are no axes, and
+/// beyond about 0.8 radians, where nobody knows which axis became which.
+template <int D>
+[[nodiscard]] AxesTurn<D> turn_between(const Sym<D>& from, const Sym<D>& to) {
+    const Sym<D> change = to - from;
+    const EigenSystem<D> mean = eigen_system(0.5 * (from + to));
+    AxesTurn<D> turn{};
+    const auto angle = [&](int i, int j) {
+        double off = 0;
+        for (int a = 0; a < D; ++a)
+            for (int b = 0; b < D; ++b) off += mean.vectors(a, i) * change(a, b) * mean.vectors(b, j);
+        const double x = mean.values[i] - mean.values[j];
+        if (off == 0 || x == 0) return 0.0;
+        const double theta = atan(off / x), unlike = 1 - exp(-std::abs(x));
+        return theta * unlike * unlike / (1 + pow(theta / 0.9, 8));
+    };
+    if constexpr (D == 2) {
+        // The frame may be a reflection, in which axis 0 turns the other way.
+        const double sign = det(mean.vectors.column[0], mean.vectors.column[1]) > 0 ? 1 : -1;
+        turn.about[0] = sign * angle(0, 1);
+    } else {
+        const double sign = det(mean.vectors.column[0], mean.vectors.column[1], mean.vectors.column[2]) > 0 ? 1 : -1;
+        for (int k = 0; k < 3; ++k) turn.about += (sign * angle((k + 1) % 3, (k + 2) % 3)) * mean.vectors.column[k];
+    }
+    return turn;
+}
+
+/// A metric with its axes turned.
+template <int D>
+[[nodiscard]] EigenSystem<D> turned(const EigenSystem<D>& metric, const AxesTurn<D>& turn) {
+    if (turn.is_none()) return metric;
+    EigenSystem<D> out = metric;
+    for (Vec<D>& column : out.vectors.column) column = turn(column);
+    return out;
 }
 
 }  // namespace camber

@@ -1,14 +1,13 @@
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 module camber.operation;
 import camber.core;
 import camber.bezier;
-import camber.crossing;
 import camber.cavity;
+import camber.crossing;
 import camber.surface;
 
 namespace camber {

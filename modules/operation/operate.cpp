@@ -1,3 +1,4 @@
+// One cavity operation of degree 1 or 2, and commits.
 module;
 #include <algorithm>
 #include <array>
@@ -6,15 +7,15 @@ module;
 #include <iterator>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 module camber.operation;
 import camber.core;
-import camber.metric;
 import camber.cavity;
+import camber.metric;
 import camber.validity;
+import camber.surface;
 
 namespace camber {
 
@@ -32,6 +33,105 @@ RejectionReason reason_of(StarFailure failure) {
     }
     return RejectionReason::empty;
 }
+
+/// Whether a node moves noticeably to get there: in the metric, and of what it is short of its place.
+template <int D>
+bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge, const Vec<D>& to) {
+    constexpr double length = 1e-3, share = 0.05;
+    const Vec<D>& here = r.mesh.nodes[edge].point;
+    return std::ranges::any_of(r.mesh.edges[edge], [&](VertexId v) {
+        const MeasuringMetric<D>& metric = r.vertices.metrics[v].measure;
+        const double least =
+            std::max(length * length, share * share * metric.length_squared(goal.wanted[edge].point - here));
+        return metric.length_squared(to - here) > least;
+    });
+}
+
+/// Whether a patch that keeps its edges moves a node of its point noticeably, or brings one to its place.
+template <int D>
+bool gains(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
+    for (const ElementId e : patch.removed.elements) {
+        const auto& vertices = r.mesh.elements.vertices[e];
+        const int at = local_vertex(vertices, patch.point.vertex);
+        for (int i = 0; i <= D; ++i) {
+            if (i == at) continue;
+            const auto spoke = std::ranges::find(patch.star.boundary, vertices[i]) - patch.star.boundary.begin();
+            const EdgeId edge = r.mesh.edges_of[e][edge_between<D>[i][at]];
+            const LagrangeNode<D>& node = patch.nodes[static_cast<std::size_t>(spoke)];
+            const bool arrives = node == goal.wanted[edge] && node != r.mesh.nodes[edge];
+            if (arrives || is_noticeable(r, goal, edge, node.point)) return true;
+        }
+    }
+    return false;
+}
+
+// The star of degree 1 (paper §1.3): it has no nodes, and nothing that could go elsewhere.
+
+/// The corners of a new element.
+template <int D>
+std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& open, const Vec<D>& place) {
+    std::array<Vec<D>, D + 1> p;
+    for (int i = 0; i <= D; ++i)
+        p[i] = i == static_cast<int>(open.opposite) ? place : r.mesh.points[r.mesh.elements.vertices[open.element][i]];
+    return p;
+}
+
+template <int D>
+class StraightNodes {
+  public:
+    StraightNodes(const Adaptation<D>& r, const AdaptationGoal<D>&, const CavityRequest<D>& request, const PatchLimits&,
+                  OperationWorkspace<D>&, Patch<D>& patch, QualityBar<D>&)
+        : r_(r), request_(request), star_(patch.star) {}
+
+    static constexpr int degree = 1;
+    static constexpr bool is_judged_by_element = true;  ///< shapes cost more than signs of volumes
+
+    void place_inner() {}
+    [[nodiscard]] bool place_others() { return false; }
+    [[nodiscard]] bool is_placed(std::size_t) const { return true; }
+    [[nodiscard]] double length_to(std::size_t i) const {
+        const VertexId v = star_.boundary[i];
+        if (r_.mesh.is_at_infinity(v)) return length_to_infinity;
+        return edge_length(request_.metric.measure, r_.vertices.metrics[v].measure, r_.mesh.points[v] - request_.place);
+    }
+    void begin_elements() {}
+    void judge_elements() {}
+    /// The sign of the volume is exact. Of a surface alone triangles have none: which way they look is judged with the
+    /// facets (Operating::judge_facets).
+    [[nodiscard]] ElementState element(std::size_t joined) const {
+        const ElementFace& open = star_.joined[joined];
+        if constexpr (D == 3)
+            if (r_.mesh.is_surface()) return triangle(open);
+        const auto corners = corners_of(r_, open, request_.place);
+        if (!(signed_volume<D>(corners) > 0)) return {};
+        Mat<D> sides;
+        for (int i = 0; i < D; ++i) sides.column[i] = corners[i + 1] - corners[0];
+        if (!is_above_rounding<D>(std::abs(det(sides)), corners)) return {true, true, 0, false};
+        return {true, false,
+                shape_with(r_, open.element, static_cast<int>(open.opposite), request_.place, request_.metric.measure),
+                false};
+    }
+    [[nodiscard]] bool correct(RejectionReason) { return false; }
+    void approach() {}
+    void give(Patch<D>&) const {}
+    [[nodiscard]] int programmes() const { return 0; }
+    [[nodiscard]] bool has_drawn_back() const { return false; }
+
+  private:
+    [[nodiscard]] ElementState triangle(const ElementFace& open) const
+        requires(D == 3)
+    {
+        const auto [a, b, c, infinity] = corners_of(r_, open, request_.place);
+        if (is_flat(std::array{a, b, c})) return {true, true, 0, false};
+        return {true, false,
+                shape_with(r_, open.element, static_cast<int>(open.opposite), request_.place, request_.metric.measure),
+                false};
+    }
+
+    const Adaptation<D>& r_;
+    const CavityRequest<D>& request_;
+    const Star<D>& star_;
+};
 
 }  // namespace
 
@@ -290,9 +390,89 @@ OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     return Operating<D, StraightNodes<D>>(r, goal, request, limits, workspace, out).run();
 }
 
+namespace {
+
+/// What was known of each patch, one after the other.
+struct Known {
+    std::vector<double> shapes;   ///< of created elements
+    std::vector<double> lengths;  ///< of edges at the points
+    std::vector<EdgeId> bent;     ///< other edges, which have new nodes
+};
+
+template <int D>
+void follow_shapes(Adaptation<D>& state, std::span<const ElementId> created, std::span<const double> judged) {
+    if (state.shapes.empty()) return;
+    auto shapes = take(std::move(state.shapes));
+    shapes.resize(state.mesh.elements.size(), -1.0);
+    for (std::size_t i = 0; i < created.size(); ++i) shapes[created[i].index()] = judged[i];
+    state.shapes = std::move(shapes);
+}
+template <int D>
+void follow_lengths(Adaptation<D>& state, std::span<const EdgeId> spokes, std::span<const double> judged,
+                    std::span<const EdgeId> bent) {
+    if (!state.mesh.is_curved()) return;
+    auto lengths = take(std::move(state.lengths));
+    lengths.resize(state.mesh.edges.size());
+    for (std::size_t i = 0; i < spokes.size(); ++i) lengths[spokes[i].index()] = judged[i];
+    for (const EdgeId edge : bent) lengths[edge.index()] = measured_length(state, edge);
+    state.lengths = std::move(lengths);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> judged) {
+    return guarded([&]() -> Outcome<CommittedState<D>> {
+        std::vector<VertexRow<D>> rows;
+        std::vector<bool> are_short;
+        Known known;
+        std::vector<Patch<D>> patches;
+        for (JudgedPatch<D>& patch : judged) {
+            rows.push_back(patch.vertex());
+            are_short.push_back(patch.is_short_of_geometry());
+            known.shapes.insert(known.shapes.end(), patch.shapes().begin(), patch.shapes().end());
+            known.lengths.insert(known.lengths.end(), patch.lengths().begin(), patch.lengths().end());
+            for (const FollowingNode<D>& edge : patch.patch().following) known.bent.push_back(edge.edge);
+            patches.push_back(std::move(patch).take_patch());
+        }
+        auto changed = replace_cavities<D>(std::move(state.mesh), patches);
+        if (!changed) return fail(changed.error());
+        auto& [mesh, changes] = *changed;
+        state.mesh = std::move(mesh);
+        state.vertices.put(changes.points, rows, state.mesh.points.size());
+        auto off_geometry = take(std::move(state.off_geometry));
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            if (are_short[i]) off_geometry.push_back(changes.points[i]);
+        state.off_geometry = std::move(off_geometry);
+        state.refusals.follow(state.mesh, std::span(std::as_const(changes.elements.created)));
+        follow_shapes<D>(state, changes.elements.created, known.shapes);
+        follow_lengths<D>(state, changes.spokes, known.lengths, known.bent);
+        follow_walls(state.walls, state.mesh, changes.facets);
+        return CommittedState<D>{std::move(state), std::move(changes)};
+    });
+}
+
+template <int D>
+Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> judged) {
+    if (judged.empty()) return state;
+    auto nodes = take(std::move(state.mesh.nodes));
+    for (const JudgedNode<D>& node : judged) nodes[node.edge().index()] = node.node();
+    state.mesh.nodes = std::move(nodes);
+    std::vector<EdgeId> bent;
+    bent.reserve(judged.size());
+    for (const JudgedNode<D>& node : judged) bent.push_back(node.edge());
+    follow_lengths<D>(state, {}, {}, bent);
+    state.mesh.stamp = new_stamp();
+    state.refusals.forget();
+    state.shapes = {};
+    return state;
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                    \
     template OperationResult operate<D>(const Adaptation<D>&, const AdaptationGoal<D>&, const CavityRequest<D>&, \
-                                        const PatchLimits&, OperationWorkspace<D>&, JudgedPatch<D>&);
+                                        const PatchLimits&, OperationWorkspace<D>&, JudgedPatch<D>&);            \
+    template Outcome<CommittedState<D>> commit<D>(Adaptation<D>, std::vector<JudgedPatch<D>>);                   \
+    template Adaptation<D> commit<D>(Adaptation<D>, std::span<const JudgedNode<D>>);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -98,19 +98,8 @@ struct Parts {
     }
 };
 
-template <int D, int M>
-AffineFunction<M> restricted(const AffineFunction<D>& f, const TangentSpace<D, M>& space) {
-    if constexpr (D == M) {
-        return {f.gradient, f(space.point)};
-    } else {
-        Vec<M> gradient;
-        for (int i = 0; i < M; ++i) gradient[i] = dot(space.tangents[i], f.gradient);
-        return {gradient, f(space.point)};
-    }
-}
-
-template <int M>
-bool is_constant(const AffineFunction<M>& f) {
+template <int D>
+bool is_constant(const AffineFunction<D>& f) {
     return norm_squared(f.gradient) == 0;
 }
 
@@ -123,48 +112,34 @@ bool takes_part(Admits admits, int coefficient) {
     return admits == Admits::safe || is_corner<D>[coefficient];
 }
 
-template <int D>
-TangentSpace<D, D> whole_space() {
-    TangentSpace<D, D> space;
-    for (int i = 0; i < D; ++i) space.tangents[i][i] = 1;
-    return space;
-}
-
-template <int D, int M>
-TangentSpace<D, M> relative(TangentSpace<D, M> space, const LagrangeNode<D>& node) {
-    space.point -= node.point;
-    return space;
-}
-
 /// Where coefficients that the node cannot change hold the value down, many nodes reach it: the one that changes the
 /// coefficients least (and is not thrown far off an open shell).
-template <int M>
-Vec<M> min_change(std::span<const RaisedFunction<M>> raised, double value, const Vec<M>& otherwise) {
-    QuadraticModel<M> change{{}, {}, 0};
-    std::vector<AffineFunction<M>> functions;
+template <int D>
+Vec<D> min_change(std::span<const RaisedFunction<D>> raised, double value, const Vec<D>& otherwise) {
+    QuadraticModel<D> change{{}, {}, 0};
+    std::vector<AffineFunction<D>> functions;
     functions.reserve(raised.size());
     for (const auto& [f, weight] : raised) {
-        for (int i = 0; i < M; ++i)
+        for (int i = 0; i < D; ++i)
             for (int j = 0; j <= i; ++j) change.hessian(i, j) += f.gradient[i] * f.gradient[j];
         functions.push_back({f.gradient, f.offset - weight * value});
     }
-    const auto nearest = nearest_point<M>(change, functions);
+    const auto nearest = nearest_point<D>(change, functions);
     return nearest.feasible ? nearest.x : otherwise;
 }
 
 /// The linear programme of the parts. Coefficients that do not contain the node cap the value.
-template <int D, int M>
+template <int D>
 struct LinearAnswer {
-    Vec<M> y;
+    Vec<D> x;
     double lower = 0, upper = 0;
     std::vector<Place> held_by;  ///< what holds the value down and is no value of det J
 };
 
-template <int D, int M>
-std::optional<LinearAnswer<D, M>> raise(const Parts<D>& parts, const EdgeShell<D>& shell,
-                                        const TangentSpace<D, M>& space, double reach, Admits admits,
-                                        double least = -infinity) {
-    std::vector<RaisedFunction<M>> functions;
+template <int D>
+std::optional<LinearAnswer<D>> raise(const Parts<D>& parts, const EdgeShell<D>& shell, Admits admits,
+                                     double least = -infinity) {
+    std::vector<RaisedFunction<D>> functions;
     std::vector<Place> places;
     functions.reserve(parts.size() * jacobian_coefficients<D>);
     places.reserve(functions.capacity());
@@ -176,7 +151,7 @@ std::optional<LinearAnswer<D, M>> raise(const Parts<D>& parts, const EdgeShell<D
         for (int k = 0; k < jacobian_coefficients<D>; ++k) {
             if (!takes_part<D>(admits, k)) continue;
             const Place place{static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(k)};
-            auto f = restricted(parts.parts[p].coefficients[k], space);
+            AffineFunction<D> f = parts.parts[p].coefficients[k];
             if (is_constant(f)) {
                 if (!keep && f.offset < cap) cap = f.offset, capped = place;
                 continue;
@@ -188,14 +163,14 @@ std::optional<LinearAnswer<D, M>> raise(const Parts<D>& parts, const EdgeShell<D
         }
     }
     if (cap <= least) return {};
-    const auto highest = highest_point<M>(functions, reach * largest, least);
+    const auto highest = highest_point<D>(functions, volume_reach * largest, least);
     if (!highest) return {};
-    LinearAnswer<D, M> answer{highest->x, std::min(highest->lower, cap), std::min(highest->upper, cap), {}};
+    LinearAnswer<D> answer{highest->x, std::min(highest->lower, cap), std::min(highest->upper, cap), {}};
     const auto hold = [&](Place place) {
         if (!is_corner<D>[place.coefficient]) answer.held_by.push_back(place);
     };
     if (cap <= highest->lower) {
-        answer.y = min_change<M>(functions, cap, highest->x);
+        answer.x = min_change<D>(functions, cap, highest->x);
         hold(capped);
     } else {
         for (int i = 0; i < highest->active_count; ++i) hold(places[highest->active[i]]);
@@ -234,29 +209,29 @@ double floor_of(const Parts<D>& parts, const EdgeShell<D>& shell, std::size_t e,
     return asked * parts.straight[e] + slack * rounding;
 }
 
-template <int D, int M>
+template <int D>
 struct QuadraticAnswer {
-    NearestPoint<M> nearest;
+    NearestPoint<D> nearest;
     std::vector<Place> held_by;
 };
 
-template <int D, int M>
-QuadraticAnswer<D, M> approach(const Parts<D>& parts, std::span<const double> floors, const TangentSpace<D, M>& space,
-                               const QuadraticModel<M>& model, Admits admits) {
-    std::vector<AffineFunction<M>> functions;
+template <int D>
+QuadraticAnswer<D> approach(const Parts<D>& parts, std::span<const double> floors, const QuadraticModel<D>& model,
+                            Admits admits) {
+    std::vector<AffineFunction<D>> functions;
     std::vector<Place> places;
     functions.reserve(parts.size() * jacobian_coefficients<D>);
     places.reserve(functions.capacity());
     for (std::size_t p = 0; p < parts.size(); ++p)
         for (int k = 0; k < jacobian_coefficients<D>; ++k) {
             if (!takes_part<D>(admits, k)) continue;
-            auto f = restricted(parts.parts[p].coefficients[k], space);
+            AffineFunction<D> f = parts.parts[p].coefficients[k];
             f.offset -= floors[parts.parts[p].element];
             if (is_constant(f) && f.offset >= 0) continue;
             functions.push_back(f);
             places.push_back({static_cast<std::uint16_t>(p), static_cast<std::uint16_t>(k)});
         }
-    QuadraticAnswer<D, M> answer{nearest_point<M>(model, functions), {}};
+    QuadraticAnswer<D> answer{nearest_point<D>(model, functions), {}};
     for (int i = 0; i < answer.nearest.active_count; ++i) {
         const Place place = places[answer.nearest.active[i]];
         if (!is_corner<D>[place.coefficient]) answer.held_by.push_back(place);
@@ -265,20 +240,19 @@ QuadraticAnswer<D, M> approach(const Parts<D>& parts, std::span<const double> fl
 }
 
 /// The quadratic programme with cuts; none if there is no such point, or none was found.
-template <int D, int M>
-std::optional<NearestPoint<M>> approach_with_cuts(Parts<D>& parts, std::span<const double> floors,
-                                                  const TangentSpace<D, M>& space, const QuadraticModel<M>& model,
-                                                  const EdgeProgrammeOptions& options) {
+template <int D>
+std::optional<NearestPoint<D>> approach_with_cuts(Parts<D>& parts, std::span<const double> floors,
+                                                  const QuadraticModel<D>& model, const EdgeProgrammeOptions& options) {
     for (;;) {
-        auto answer = approach(parts, floors, space, model, Admits::safe);
-        const NearestPoint<M>& safe = answer.nearest;
+        auto answer = approach(parts, floors, model, Admits::safe);
+        const NearestPoint<D>& safe = answer.nearest;
         const auto found = safe.feasible ? std::optional(safe) : std::nullopt;
         if (answer.held_by.empty()) return found;
-        const NearestPoint<M> all = approach(parts, floors, space, model, Admits::all).nearest;
+        const NearestPoint<D> all = approach(parts, floors, model, Admits::all).nearest;
         if (!all.feasible) return {};
         const double scale = std::max({std::abs(model.value), safe.cost, std::numeric_limits<double>::min()});
         if (safe.feasible && safe.cost - all.cost <= options.tolerance * scale) return found;
-        if (!parts.bisect(answer.held_by, space.at(safe.x), options.max_cuts)) return found;
+        if (!parts.bisect(answer.held_by, safe.x, options.max_cuts)) return found;
     }
 }
 
@@ -316,20 +290,21 @@ double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>
     return smallest;
 }
 
-template <int D, int M>
-std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const TangentSpace<D, M>& absolute,
-                                              double reach, const EdgeProgrammeOptions& options) {
-    const TangentSpace<D, M> space = relative(absolute, shell.node);
+namespace {
+
+/// The highest node by the programmes, before the elements that keep something are checked.
+template <int D>
+std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, const EdgeProgrammeOptions& options) {
     Parts<D> parts(shell);
-    loosen_kept(parts, shell, space.point, options.max_cuts);
+    loosen_kept(parts, shell, Vec<D>{}, options.max_cuts);
     HighestNode<D> best;
     const double least = options.max_cuts == 0 ? options.least : -infinity;
     double upper = infinity;
     double before = -infinity;
     for (;;) {
-        auto answer = raise(parts, shell, space, reach, Admits::safe, least);
+        auto answer = raise(parts, shell, Admits::safe, least);
         if (!answer) return {};
-        best = {{absolute.at(answer->y)}, answer->lower, 0, parts.cuts};
+        best = {{shell.node.point + answer->x}, answer->lower, 0, parts.cuts};
         if (answer->held_by.empty() || options.max_cuts == 0) {
             upper = answer->upper;
             break;
@@ -338,12 +313,12 @@ std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const T
         // The upper bound is as dear as the lower: only where it may end the search.
         const double close = options.tolerance * std::max(1.0, std::abs(best.lower));
         if (parts.cuts == 0 || best.lower < before + close) {
-            if (const auto all = raise(parts, shell, space, reach, Admits::all)) upper = std::min(upper, all->upper);
+            if (const auto all = raise(parts, shell, Admits::all)) upper = std::min(upper, all->upper);
             if (upper < options.enough && options.enough < infinity) break;
             if (upper - best.lower <= close) break;
         }
         before = best.lower;
-        if (!parts.bisect(answer->held_by, space.at(answer->y), options.max_cuts)) break;
+        if (!parts.bisect(answer->held_by, answer->x, options.max_cuts)) break;
     }
     // What is certified speaks of the stored node; a little less than the programme's value, for its rounding.
     const double claimed = best.lower - 1e-9 * std::max(1.0, std::abs(best.lower));
@@ -352,11 +327,11 @@ std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const T
     return best;
 }
 
+}  // namespace
+
 template <int D>
 std::optional<HighestNode<D>> highest_node(const EdgeShell<D>& shell, const EdgeProgrammeOptions& options) {
-    auto space = whole_space<D>();
-    space.point = shell.node.point;
-    const auto highest = highest_node_in(shell, space, volume_reach, options);
+    const auto highest = highest_by_programmes(shell, options);
     if (!highest) return {};
     for (const ShellElement<D>& s : shell.elements) {
         if (!s.keep) continue;
@@ -370,14 +345,12 @@ std::optional<HighestNode<D>> highest_node(const EdgeShell<D>& shell, const Edge
 template <int D>
 std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model, double bound,
                                            const EdgeProgrammeOptions& options) {
-    auto space = whole_space<D>();
     Parts<D> parts(shell);
     QuadraticModel<D> relative_model = model;
     relative_model.centre -= shell.node.point;
     double slack = 4;
     for (int turn = 0; turn < tightenings; ++turn, slack *= 16) {
-        const auto nearest =
-            approach_with_cuts(parts, floors_of(parts, shell, bound, slack), space, relative_model, options);
+        const auto nearest = approach_with_cuts(parts, floors_of(parts, shell, bound, slack), relative_model, options);
         if (!nearest) return {};
         const LagrangeNode<D> node{shell.node.point + nearest->x};
         if (holds(shell, node, bound)) return NearestNode<D>{node, model(node.point), parts.cuts};
@@ -393,13 +366,6 @@ std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const Quad
                                                            const EdgeProgrammeOptions&);
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
-
-#define CAMBER_INSTANTIATE(D, M)                                                                                 \
-    template std::optional<HighestNode<D>> highest_node_in<D, M>(const EdgeShell<D>&, const TangentSpace<D, M>&, \
-                                                                 double, const EdgeProgrammeOptions&);
-CAMBER_INSTANTIATE(2, 2)
-CAMBER_INSTANTIATE(3, 3)
 #undef CAMBER_INSTANTIATE
 
 }  // namespace camber

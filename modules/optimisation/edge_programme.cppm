@@ -1,17 +1,56 @@
 module;
 #include <array>
+#include <cstddef>
 #include <limits>
 #include <optional>
-#include <utility>
+#include <span>
+#include <vector>
 export module camber.optimisation:edge_programme;
 import camber.core;
 import camber.bezier;
 import camber.validity;
-import :edge_shell;
-import :linear_programme;
-import :quadratic_programme;
+import :programmes;
 
 export namespace camber {
+
+/// An element around an edge.
+template <int D>
+struct ShellElement {
+    NodalSimplex<D> element;
+    int edge = 0;  ///< which of its local edges is the shell's
+    /// Scaled Jacobian that this element must keep; none: a programme's own demand holds for it.
+    std::optional<double> keep;
+};
+
+/// The elements around one edge, whose node they share.
+template <int D>
+struct EdgeShell {
+    LagrangeNode<D> node;  ///< the edge's, as the elements have it
+    std::vector<ShellElement<D>> elements;
+};
+
+/// The shell of an edge of a mesh, with these mid nodes.
+template <int D>
+[[nodiscard]] inline EdgeShell<D> edge_shell(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes,
+                                             std::span<const ElementId> shell, EdgeId edge) {
+    EdgeShell<D> s{mid_nodes[edge.index()], {}};
+    s.elements.reserve(shell.size());
+    for (const ElementId e : shell) {
+        const auto& edges = mesh.edges.of_elements[e];
+        int local = 0;
+        while (local + 1 < edges_per_simplex<D> && edges[local] != edge) ++local;
+        s.elements.push_back({nodal_element<D>(mesh, mid_nodes, e), local, {}});
+    }
+    return s;
+}
+
+/// The element with the edge's node elsewhere.
+template <int D>
+[[nodiscard]] inline NodalSimplex<D> with_node(const ShellElement<D>& s, const LagrangeNode<D>& node) {
+    NodalSimplex<D> moved = s.element;
+    moved.nodes[D + 1 + s.edge] = node.point;
+    return moved;
+}
 
 /// How far the programmes of one edge go where the coefficient test is too weak: there an element is bisected, and the
 /// coefficients of its parts, affine in the node as well, take the place of its own.
@@ -22,20 +61,6 @@ struct EdgeProgrammeOptions {
     double enough = std::numeric_limits<double>::infinity();
     /// Without cuts: no node is returned unless its coefficients exceed this, which costs less to detect.
     double least = -std::numeric_limits<double>::infinity();
-};
-
-/// A point P and M directions in which the node may move: all of them in the volume (M = D), the tangents of a surface
-/// or of a ridge.
-template <int D, int M>
-struct TangentSpace {
-    Vec<D> point;
-    std::array<Vec<D>, M> tangents{};  ///< orthonormal
-
-    [[nodiscard]] constexpr Vec<D> at(const Vec<M>& y) const {
-        Vec<D> p = point;
-        for (int i = 0; i < M; ++i) p += y[i] * tangents[i];
-        return p;
-    }
 };
 
 /// The place of the edge's node that makes the smallest scaled Jacobian of the shell largest.
@@ -73,11 +98,6 @@ template <int D>
 [[nodiscard]] std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
                                                          double bound, const EdgeProgrammeOptions& options = {});
 
-/// The highest node in a tangent space. `reach`: largest change of the coefficients (see highest_point).
-template <int D, int M>
-[[nodiscard]] std::optional<HighestNode<D>> highest_node_in(const EdgeShell<D>& shell, const TangentSpace<D, M>& space,
-                                                            double reach, const EdgeProgrammeOptions& options);
-
 /// Whether all elements of the shell are valid by `decide` with this node: above `bound`, or above what they `keep`.
 template <int D>
 [[nodiscard]] bool holds(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double bound);
@@ -86,5 +106,67 @@ template <int D>
 /// where these do; within scaled_jacobian_tolerance of the minimum elsewhere.
 template <int D>
 [[nodiscard]] double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double enough);
+
+/// One unknown point's part of the objective: ½ (x − centre)ᵀ H (x − centre), x its offset from where it is.
+template <int D>
+struct OffsetModel {
+    Vec<D> centre;
+    Sym<D> hessian;
+
+    [[nodiscard]] double operator()(const Vec<D>& offset) const {
+        const Vec<D> r = offset - centre;
+        return 0.5 * dot(r, hessian * r);
+    }
+};
+
+/// Edge nodes and vertices that move together, and the elements that watch them. A vertex takes half of its
+/// displacement along to the nodes of its edges; a node's own unknown is its offset beyond that.
+template <int D>
+struct JointProgramme {
+    static constexpr int fixed = -1;
+
+    struct Element {
+        QuadraticSimplex<D, D> bezier;                   ///< where its points are now
+        std::array<int, quadratic_nodes<D>> unknowns{};  ///< of its vertices and edges, in that order; or fixed
+        double floor = 0;  ///< what the coefficients are to be above, as shares of |det straight|
+        double least =
+            -std::numeric_limits<double>::infinity();  ///< and as they are: vertices take |det straight| along
+    };
+    std::vector<OffsetModel<D>> unknowns;
+    std::vector<Element> elements;
+    double first_penalty = weak;                                ///< of a shortfall, beside the models
+    double max_work = std::numeric_limits<double>::infinity();  ///< after it no more steps are taken
+
+    static constexpr double weak = 0.1;   ///< the first steps choose the way that costs little
+    static constexpr double strong = 10;  ///< they go where the constraints hold
+};
+
+/// Work is counted so that what is decided by it does not depend on the machine; a unit takes about 50 µs. A step with
+/// ten unknowns and thirty elements is about one: 0.4 (unknowns / 10)² for its equations, and this for each evaluation
+/// of an element.
+inline constexpr double element_work = 0.01;
+[[nodiscard]] constexpr double equations_work(std::size_t unknowns) {
+    const auto n = static_cast<double>(unknowns);
+    return 0.4 * n * n / 100;
+}
+
+/// How far below its floor a coefficient may end, as a share of |det straight|.
+inline constexpr double largest_shortfall = 1e-6;
+
+/// Where the unknowns ended.
+template <int D>
+struct JointSolution {
+    std::vector<Vec<D>> offsets;
+    double shortfall = 0;  ///< how far below its floor the lowest coefficient is; at most 0 when all are above
+    double work = 0;       ///< of all steps, and of those that led nowhere
+};
+
+/// Minimises the sum of the models subject to c ≥ max(floor · |det straight|, least) for every Bézier coefficient c of
+/// det J of every element: an augmented Lagrangian (Hestenes, Powell, Rockafellar) of Gauss–Newton steps from the
+/// offsets `start`, which need not be feasible. The unknowns are in the metric's frame by their models, and the
+/// constraints by the division, so thin elements are not punished for being thin. A local minimum; deterministic; one
+/// thread.
+template <int D>
+[[nodiscard]] JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start);
 
 }  // namespace camber

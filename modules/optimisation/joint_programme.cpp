@@ -1,14 +1,14 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 module camber.optimisation;
-import :joint_programme;
-import :joint_slack;
 import camber.core;
 import camber.bezier;
 import camber.validity;
@@ -16,6 +16,160 @@ import camber.validity;
 namespace camber {
 
 namespace {
+
+/// The Bézier coefficients of det J of an element and what they change by when one of its Bézier points moves, in the
+/// orders of multi_indices<D, D> and QuadraticSimplex.
+template <int D>
+struct JacobianGradient {
+    std::array<double, jacobian_coefficients<D>> value{};
+    std::array<std::array<Vec<D>, quadratic_nodes<D>>, jacobian_coefficients<D>> gradient{};
+};
+
+/// Position of the Bézier point between local vertices i and j in a QuadraticSimplex; the vertex when i = j.
+template <int D>
+constexpr auto control_between = [] {
+    std::array<std::array<int, D + 1>, D + 1> table{};
+    for (int i = 0; i <= D; ++i) table[i][i] = i;
+    for (int e = 0; e < edges_per_simplex<D>; ++e) {
+        const auto [i, j] = local_edges<D>[e];
+        table[i][j] = table[j][i] = D + 1 + e;
+    }
+    return table;
+}();
+
+/// ∂ det(c_1 … c_D) / ∂ c_a: the cofactors.
+constexpr std::array<Vec<2>, 2> determinant_gradient(const std::array<Vec<2>, 2>& c) {
+    return {Vec<2>{{c[1][1], -c[1][0]}}, Vec<2>{{-c[0][1], c[0][0]}}};
+}
+constexpr std::array<Vec<3>, 3> determinant_gradient(const std::array<Vec<3>, 3>& c) {
+    return {cross(c[1], c[2]), cross(c[2], c[0]), cross(c[0], c[1])};
+}
+
+/// One ordered way to write α = Σ_a e_{i_a}, as c_α needs it.
+template <int D>
+struct CoefficientWay {
+    int position = 0;         ///< of α
+    std::array<int, D> at{};  ///< i_a
+    double weight = 0;        ///< 2^D by the number of such ways
+};
+
+template <int D>
+constexpr auto coefficient_ways = [] {
+    std::array<CoefficientWay<D>, D == 2 ? 9 : 64> ways{};
+    for (int w = 0; w < static_cast<int>(ways.size()); ++w) {
+        MultiIndex<D> alpha{};
+        for (int a = 0, rest = w; a < D; ++a, rest /= D + 1) ++alpha[ways[w].at[a] = rest % (D + 1)];
+        ways[w].position = position<D, D>(alpha);
+        ways[w].weight = (1 << D) / static_cast<double>(multinomial<D>(alpha));
+    }
+    return ways;
+}();
+
+/// c_α is the mean over the ordered ways α = Σ_a e_{i_a} of 2^D det(d_1[i_1] … d_D[i_D]), d_a[i] = P_{e_i+e_a} −
+/// P_{e_i+e_0} (Johnen, Remacle, Geuzaine 2013); each summand is linear in each of its columns.
+template <int D>
+JacobianGradient<D> jacobian_gradient(const QuadraticSimplex<D, D>& element) {
+    JacobianGradient<D> out;
+    for (const auto& [p, at, weight] : coefficient_ways<D>) {
+        std::array<Vec<D>, D> columns;
+        for (int a = 0; a < D; ++a)
+            columns[a] =
+                element.control[control_between<D>[at[a]][a + 1]] - element.control[control_between<D>[at[a]][0]];
+        const auto cofactor = determinant_gradient(columns);
+        out.value[p] += weight * dot(columns[0], cofactor[0]);
+        for (int a = 0; a < D; ++a) {
+            const Vec<D> g = weight * cofactor[a];
+            out.gradient[p][control_between<D>[at[a]][a + 1]] += g;
+            out.gradient[p][control_between<D>[at[a]][0]] -= g;
+        }
+    }
+    return out;
+}
+
+template <int D>
+std::array<Vec<D>, D> straight_columns(const QuadraticSimplex<D, D>& element) {
+    std::array<Vec<D>, D> columns;
+    for (int a = 0; a < D; ++a) columns[a] = element.control[a + 1] - element.control[0];
+    return columns;
+}
+
+template <int D>
+double straight_determinant(const QuadraticSimplex<D, D>& element) {
+    const auto columns = straight_columns<D>(element);
+    return dot(columns[0], determinant_gradient(columns)[0]);
+}
+
+/// What an element's constraints are divided by: |det straight| at the start; a flat element's largest coefficient.
+template <int D>
+double slack_scale(const QuadraticSimplex<D, D>& element) {
+    const double straight = std::abs(straight_determinant<D>(element));
+    double largest = 0;
+    for (const double c : jacobian(element)) largest = std::max(largest, std::abs(c));
+    return std::max({straight, 1e-6 * largest, 1e-300});
+}
+
+/// P_i = p_i + δ_i and P_ij = p_ij + 2 m_ij + (δ_i + δ_j)/2: the node n_ij + m_ij + (δ_i + δ_j)/2 in Bézier form.
+template <int D>
+QuadraticSimplex<D, D> displaced(const typename JointProgramme<D>::Element& element,
+                                 const std::vector<Vec<D>>& offsets) {
+    const auto moved = [&](int node) {
+        const int unknown = element.unknowns[node];
+        return unknown == JointProgramme<D>::fixed ? Vec<D>{} : offsets[static_cast<std::size_t>(unknown)];
+    };
+    QuadraticSimplex<D, D> out = element.bezier;
+    for (int i = 0; i <= D; ++i) out.control[i] += moved(i);
+    for (int e = 0; e < edges_per_simplex<D>; ++e) {
+        const auto [i, j] = local_edges<D>[e];
+        out.control[D + 1 + e] += 2 * moved(D + 1 + e) + 0.5 * (moved(i) + moved(j));
+    }
+    return out;
+}
+
+template <int D>
+using Slacks = std::array<double, jacobian_coefficients<D>>;
+
+/// What the coefficients of an element are to be above.
+struct SlackLevel {
+    double floor = 0;  ///< of |det straight|
+    double least = -std::numeric_limits<double>::infinity();
+};
+
+/// (c − max(floor · |det straight|, least)) / scale for all coefficients of a displaced element.
+template <int D>
+Slacks<D> slacks_of(const QuadraticSimplex<D, D>& element, SlackLevel of, double scale) {
+    Slacks<D> g = jacobian(element);
+    const double level = std::max(of.floor * std::abs(straight_determinant<D>(element)), of.least);
+    for (double& x : g) x = (x - level) / scale;
+    return g;
+}
+
+/// What an element's slacks change by with the offsets of its vertices and edges.
+template <int D>
+using SlackGradients = std::array<std::array<Vec<D>, quadratic_nodes<D>>, jacobian_coefficients<D>>;
+
+template <int D>
+SlackGradients<D> slack_gradients(const QuadraticSimplex<D, D>& element, SlackLevel of, double scale) {
+    const auto columns = straight_columns<D>(element);
+    const auto cofactor = determinant_gradient(columns);
+    const double straight = dot(columns[0], cofactor[0]);
+    const double floor = of.floor * std::abs(straight) < of.least ? 0 : of.floor;
+    const double side = straight < 0 ? -floor : floor;
+    SlackGradients<D> gradients = jacobian_gradient(element).gradient;
+    for (auto& g : gradients) {
+        for (int a = 0; a < D; ++a) {
+            g[a + 1] -= side * cofactor[a];
+            g[0] += side * cofactor[a];
+        }
+        for (int e = 0; e < edges_per_simplex<D>; ++e) {
+            const auto [i, j] = local_edges<D>[e];
+            g[i] += 0.5 * g[D + 1 + e];
+            g[j] += 0.5 * g[D + 1 + e];
+            g[D + 1 + e] *= 2;
+        }
+        for (auto& x : g) x *= 1 / scale;
+    }
+    return gradients;
+}
 
 constexpr int max_updates = 20;  // of the multipliers
 constexpr int max_steps = 8;     // between two of them

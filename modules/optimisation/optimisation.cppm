@@ -2,12 +2,5 @@
 /// those of one edge's node over the elements around it, those of several nodes and vertices together, and where det J
 /// of an element is lowest.
 export module camber.optimisation;
-export import :segment;
-export import :linear_programme;
-export import :quadratic_programme;
-export import :edge_shell;
 export import :edge_programme;
-export import :joint_programme;
-export import :lowest_point;
-import :jacobian_gradient;
-import :joint_slack;
+export import :programmes;

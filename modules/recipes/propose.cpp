@@ -1,25 +1,321 @@
+// Inputs and fields of curving, and proposed curves.
 module;
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <ranges>
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 module camber.recipes;
 import camber.core;
 import camber.bezier;
-import camber.curving;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.validity;
-import :boundary;
-import :curve_input;
-import :field;
-import :known_solution;
-import :metric_source;
-import :propose;
+import camber.surface;
+import camber.curving;
+import camber.repair;
 
 namespace camber {
+
+namespace {
+
+template <int D>
+Outcome<Buffer<LagrangeNode<D>>> on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                             const EmbeddedCurves<D>& curves, const Execution& execution) {
+    const QuadraticMesh<D> free = boundary.required == RequiredBoundary::keep ? mesh : without_required(mesh);
+    auto nodes = boundary_nodes(free, boundary.features, boundary.geometry, part_of(execution, 0, 0.9));
+    if (!nodes) return nodes;
+    return nodes_on_curves(free, std::move(*nodes), curves, boundary.geometry, part_of(execution, 0.9, 1));
+}
+
+template <int D>
+Outcome<CurveInput<D>> input_of(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                const EmbeddedCurves<D>& curves, Buffer<LagrangeNode<D>> nodes, std::size_t kept,
+                                const Execution& execution) {
+    auto around = holders_of_edges(mesh, execution);
+    if (!around) return fail(around.error());
+    return CurveInput<D>{held_kinds(mesh, kinds_with_curves(boundary.features.edge_kinds, curves), boundary.required),
+                         Column<LagrangeNode<D>>(std::move(nodes)), std::move(*around), kept};
+}
+
+/// Boundary nodes on the geometry.
+template <int D>
+Outcome<CurveInput<D>> input_of_elevated(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                         const EmbeddedCurves<D>& curves, const Execution& execution) {
+    auto nodes = on_geometry(mesh, boundary, curves, part_of(execution, 0, 0.33));
+    if (!nodes) return fail(nodes.error());
+    return input_of(mesh, boundary, curves, std::move(*nodes), 0, part_of(execution, 0.33, 1));
+}
+
+template <int D>
+bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::span<const FacetId> facets) {
+    return std::ranges::any_of(facets,
+                               [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
+}
+
+/// The same of a mesh with curves of its own: boundary nodes where they are, but for edges on prescribed
+/// surfaces.
+template <int D>
+Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
+                                     const EmbeddedCurves<D>& curves, const Execution& execution) {
+    auto nodes = on_geometry(mesh, boundary, curves, part_of(execution, 0, 0.33));
+    if (!nodes) return fail(nodes.error());
+    const auto around = facet_shells(mesh.edges, without_progress(execution));
+    if (!around) return fail(around.error());
+    std::size_t kept = 0;
+    for (std::size_t e = 0; e < nodes->size(); ++e) {
+        if (boundary.features.edge_kinds[e] == EdgeKind::volume) continue;
+        if (is_prescribed<D>(mesh.linear, boundary, (*around)[e])) continue;
+        (*nodes)[e] = mesh.mid_nodes[e];
+        ++kept;
+    }
+    return input_of(mesh, boundary, curves, std::move(*nodes), kept, part_of(execution, 0.33, 1));
+}
+
+}  // namespace
+
+template <int D>
+Outcome<CurveInput<D>> curve_input(const CurvedFrom<D>& from, const Execution& execution) {
+    const bool is_read = from.nodes == NodesOf::input;
+    const auto curves = find_embedded_curves<D>(
+        from.mesh.linear, from.mesh.edges, from.boundary.features, from.boundary.geometry,
+        is_read ? from.mesh.mid_nodes.view() : std::span<const LagrangeNode<D>>{}, without_progress(execution));
+    if (!curves) return fail(curves.error());
+    return is_read ? input_of_read(from.mesh, from.boundary, *curves, execution)
+                   : input_of_elevated(from.mesh, from.boundary, *curves, execution);
+}
+
+namespace {
+
+/// The same with nodes in planes slid within them to where the options want them in the field; those of a mesh with
+/// curves of its own stay.
+template <int D>
+Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
+                                  const CurveOptions& options, const Execution& execution) {
+    if (options.aim != CurvingAim::accuracy || from.nodes == NodesOf::input) return input;
+    auto shifts = accurate_offsets(from.mesh, input.kinds, EdgeKind::surface, input.shells, field, options,
+                                   part_of(execution, 0, 0.05));
+    if (!shifts) return fail(shifts.error());
+    const QuadraticMesh<D> mesh =
+        from.boundary.required == RequiredBoundary::keep ? from.mesh : without_required(from.mesh);
+    const Column<LagrangeNode<D>>& present = input.base;
+    auto nodes = slid_nodes<D>(mesh, present, *shifts, from.boundary.features, from.boundary.geometry,
+                               part_of(execution, 0.05, 0.78));
+    if (!nodes) return fail(nodes.error());
+    Buffer<Vec<D>>& slides = *shifts;
+    for (std::size_t e = 0; e < slides.size(); ++e) slides[e] = (*nodes)[e].point - present[e].point;
+    if (options.metric_kind == MetricKind::natural) {
+        const auto held =
+            limit_smooth_loss<D>(from.mesh, input.shells, options.smooth_loss, slides, part_of(execution, 0.78, 0.82));
+        if (!held) return fail(held.error());
+        input.held_back += *held;
+    }
+    // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
+    auto borne = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, options.min_jacobian, slides,
+                                      part_of(execution, 0.82, 1));
+    if (!borne) return fail(borne.error());
+    input.drawn_back += *borne;
+    for (std::size_t e = 0; e < slides.size(); ++e) (*nodes)[e].point = present[e].point + slides[e];
+    input.base = std::move(*nodes);
+    return input;
+}
+
+/// Edges of a mesh with curves of its own stay, but for those on prescribed surfaces.
+template <int D>
+Outcome<Column<EdgeKind>> may_move(const CurvedFrom<D>& from, const Column<EdgeKind>& kinds,
+                                   const Execution& execution) {
+    if (from.nodes != NodesOf::input) return kinds;
+    const auto around = facet_shells(from.mesh.edges, without_progress(execution));
+    if (!around) return fail(around.error());
+    Buffer<EdgeKind> held(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < held.size(); ++e)
+        if (!is_prescribed<D>(from.mesh.linear, from.boundary, (*around)[e])) held[e] = EdgeKind::fixed;
+    return Column<EdgeKind>(std::move(held));
+}
+
+/// The same with nodes of boundary edges where the options place them, by length in the field; of a mesh with curves of
+/// its own those alone that `curve_input` puts onto prescribed surfaces.
+template <int D>
+Outcome<CurveInput<D>> placed_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
+                                    const CurveOptions& edges, const PlacementOptions& options,
+                                    const Execution& execution) {
+    if (options.boundary_nodes == BoundaryNodeAim::projection) return input;
+    return guarded([&]() -> Outcome<CurveInput<D>> {
+        auto kinds = may_move(from, input.kinds, execution);
+        if (!kinds) return fail(kinds.error());
+        const auto placed = placed_nodes(from.mesh, *kinds, input.base, input.shells, from.boundary.features,
+                                         from.boundary.geometry, field, edges, options, execution);
+        if (!placed) return fail(placed.error());
+        Buffer<LagrangeNode<D>> nodes(placed->size());
+        for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e] = (*placed)[e].node;
+        input.base = std::move(nodes);
+        input.placed = placement_statistics<D>(*placed);
+        return std::move(input);
+    });
+}
+
+/// Whether no node of the boundary is off its chord's middle.
+template <int D>
+bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
+    const auto stays = [&](std::size_t e) {
+        if (input.kinds[e] == EdgeKind::volume) return true;
+        const auto& [a, b] = mesh.edges.vertices[e];
+        return input.base[e].point == midpoint(mesh.linear.points[a], mesh.linear.points[b]);
+    };
+    return std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), stays);
+}
+
+/// The same with the nodes of edges within plane walls where the displacement of all others extends to: layers that end
+/// at a plane wall go on it as they go inside.
+template <int D>
+Outcome<CurveInput<D>> extended_in_planes(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
+    if (D == 2 || from.nodes == NodesOf::input || is_surface_alone(from.mesh.linear) || is_straight(from.mesh, input))
+        return input;
+    const auto inside =
+        edges_in_planes(from.mesh, from.boundary.features, from.boundary.geometry, part_of(execution, 0, 0.1));
+    if (!inside) return fail(inside.error());
+    Buffer<EdgeKind> free(input.kinds.begin(), input.kinds.end());
+    for (std::size_t e = 0; e < free.size(); ++e)
+        if ((*inside)[e] != 0 && free[e] == EdgeKind::surface) free[e] = EdgeKind::volume;
+    const Column<EdgeKind> kinds(std::move(free));
+    if (kinds == input.kinds) return input;
+    const auto extended = extend_boundary(from.mesh, kinds, input.base, input.shells, {}, part_of(execution, 0.1, 0.9));
+    if (!extended) return fail(extended.error());
+    Buffer<Vec<D>> shifts(input.base.size(), Vec<D>{});
+    for (std::size_t e = 0; e < shifts.size(); ++e)
+        if (kinds[e] != input.kinds[e]) shifts[e] = extended->nodes[e].point - input.base[e].point;
+    auto nodes = slid_nodes<D>(from.mesh, input.base, shifts, from.boundary.features, from.boundary.geometry,
+                               part_of(execution, 0.9, 1));
+    if (!nodes) return fail(nodes.error());
+    input.base = std::move(*nodes);
+    return input;
+}
+
+/// The same with what a curved back mesh is curved by, if the boundary is displaced at all.
+template <int D>
+Outcome<CurveInput<D>> extended_input(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
+    if (is_straight(from.mesh, input)) return input;
+    auto extended = extend_boundary(from.mesh, input.kinds, input.base, input.shells, {}, execution);
+    if (!extended) return fail(extended.error());
+    input.extended = std::move(extended->nodes);
+    return input;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<BackMesh<D>> make_field(const LinearMesh<D>& mesh, const MetricSource<D>& metric, const Execution& execution) {
+    if (const auto* field = std::get_if<MetricField<D>>(&metric)) return field->make(execution);
+    const auto& source = std::get<MetricAtVertices<D>>(metric);
+    const auto around = balls(mesh, part_of(execution, 0, 0.1));
+    if (!around) return fail(around.error());
+    Column<LogMetric<D>> natural;
+    if (source.of_natural) {
+        auto made = natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
+        if (!made) return fail(made.error());
+        natural = std::move(*made);
+    }
+    auto logs = source.make(natural, part_of(execution, 0.5, 0.65));
+    if (!logs) return fail(logs.error());
+    return make_back_mesh(mesh, *around, std::move(*logs), part_of(execution, 0.65, 1));
+}
+
+template <int D>
+Outcome<BackMesh<D>> make_field(const QuadraticMesh<D>& mesh, const MetricSource<D>& metric,
+                                const Execution& execution) {
+    if (const auto* field = std::get_if<MetricField<D>>(&metric)) return field->make(execution);
+    const auto& source = std::get<MetricAtVertices<D>>(metric);
+    const auto around = balls(mesh.linear, part_of(execution, 0, 0.1));
+    if (!around) return fail(around.error());
+    Column<LogMetric<D>> natural;
+    if (source.of_natural) {
+        auto made = curved_natural_log_metrics(mesh, *around, part_of(execution, 0.1, 0.5));
+        if (!made) return fail(made.error());
+        natural = std::move(made->curved);
+    }
+    auto logs = source.make(natural, part_of(execution, 0.5, 0.65));
+    if (!logs) return fail(logs.error());
+    auto nodal = framed_logs(mesh.edges, std::move(*logs), part_of(execution, 0.65, 0.7));
+    if (!nodal) return fail(nodal.error());
+    return make_nodal_back_mesh(mesh, *around, std::move(*nodal), part_of(execution, 0.7, 1));
+}
+
+namespace {
+
+/// The metric of the mesh with its curves, and of the one with straight edges.
+template <int D>
+struct BothMetrics {
+    Column<LogMetric<D>> curved, straight;
+};
+template <int D>
+Outcome<BothMetrics<D>> both_metrics(const MetricAtVertices<D>& source, const QuadraticMesh<D>& bent,
+                                     const Incidence<ElementId>& around, const Execution& execution) {
+    Column<LogMetric<D>> of_curved, of_straight;
+    if (source.of_natural) {
+        auto made = curved_natural_log_metrics(bent, around, part_of(execution, 0, 0.85));
+        if (!made) return fail(made.error());
+        of_curved = std::move(made->curved);
+        of_straight = std::move(made->straight);
+    }
+    auto curved = source.make(of_curved, part_of(execution, source.of_natural ? 0.85 : 0, 1));
+    if (!curved) return fail(curved.error());
+    if (!source.of_natural) return BothMetrics<D>{*curved, *curved};
+    auto straight = source.make(of_straight, without_progress(execution));
+    if (!straight) return fail(straight.error());
+    return BothMetrics<D>{std::move(*curved), std::move(*straight)};
+}
+
+/// A field that edges are curved by, and where those of the volume begin.
+template <int D>
+struct CurvingField {
+    BackMesh<D> back;
+    std::optional<Column<LogMetric<D>>> straight;  ///< of the straight mesh, where the field is another
+    Column<LagrangeNode<D>> nodes;                 ///< empty: chords
+};
+
+template <int D>
+Outcome<CurvingField<D>> curved_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
+                                      const MetricAtVertices<D>& source, CurvingAim aim, const Execution& execution) {
+    // Shares of the time with the natural metric, of shells with layers, 1 and 5 million elements.
+    const auto around = balls(mesh.linear, part_of(execution, 0, 0.05));
+    if (!around) return fail(around.error());
+    QuadraticMesh<D> bent = mesh;
+    bent.mid_nodes = input.extended;
+    auto metrics = both_metrics<D>(source, bent, *around, part_of(execution, 0.05, 0.37));
+    if (!metrics) return fail(metrics.error());
+    auto starts = noticeable_nodes(mesh, input.extended.view(), metrics->curved, part_of(execution, 0.37, 0.44));
+    if (!starts) return fail(starts.error());
+    Column<LagrangeNode<D>> nodes(std::move(*starts));
+    auto of_back_mesh = back_mesh_nodes(mesh, nodes.view(), input.shells, part_of(execution, 0.44, 0.64));
+    if (!of_back_mesh) return fail(of_back_mesh.error());
+    bent.mid_nodes = std::move(*of_back_mesh);
+    auto back = make_curved_back_mesh(std::move(bent), *around, std::move(metrics->curved), part_of(execution, 0.64, 1),
+                                      aim == CurvingAim::accuracy ? KeptGradients::seen : KeptGradients::recovered);
+    if (!back) return fail(back.error());
+    // Searches begin where the back mesh has their edges; nodes for accuracy, whose offsets are asked for there, follow
+    // walls that hardly sag, too: functions that are smooth mind them.
+    if (aim == CurvingAim::accuracy) nodes = input.extended;
+    return CurvingField<D>{std::move(*back), std::move(metrics->straight), std::move(nodes)};
+}
+
+/// Carried along with walls that sag, where the input has an extension; else on the straight mesh.
+template <int D>
+Outcome<CurvingField<D>> make_curving_field(const QuadraticMesh<D>& mesh, const CurveInput<D>& input,
+                                            const MetricSource<D>& metric, CurvingAim aim, const Execution& execution) {
+    const auto* const at_vertices = std::get_if<MetricAtVertices<D>>(&metric);
+    if (at_vertices != nullptr && !input.extended.empty())
+        return curved_field(mesh, input, *at_vertices, aim, execution);
+    auto back = make_field(mesh.linear, metric, execution);
+    if (!back) return fail(back.error());
+    return CurvingField<D>{std::move(*back), {}, {}};
+}
+
+}  // namespace
 
 CurveOptions edge_options(const ProposeOptions& options) {
     auto edge = static_cast<const CurveOptions&>(options);
@@ -238,6 +534,9 @@ Outcome<ProposedCurves<D>> propose_curves(const CurvedFrom<D>& from, const Metri
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
+    template Outcome<CurveInput<D>> curve_input<D>(const CurvedFrom<D>&, const Execution&);                         \
+    template Outcome<BackMesh<D>> make_field<D>(const LinearMesh<D>&, const MetricSource<D>&, const Execution&);    \
+    template Outcome<BackMesh<D>> make_field<D>(const QuadraticMesh<D>&, const MetricSource<D>&, const Execution&); \
     template Outcome<CurvingStart<D>> begin_curving<D>(const CurvedFrom<D>&, const MetricSource<D>&,                \
                                                        const ProposeOptions&, const Around&);                       \
     template Outcome<CurveInput<D>> moved_input<D>(const CurvedFrom<D>&, CurveInput<D>, const BackMesh<D>&,         \

@@ -1,3 +1,4 @@
+// Recovers derivatives at vertices, and normal gradients at boundaries.
 module;
 #include <algorithm>
 #include <array>
@@ -6,12 +7,14 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 module camber.recovery;
 import camber.core;
+import camber.bezier;
 
 namespace camber {
 
@@ -318,5 +321,224 @@ template Outcome<RecoveredDerivatives<2>> recover_derivatives<2>(const Quadratic
 template Outcome<RecoveredDerivatives<3>> recover_derivatives<3>(const QuadraticMesh<3>&,
                                                                  std::span<const Column<double>>,
                                                                  const RecoveryOptions&, const Execution&);
+
+namespace {
+
+/// The first of n for which `wrong`, or n.
+template <class Wrong>
+Outcome<std::size_t> first_where(std::size_t n, const Execution& execution, Wrong&& wrong) {
+    return reduce_each(
+        without_progress(execution), n, n,
+        [&](std::size_t& found, std::size_t i) {
+            if (found == n && wrong(i)) found = i;
+        },
+        [](std::size_t a, std::size_t b) { return std::min(a, b); });
+}
+
+template <int D>
+Entity node_entity(const QuadraticMesh<D>& mesh, std::size_t node) {
+    const std::size_t vertices = mesh.linear.points.size();
+    return node < vertices ? Entity{"vertex", node + 1} : Entity{"edge", node - vertices + 1};
+}
+
+template <int D>
+Outcome<int> degree_of(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields) {
+    const std::size_t vertices = mesh.linear.points.size(), nodes = vertices + mesh.edges.size();
+    int degree = 1;
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+        const std::size_t n = fields[f].size();
+        if (f == 0 && n != vertices) degree = 2;
+        if (n != (degree == 1 ? vertices : nodes))
+            return fail(ErrorKind::usage, "field " + std::to_string(f + 1) + " has " + std::to_string(n) + " values",
+                        {}, {},
+                        "give all fields of a call one a vertex (" + std::to_string(vertices) +
+                            "), or one a vertex and one an edge (" + std::to_string(nodes) + ")");
+    }
+    if (degree == 2 &&
+        (mesh.edges.of_elements.size() != mesh.linear.elements.size() || mesh.mid_nodes.size() != mesh.edges.size()))
+        return fail(ErrorKind::input, "the edges of the mesh, or their nodes, are not those of its elements", {}, {},
+                    "elevate it");
+    return degree;
+}
+
+template <int D>
+Outcome<Done> check_finite(const NodalMesh<D>& nodal, std::span<const Column<double>> fields,
+                           const Execution& execution) {
+    const QuadraticMesh<D>& mesh = nodal.mesh;
+    const std::size_t nodes = mesh.linear.points.size() + (nodal.degree == 2 ? mesh.mid_nodes.size() : 0);
+    const auto nowhere = first_where(
+        nodes, execution, [&](std::size_t i) { return !is_finite(nodal.place(static_cast<std::uint32_t>(i))); });
+    if (!nowhere) return fail(nowhere.error());
+    if (*nowhere < nodes)
+        return fail(ErrorKind::input, "has a coordinate that is not a finite number", {}, node_entity(mesh, *nowhere),
+                    "repair the mesh");
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+        const auto wrong = first_where(nodes, execution, [&](std::size_t i) { return !std::isfinite(fields[f][i]); });
+        if (!wrong) return fail(wrong.error());
+        if (*wrong < nodes)
+            return fail(ErrorKind::usage, "the value of field " + std::to_string(f + 1) + " is not a finite number", {},
+                        node_entity(mesh, *wrong), "give a solution that has converged");
+    }
+    return Done{};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<CheckedNodes<D>> checked_nodes(const QuadraticMesh<D>& mesh, std::span<const Column<double>> fields,
+                                       const Execution& execution) {
+    const auto degree = degree_of(mesh, fields);
+    if (!degree) return fail(degree.error());
+    const auto& elements = mesh.linear.elements;
+    if (auto one_each = check_materials(elements.references.size(), elements.size()); !one_each)
+        return fail(one_each.error());
+    auto around = balls(mesh.linear, without_progress(execution));
+    if (!around) return fail(around.error());
+    CheckedNodes<D> nodes{*degree, std::move(*around)};
+    if (auto finite = check_finite(nodes.of(mesh), fields, execution); !finite) return fail(finite.error());
+    return nodes;
+}
+
+template <int D>
+Outcome<Done> check_results(const RecoveredDerivatives<D>& recovered, const Execution& execution) {
+    const std::size_t rows = recovered.rows.size();
+    for (std::size_t f = 0; f < recovered.fields.size(); ++f) {
+        const auto& field = recovered.fields[f];
+        const auto wrong = first_where(rows, execution, [&](std::size_t r) {
+            const auto finite = [](const auto& t) {
+                return std::all_of(t.c.begin(), t.c.end(), [](double c) { return std::isfinite(c); });
+            };
+            return !finite(field.gradients[r]) || !finite(field.hessians[r]) ||
+                   (!field.thirds.empty() && !finite(field.thirds[r]));
+        });
+        if (!wrong) return fail(wrong.error());
+        if (*wrong == rows) continue;
+        const auto& offsets = recovered.rows.materials.offsets;
+        const auto after = std::upper_bound(offsets.begin(), offsets.end(), *wrong);
+        return fail(ErrorKind::usage,
+                    "derivatives of field " + std::to_string(f + 1) + " are beyond the range of numbers", {},
+                    Entity{"vertex", static_cast<std::size_t>(after - offsets.begin())},
+                    "give the field, or the mesh, in other units");
+    }
+    return Done{};
+}
+
+namespace {
+
+using ByReference = std::map<Reference, NormalGradients>;
+
+Vec<2> normal_to(const std::array<Vec<2>, 1>& columns) { return {{columns[0][1], -columns[0][0]}}; }
+Vec<3> normal_to(const std::array<Vec<3>, 2>& columns) { return cross(columns[0], columns[1]); }
+
+/// The unit normals of a facet at its corners; zero where it is degenerate.
+template <int D>
+std::array<Vec<D>, D> normals_at_corners(const QuadraticMesh<D>& mesh, FacetId f) {
+    const QuadraticSimplex<D - 1, D> facet = facet_of(mesh, f);
+    std::array<Vec<D>, D> normals;
+    for (int i = 0; i < D; ++i) {
+        Barycentric<D - 1> corner{};
+        corner[i] = 1;
+        normals[i] = normalised(normal_to(facet.derivatives(corner)));
+    }
+    return normals;
+}
+
+/// The measure of a straight facet.
+template <int D>
+double area_of(const LinearMesh<D>& mesh, FacetId f) {
+    const auto& corners = mesh.facets.vertices[f];
+    std::array<Vec<D>, D - 1> sides;
+    for (int i = 0; i < D - 1; ++i) sides[i] = mesh.points[corners[i + 1]] - mesh.points[corners[0]];
+    return norm(normal_to(sides)) / (D - 1);
+}
+
+/// The derivatives of one mesh, sampled at facets.
+template <int D>
+class AtFacets {
+  public:
+    AtFacets(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& balls,
+             const RecoveredDerivatives<D>& derivatives, std::span<const double> weights)
+        : mesh_(mesh), balls_(balls), derivatives_(derivatives), weights_(weights) {}
+
+    void add(FacetId f, NormalGradients& sums) const {
+        const double area = area_of(mesh_.linear, f);
+        sums.area += area;
+        for (const double gradient : at_corners(f)) {
+            sums.integral += area / D * gradient;
+            sums.squares += area / D * gradient * gradient;
+        }
+    }
+
+  private:
+    /// The normal derivatives at the corners of a facet; 0 where it has no element.
+    [[nodiscard]] std::array<double, D> at_corners(FacetId f) const {
+        const auto& corners = mesh_.linear.facets.vertices[f];
+        const auto normals = normals_at_corners(mesh_, f);
+        std::array<double, D> gradients{};
+        for (const ElementId e : balls_[corners[0]]) {
+            const auto& vertices = mesh_.linear.elements.vertices[e];
+            const auto has = [&](VertexId v) { return std::ranges::find(vertices, v) != vertices.end(); };
+            if (!std::ranges::all_of(corners, has)) continue;
+            for (int i = 0; i < D; ++i)
+                if (const auto row = derivatives_.rows.row(corners[i], mesh_.linear.elements.references[e]))
+                    gradients[i] = std::max(gradients[i], along(normals[i], *row));
+        }
+        return gradients;
+    }
+    [[nodiscard]] double along(const Vec<D>& normal, std::size_t row) const {
+        double sum = 0;
+        for (std::size_t f = 0; f < weights_.size(); ++f) {
+            const double part = weights_[f] * dot(normal, derivatives_.fields[f].gradients[row]);
+            sum += part * part;
+        }
+        return std::sqrt(sum);
+    }
+
+    const QuadraticMesh<D>& mesh_;
+    const Incidence<ElementId>& balls_;
+    const RecoveredDerivatives<D>& derivatives_;
+    const std::span<const double> weights_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<std::vector<NormalGradients>> normal_gradients(const QuadraticMesh<D>& mesh, const Incidence<ElementId>& balls,
+                                                       const RecoveredDerivatives<D>& derivatives,
+                                                       std::span<const double> weights, const Execution& execution) {
+    if (weights.size() != derivatives.fields.size())
+        return fail(ErrorKind::usage, "there must be one weight for each field");
+    const AtFacets<D> at(mesh, balls, derivatives, weights);
+    const auto found = reduce_each(
+        execution, mesh.linear.facets.size(), ByReference{},
+        [&](ByReference& all, std::size_t f) { at.add(FacetId(f), all[mesh.linear.facets.references[FacetId(f)]]); },
+        [](ByReference a, const ByReference& b) {
+            for (const auto& [reference, part] : b) {
+                NormalGradients& sums = a[reference];
+                sums.area += part.area;
+                sums.integral += part.integral;
+                sums.squares += part.squares;
+            }
+            return a;
+        });
+    if (!found) return fail(found.error());
+    std::vector<NormalGradients> gradients;
+    gradients.reserve(found->size());
+    for (const auto& [reference, sums] : *found)
+        gradients.push_back({reference, sums.area, sums.integral, sums.squares});
+    return gradients;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<CheckedNodes<D>> checked_nodes<D>(const QuadraticMesh<D>&, std::span<const Column<double>>,       \
+                                                       const Execution&);                                              \
+    template Outcome<Done> check_results<D>(const RecoveredDerivatives<D>&, const Execution&);                         \
+    template Outcome<std::vector<NormalGradients>> normal_gradients<D>(                                                \
+        const QuadraticMesh<D>&, const Incidence<ElementId>&, const RecoveredDerivatives<D>&, std::span<const double>, \
+        const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber

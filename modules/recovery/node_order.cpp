@@ -11,7 +11,6 @@ module;
 #include <vector>
 module camber.recovery;
 import camber.core;
-import :node_order;
 
 namespace camber {
 
@@ -104,10 +103,8 @@ Moments moments_of(const NeighbourMeans& means, const Centred& field) {
 /// Fisher and Yates, by SplitMix64.
 void shuffle(std::vector<double>& values, std::uint64_t& state) {
     for (std::size_t i = values.size(); i > 1; --i) {
-        std::uint64_t z = state += 0x9e3779b97f4a7c15ULL;
-        z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-        z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
-        std::swap(values[i - 1], values[(z ^ (z >> 31U)) % i]);
+        state += 0x9e3779b97f4a7c15ULL;
+        std::swap(values[i - 1], values[mixed_bits(state) % i]);
     }
 }
 

@@ -1,11 +1,18 @@
+// Options, guide, statistics and results of a repair.
 module;
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <tuple>
+#include <utility>
+#include <vector>
 export module camber.repair:options;
 import camber.core;
+import camber.bezier;
 import camber.validity;
+import camber.curving;
 
 export namespace camber {
 
@@ -123,6 +130,168 @@ struct RepairOptions {
 /// What of it may be spent on returns of nodes that went home: 100 + return_effort · elements.
 [[nodiscard]] constexpr double allowed_return_work(std::size_t elements, const RepairOptions& options) {
     return 100 + static_cast<double>(elements) * options.return_effort;
+}
+
+/// A place of the geometry for a point of the boundary, and the projector onto the directions that lead off it there:
+/// n nᵀ on a surface, I − t tᵀ on a curve, I where the point is not to slide.
+template <int D>
+struct GeometryFoot {
+    Vec<D> point;
+    Sym<D> across;
+};
+/// The foot near a point on what an edge of the boundary lies on: a pure function, asked from several threads.
+template <int D>
+using FootOnGeometry = std::function<GeometryFoot<D>(EdgeId, const Vec<D>&)>;
+/// The same for a vertex of the boundary.
+template <int D>
+using VertexOnGeometry = std::function<GeometryFoot<D>(VertexId, const Vec<D>&)>;
+
+/// Where nodes of boundary edges that may move end in the worst case.
+enum class SurfaceMoves : std::uint8_t { off_geometry, on_geometry };
+
+/// What repair goes by, beside the places and the options.
+template <int D>
+struct RepairGuide {
+    Incidence<ElementId> shells;  ///< elements around each edge
+    /// Where an edge's node is wanted while its vertices are where the mesh has them, and what it costs to have it
+    /// elsewhere; asked of edges near elements that are not valid. Null for methods that need none (`needs_models`).
+    std::function<LagrangeNode<D>(EdgeId)> wanted = {};
+    EdgeModels<D> models = {};
+    /// Where nodes go back to in elements that are not valid, one an edge: the extension of the boundary's displacement
+    /// (`extend_boundary`). Empty: one is made around these elements alone.
+    Column<LagrangeNode<D>> home = {};
+    /// Where nodes of boundary edges slide before any of them leaves the geometry; null: they do not slide.
+    FootOnGeometry<D> onto = {};
+    /// Where vertices of the boundary slide, with the nodes of their edges; null: they stay.
+    VertexOnGeometry<D> vertices_onto = {};
+    SurfaceMoves surface = SurfaceMoves::off_geometry;
+};
+
+/// What a repair changed.
+struct RepairStatistics {
+    std::size_t corrected_elements = 0;   ///< not valid before, valid now
+    std::size_t moved_volume_nodes = 0;   ///< edges whose node is not where it was
+    std::size_t moved_surface_nodes = 0;  ///< the same, of surface and ridge edges: they may have left the geometry
+    std::size_t moved_vertices = 0;       ///< in the volume
+    double work = 0;                      ///< of its programmes, as `RepairOptions::effort` counts it
+    std::size_t by_edges = 0, by_cavities = 0, by_extension = 0, by_vertices = 0, by_slides = 0,
+                by_surface = 0;  ///< elements
+};
+
+/// A proposal after a repair, and what that changed.
+template <int D>
+struct Repaired {
+    JudgedProposal<D> judged;
+    RepairStatistics statistics = {};
+    std::vector<ElementId> given_up = {};  ///< not valid when the work that may be spent was spent; rising
+};
+
+/// What is otherwise in a later judgement of the same mesh: elements, and nodes and vertices, by the kinds of `before`.
+template <int D>
+[[nodiscard]] RepairStatistics changes_between(const JudgedProposal<D>& before, const JudgedProposal<D>& after);
+
+/// The later state with all that changed since `before` counted, and with its kinds; the work is that of `after`.
+template <int D>
+[[nodiscard]] Repaired<D> with_all_changes(const JudgedProposal<D>& before, Repaired<D> after);
+
+/// The elements that are not valid, rising.
+template <int D>
+[[nodiscard]] std::vector<ElementId> elements_not_valid(const Validation<D>& validation);
+
+/// The changes with those of edges whose node is not where it was: straightened, where it is in the middle now, else
+/// relaxed.
+template <int D>
+[[nodiscard]] Column<EdgeChange> changes_after(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
+                                               const Column<Vec<D>>& points, const Column<LagrangeNode<D>>& mid_nodes);
+
+}  // namespace camber
+
+namespace camber {
+
+/// How a vertex may move while a mesh is repaired.
+enum class VertexFreedom : std::uint8_t {
+    held,     ///< it stays
+    free,     ///< in the volume
+    sliding,  ///< on the boundary: as far as it slides on the geometry
+};
+
+/// All vertices are held, or required ones, those at edges that are, and those of the boundary where none slides.
+template <int D>
+[[nodiscard]] inline Buffer<VertexFreedom> vertex_freedoms(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                                           VertexMoves moves, VertexFreedom of_boundary) {
+    Buffer<VertexFreedom> freedoms(mesh.linear.points.size());
+    std::ranges::fill(freedoms, moves == VertexMoves::never ? VertexFreedom::held : VertexFreedom::free);
+    if (moves == VertexMoves::never) return freedoms;
+    for (const bool is_fixed : {false, true})
+        for (std::size_t e = 0; e < kinds.size(); ++e)
+            if (kinds[e] != EdgeKind::volume && (kinds[e] == EdgeKind::fixed) == is_fixed)
+                for (const VertexId v : mesh.edges.vertices[e])
+                    freedoms[v.index()] = is_fixed ? VertexFreedom::held : of_boundary;
+    const auto required = required_vertices(mesh.linear);
+    for (std::size_t v = 0; v < freedoms.size(); ++v)
+        if (required[v] != 0) freedoms[v] = VertexFreedom::held;
+    return freedoms;
+}
+
+/// A repair judged for the least bound and for the one that is asked for.
+template <int D>
+struct TwiceJudged {
+    Repaired<D> repaired;  ///< judged for the latter
+    std::size_t invalid = 0;
+
+    /// Fewer invalid ones first, then fewer below the bound.
+    [[nodiscard]] std::pair<std::size_t, std::size_t> left() const {
+        return {invalid, repaired.judged.validation().not_valid()};
+    }
+};
+
+template <int D>
+[[nodiscard]] Outcome<TwiceJudged<D>> judge_twice(Repaired<D> repaired, double bound, const Execution& execution) {
+    const QuadraticMesh<D> mesh = repaired.judged.mesh();
+    const Proposal<D> proposal = repaired.judged.proposal();
+    const auto least = validate(mesh, proposal, min_bound, execution);
+    if (!least) return fail(least.error());
+    auto asked = validate(mesh, proposal, bound, execution);
+    if (!asked) return fail(asked.error());
+    repaired.judged = std::move(*asked);
+    return TwiceJudged<D>{std::move(repaired), least->validation().not_valid()};
+}
+
+/// To the passes elements below a bound are alike: where it cannot be had, some may have been left invalid that need
+/// not be. `asked`: what came of the bound of the options. If that has invalid elements, `repair(start, options)` is
+/// asked for the least bound, from there and from what was `wanted`; what leaves fewest invalid is taken; if that is
+/// none, the bound is tried once more from there. Errors: those of `repair`, stopped.
+template <int D, class Repair>
+[[nodiscard]] Outcome<Repaired<D>> min_invalid(const JudgedProposal<D>& wanted, Outcome<Repaired<D>> asked,
+                                               const RepairOptions& options, const Execution& execution,
+                                               Repair&& repair) {
+    const double bound = options.min_scaled_jacobian;
+    if (!asked || asked->judged.validation().all_valid() || bound <= min_bound) return asked;
+    auto best = judge_twice(std::move(*asked), bound, execution);
+    if (!best) return fail(best.error());
+    RepairOptions from_wanted = options;
+    from_wanted.min_scaled_jacobian = min_bound;
+    RepairOptions from_there = from_wanted;
+    from_there.boundary_tolerance = 0;  // what it allows was taken
+    const JudgedProposal<D> there = best->repaired.judged;
+    for (const auto& [start, by] : {std::pair(&there, &from_there), std::pair(&wanted, &from_wanted)}) {
+        if (best->invalid == 0) break;
+        auto lower = repair(*start, *by);
+        if (!lower) return lower;
+        auto tried = judge_twice(std::move(*lower), bound, execution);
+        if (!tried) return fail(tried.error());
+        if (tried->left() < best->left()) best = std::move(tried);
+    }
+    if (best->invalid == 0 && !best->repaired.judged.validation().all_valid()) {
+        RepairOptions onwards = options;
+        onwards.boundary_tolerance = 0;
+        auto higher = repair(best->repaired.judged, onwards);
+        if (!higher) return higher;
+        auto tried = judge_twice(std::move(*higher), bound, execution);
+        if (!tried) return fail(tried.error());
+        if (tried->left() < best->left()) best = std::move(tried);
+    }
+    return with_all_changes(wanted, std::move(best->repaired));
 }
 
 }  // namespace camber

@@ -1,12 +1,50 @@
+// Boxes, channels with a bump and shells, their rows and numbers of elements.
 module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <tuple>
+#include <vector>
 export module camber.shapes:box;
 import camber.core;
+import :delaunay;
 
 export namespace camber {
+
+/// Thin layers along a wall: heights first_height, first_height × growth, ….
+struct BoundaryLayer {
+    int count = 0;               ///< layers; 0 for none
+    double first_height = 0.02;  ///< height of the layer at the wall (model units)
+    double growth = 1.25;        ///< each layer's height over that of the one nearer to the wall
+    Reference material = 1;      ///< of the layers' elements; what is not layers has 1
+    Reference interface = 9;     ///< of the facets between the layers and what is above, if that is another material
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = BoundaryLayer;
+        return std::tuple(
+            option("count", &S::count, "number of layers; 0 for none").at_least(0).at_most(1000),
+            option("first_height", &S::first_height, "height of the layer at the wall").unit("model units").above(0),
+            option("growth", &S::growth, "height of a layer over that of the one nearer to the wall").above(0),
+            option("material", &S::material, "reference of the layers' elements; that of the others is 1"),
+            option("interface", &S::interface,
+                   "reference of the facets between the layers and the others, where their materials differ"));
+    }
+    friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
+};
+
+/// Distances from the wall of the layers' outer sides, in rising order.
+[[nodiscard]] inline std::vector<double> layer_distances(const BoundaryLayer& layer) {
+    std::vector<double> distances;
+    double height = layer.first_height, total = 0;
+    for (int k = 0; k < layer.count; ++k, height *= layer.growth) distances.push_back(total += height);
+    return distances;
+}
+
+/// Height of all layers together (model units).
+[[nodiscard]] inline double thickness(const BoundaryLayer& layer) {
+    return layer.count > 0 ? layer_distances(layer).back() : 0.0;
+}
 
 /// An axis-aligned rectangle or box: a lattice of cells cut to simplices along random diagonals, graded and bent by a
 /// map of the box to itself that leaves its sides where they are.
@@ -100,5 +138,225 @@ struct Lattice {
 template <int D>
 [[nodiscard]] Outcome<Lattice<D>> lattice_of(const std::array<int, D>& cells, std::uint64_t seed,
                                              const Execution& execution);
+
+/// A 2D channel [0, length] × [0, height] whose floor rises as a smooth bump b(x) = bump_height (1 − s²)³,
+/// s = 2 (x − length/2)/bump_width, |s| < 1 (twice continuously differentiable at its feet).
+/// Facet references: 1 inlet (x = 0), 2 outlet, 3 floor, 4 ceiling; four corners.
+struct BumpOptions {
+    double length = 3, height = 1;             ///< of the channel (model units)
+    double bump_height = 0.2, bump_width = 1;  ///< of the bump at the middle of the floor (model units)
+    std::array<int, 2> cells{36, 8};           ///< along the channel, and across it above the layers
+    BoundaryLayer floor_layer{.count = 0, .first_height = 0.01, .growth = 1.3};
+    double jitter = 0.2;  ///< largest move of an inner vertex along each axis, in cell sizes
+    std::uint64_t seed = 1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = BumpOptions;
+        return std::tuple(
+            option("length", &S::length, "length of the channel").unit("model units").above(0),
+            option("height", &S::height, "height of the channel").unit("model units").above(0),
+            option("bump_height", &S::bump_height, "height of the bump in the middle; negative: a dent")
+                .unit("model units"),
+            option("bump_width", &S::bump_width, "from foot to foot").unit("model units").above(0),
+            option("cells", &S::cells, "cells along the channel, and across it above the layers").at_least(1),
+            option("floor_layer", &S::floor_layer, "layers on the floor"),
+            option("jitter", &S::jitter, "largest random move of a vertex along each axis")
+                .unit("cell sizes")
+                .at_least(0)
+                .at_most(0.5),
+            option("seed", &S::seed, "another seed, another mesh of the same kind; the same seed, the same bytes"));
+    }
+    friend bool operator==(const BumpOptions&, const BumpOptions&) = default;
+};
+
+/// b(x).
+[[nodiscard]] double floor_height(const BumpOptions& options, double x);
+
+/// Errors: usage (sizes that do not fit together); stopped.
+[[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& execution = {});
+
+/// How the volume between the spheres is filled.
+enum class ShellStructure : std::uint8_t {
+    unstructured,  ///< Delaunay of points spread to the sizes, flat elements moved away
+    prisms,        ///< rows of prisms over a divided icosahedron, cut along random diagonals: fast at any size
+};
+[[nodiscard]] constexpr auto words(ShellStructure) {
+    return words_of(Word{ShellStructure::unstructured, "unstructured"}, Word{ShellStructure::prisms, "prisms"});
+}
+
+/// The volume between two concentric spheres (the annulus between two circles in 2D), with boundary layers on
+/// either. With layers, the volume between them has inner_size at the inner layers' top and outer_size at the outer's.
+template <int D>
+struct ShellOptions {
+    Vec<D> centre{};
+    double inner_radius = 1, outer_radius = 5;  ///< (model units)
+    double inner_size = 0.6, outer_size = 1.8;  ///< edge lengths at the spheres (model units), linear in between
+    BoundaryLayer inner_layer{}, outer_layer{};
+    ShellStructure structure = ShellStructure::unstructured;
+    double jitter = 0.15;  ///< largest move of a point off its regular place, in edge lengths
+    Reference inner_reference = 2, outer_reference = 1;
+    std::uint64_t seed = 1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ShellOptions;
+        return std::tuple(
+            option("centre", &S::centre, (D == 3 ? "of both spheres" : "of both circles")).unit("model units"),
+            option("inner_radius", &S::inner_radius,
+                   (D == 3 ? "radius of the inner sphere" : "radius of the inner circle"))
+                .unit("model units")
+                .above(0),
+            option("outer_radius", &S::outer_radius,
+                   (D == 3 ? "radius of the outer sphere" : "radius of the outer circle"))
+                .unit("model units")
+                .above(0),
+            option("inner_size", &S::inner_size,
+                   (D == 3 ? "edge length at the inner sphere (above its layers)"
+                           : "edge length at the inner circle (above its layers)"))
+                .unit("model units")
+                .above(0),
+            option("outer_size", &S::outer_size,
+                   (D == 3 ? "edge length at the outer sphere (below its layers); prisms ignore it"
+                           : "edge length at the outer circle (below its layers); prisms ignore it"))
+                .unit("model units")
+                .above(0),
+            option("inner_layer", &S::inner_layer,
+                   (D == 3 ? "layers on the inner sphere" : "layers on the inner circle")),
+            option("outer_layer", &S::outer_layer,
+                   (D == 3 ? "layers on the outer sphere" : "layers on the outer circle")),
+            option("structure", &S::structure,
+                   "unstructured: Delaunay of spread points; prisms: rows of prisms along random diagonals, fast at "
+                   "any size"),
+            option("jitter", &S::jitter, "largest random move of a point")
+                .unit("edge lengths")
+                .at_least(0)
+                .at_most(0.3),
+            option("inner_reference", &S::inner_reference,
+                   (D == 3 ? "reference of the inner sphere" : "reference of the inner circle")),
+            option("outer_reference", &S::outer_reference,
+                   (D == 3 ? "reference of the outer sphere" : "reference of the outer circle")),
+            option("seed", &S::seed, "another seed, another mesh of the same kind; the same seed, the same bytes"));
+    }
+    friend bool operator==(const ShellOptions&, const ShellOptions&) = default;
+};
+
+/// Vertices of the two boundaries lie on the spheres to rounding. Errors: usage (radii, sizes and layers that do not
+/// fit together); stopped.
+template <int D>
+[[nodiscard]] Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution& execution = {});
+
+/// Which boundary of the shell, or which top of layers, a vertex lies on.
+enum class ShellSide : std::uint8_t { between, inner, outer, above_inner_layer, above_outer_layer };
+
+/// The shell without its layers, about the origin.
+template <int D>
+struct ShellCore {
+    Buffer<Vec<D>> points;
+    Buffer<ShellSide> sides;  ///< one a point
+    Buffer<SimplexVertices<D>> elements;
+    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< facets; (their edges, the way outwards) are positive frames
+};
+
+/// Between spheres of `inner_radius` and `outer_radius` with edge lengths linear in the radius.
+struct ShellSizes {
+    double inner_radius, outer_radius, inner_size, outer_size, jitter;
+
+    [[nodiscard]] double at(double radius) const {
+        return inner_size + (outer_size - inner_size) * (radius - inner_radius) / (outer_radius - inner_radius);
+    }
+};
+
+/// Of the shell without its layers.
+template <int D>
+[[nodiscard]] ShellSizes core_sizes(const ShellOptions<D>& o) {
+    return {o.inner_radius + thickness(o.inner_layer), o.outer_radius - thickness(o.outer_layer), o.inner_size,
+            o.outer_size, o.jitter};
+}
+
+/// Delaunay, after spreading and after moving the vertices of flat elements. The boundary of the hole is the star of a
+/// vertex at the centre, which is taken out. Errors: usage (a point so near to a sphere that it pierces it); stopped.
+template <int D>
+[[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise,
+                                                      const Execution& execution);
+
+/// How often the icosphere's edges are cut (the circle's fifths in 2D) for edges of inner_size, and the rows of prisms
+/// that then have regular heights.
+struct PrismCounts {
+    double cuts, rows;
+};
+template <int D>
+[[nodiscard]] PrismCounts prism_counts(const ShellSizes& sizes);
+
+/// Rows of prisms over an icosphere. Has room for the prisms of `layers` more rows. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise,
+                                               const Execution& execution);
+
+/// 1 for the regular simplex, 0 for a flat one, negative when inverted.
+[[nodiscard]] double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c);
+[[nodiscard]] double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& d);
+
+/// So many a shape's mesh has.
+struct ShapeCounts {
+    std::size_t vertices = 0, elements = 0, facets = 0, edges = 0;
+};
+
+/// What some rows of a shape have of its mesh: runs of vertices, elements and facets by their numbers in the whole.
+template <int D>
+struct ShapeRun {
+    std::size_t first_vertex = 0, first_element = 0, first_facet = 0;
+    Buffer<Vec<D>> points = {};
+    Buffer<Reference> point_references = {};
+    Buffer<SimplexVertices<D>> elements = {};
+    Buffer<Reference> materials = {};
+    Buffer<SimplexVertices<D - 1>> facets = {};
+    Buffer<Reference> facet_references = {};
+};
+
+/// A shape that is rows of prisms over one base, cut to simplices: its mesh, that of `generate`, is made from any row
+/// to any other by itself. What is asked for is made anew each time, from a few rows more on either side.
+template <int D>
+class ShapeRows {
+  public:
+    virtual ~ShapeRows() = default;
+    [[nodiscard]] virtual ShapeCounts counts() const = 0;
+    [[nodiscard]] virtual std::size_t rows() const = 0;
+    /// Those of [first, last); runs follow each other as rows do. Errors: usage (an element without positive volume);
+    /// memory, stopped.
+    [[nodiscard]] virtual Outcome<ShapeRun<D>> run(std::size_t first, std::size_t last,
+                                                   const Execution& execution) const = 0;
+    /// What is said beside the rows: corners, and feature edges with their ridges.
+    [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
+
+  protected:
+    ShapeRows() = default;
+    ShapeRows(const ShapeRows&) = default;
+    ShapeRows(ShapeRows&&) = default;
+    ShapeRows& operator=(const ShapeRows&) = default;
+    ShapeRows& operator=(ShapeRows&&) = default;
+};
+
+/// Errors: as of `generate`; unsupported (an unstructured shell, which is made as a whole).
+template <int D>
+[[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const BoxOptions<D>& options,
+                                                                         const Execution& execution = {});
+template <int D>
+[[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const ShellOptions<D>& options,
+                                                                         const Execution& execution = {});
+
+/// How many elements `generate` makes: exactly of boxes, channels and shells of prisms; of unstructured shells by the
+/// density of their points, some per cent off. For options that `generate` takes.
+template <int D>
+[[nodiscard]] double expected_elements(const ShellOptions<D>& options);
+template <int D>
+[[nodiscard]] double expected_elements(const BoxOptions<D>& options);
+[[nodiscard]] double expected_elements(const BumpOptions& options);
+
+/// The same shape in about `count` elements (at least 1): all edge lengths times one factor, or all numbers of cells,
+/// as near as whole numbers come. Layers keep their number and heights.
+template <int D>
+[[nodiscard]] ShellOptions<D> with_elements(ShellOptions<D> options, double count);
+template <int D>
+[[nodiscard]] BoxOptions<D> with_elements(BoxOptions<D> options, double count);
+[[nodiscard]] BumpOptions with_elements(BumpOptions options, double count);
 
 }  // namespace camber

@@ -1,20 +1,166 @@
+// Lattices and rows of prisms.
 module;
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 module camber.shapes:prism_rows;
 import camber.core;
-import :extrude;
-import :jitter;
-import :random;
-import :shape_rows;
+import :box;
+import :delaunay;
 
 namespace camber {
+
+/// Errors: usage, of options that `generate` does not take.
+template <int D>
+[[nodiscard]] Outcome<Done> check_box(const BoxOptions<D>& options);
+
+/// Simplices of the lattice, dimension by dimension: each is the extrusion of the one below. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<SimplexVertices<D>>> lattice_simplices(std::span<const int, D> cells, const Noise& noise,
+                                                                    const Execution& execution);
+
+/// Where the lattice's planes are along one axis, from 0 to 1. Even ones are exact quotients.
+[[nodiscard]] inline std::vector<double> lattice_planes(int cells, double grading) {
+    std::vector<double> at(static_cast<std::size_t>(cells) + 1);
+    if (grading == 1 || cells == 1) {
+        for (int k = 0; k <= cells; ++k) at[k] = static_cast<double>(k) / cells;
+        return at;
+    }
+    const double log_ratio = log(grading) / (cells - 1);
+    for (int k = 0; k <= cells; ++k) at[k] = expm1(k * log_ratio) / expm1(cells * log_ratio);
+    at.back() = 1;
+    return at;
+}
+
+/// No element is bent to less than this part of its volume.
+inline constexpr double least_bent = 0.05;
+
+/// The vertices of a box's lattice by number: where they lie, and where its options would have them.
+template <int D>
+class BoxPlaces {
+  public:
+    explicit BoxPlaces(const BoxOptions<D>& options)
+        : options_(options), noise_(Noise{options.seed}.stream(100)), lattice_{options.cells, {}, {}} {
+        for (int i = 0; i < D; ++i) axes_[i] = lattice_planes(options.cells[i], options.grading[i]);
+    }
+
+    [[nodiscard]] const Lattice<D>& lattice() const { return lattice_; }
+    [[nodiscard]] bool bends() const { return options_.warp != 0; }
+    [[nodiscard]] Vec<D> regular(std::size_t v) const {
+        const auto place = lattice_.place(v);
+        Vec<D> p;
+        // std::lerp is exact at both ends: sides are planes to the last bit.
+        for (int i = 0; i < D; ++i) p[i] = std::lerp(options_.low[i], options_.high[i], axes_[i][place[i]]);
+        return p;
+    }
+    /// A vertex at p moved by warp, where it is inside.
+    [[nodiscard]] Vec<D> bent(std::size_t v, const Vec<D>& p) const {
+        if (lattice_.on_boundary(v)) return p;
+        const auto place = lattice_.place(v);
+        double move = options_.warp;
+        for (int i = 0; i < D; ++i) move *= sin(2 * std::numbers::pi * axes_[i][place[i]]);
+        return p + move * (options_.high - options_.low);
+    }
+    /// A vertex at p moved at random, on a side along it.
+    [[nodiscard]] Vec<D> jittered(std::size_t v, Vec<D> p) const {
+        const auto place = lattice_.place(v);
+        const Vec<D> shift = options_.jitter * noise_.template vector<D>(v);
+        for (int i = 0; i < D; ++i) {
+            const bool free = place[i] > 0 && place[i] < options_.cells[i];
+            p[i] += free ? shift[i] * cell_length(i, place[i]) : 0.0;
+        }
+        return p;
+    }
+
+  private:
+    /// The shorter of the two cells at an inner plane of an axis.
+    [[nodiscard]] double cell_length(int axis, int k) const {
+        const std::vector<double>& planes = axes_[axis];
+        const double length = options_.high[axis] - options_.low[axis];
+        if (options_.grading[axis] == 1) return length / static_cast<double>(planes.size() - 1);
+        return length * std::min(planes[k + 1] - planes[k], planes[k] - planes[k - 1]);
+    }
+
+    BoxOptions<D> options_;
+    Noise noise_;
+    Lattice<D> lattice_;
+    std::array<std::vector<double>, D> axes_;  ///< the planes along each, in the unit box
+};
+
+/// Errors: usage, of options that `generate` does not take.
+template <int D>
+[[nodiscard]] Outcome<Done> check_shell(const ShellOptions<D>& options);
+
+/// The radii of layers from the core to the wall; the core's own is not among them.
+[[nodiscard]] inline std::vector<double> layer_radii(std::vector<double> from_wall, double wall) {
+    if (from_wall.empty()) return from_wall;
+    from_wall.pop_back();
+    std::ranges::reverse(from_wall);
+    from_wall.push_back(wall);
+    return from_wall;
+}
+template <int D>
+[[nodiscard]] std::vector<double> inner_layer_radii(const ShellOptions<D>& o) {
+    std::vector<double> radii = layer_distances(o.inner_layer);
+    for (double& r : radii) r = o.inner_radius + r;
+    return layer_radii(std::move(radii), o.inner_radius);
+}
+template <int D>
+[[nodiscard]] std::vector<double> outer_layer_radii(const ShellOptions<D>& o) {
+    std::vector<double> radii = layer_distances(o.outer_layer);
+    for (double& r : radii) r = o.outer_radius - r;
+    return layer_radii(std::move(radii), o.outer_radius);
+}
+
+/// The radii of the spheres that the vertices of rows of prisms lie on.
+[[nodiscard]] inline std::vector<double> row_radii(const ShellSizes& sizes, std::size_t rows) {
+    const double step = pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
+    std::vector<double> radii{sizes.inner_radius};
+    while (radii.size() <= rows) radii.push_back(radii.back() * step);
+    radii.back() = sizes.outer_radius;
+    return radii;
+}
+
+/// The vertices of rows of prisms by number: those of a sphere, in the order of `directions`, after those of the sphere
+/// within it.
+template <int D>
+struct PrismPlaces {
+    ShellSizes sizes{};
+    std::vector<double> radii;
+    Buffer<Vec<D>> directions;
+    Noise noise;
+
+    [[nodiscard]] std::size_t size() const { return radii.size() * directions.size(); }
+    [[nodiscard]] ShellSide side(std::size_t v) const {
+        const std::size_t k = v / directions.size();
+        return k == 0 ? ShellSide::inner : k + 1 == radii.size() ? ShellSide::outer : ShellSide::between;
+    }
+    [[nodiscard]] Vec<D> regular(std::size_t v) const {
+        return radii[v / directions.size()] * directions[v % directions.size()];
+    }
+    /// Where jitter would have it.
+    [[nodiscard]] Vec<D> moved(std::size_t v) const {
+        const double radius = radii[v / directions.size()];
+        const double shift = sizes.jitter * sizes.inner_size * radius / sizes.inner_radius;
+        const Vec<D> away = regular(v) + shift * noise.template vector<D>(v);
+        return side(v) == ShellSide::between ? away : radius * normalised(away);
+    }
+    /// Its last place, from where jitter left it: that of a wall on its sphere.
+    [[nodiscard]] Vec<D> settled(std::size_t v, const Vec<D>& p) const {
+        switch (side(v)) {
+            case ShellSide::inner: return sizes.inner_radius * normalised(p);
+            case ShellSide::outer: return sizes.outer_radius * normalised(p);
+            default: return p;
+        }
+    }
+};
 
 /// A row of prisms between two levels, each a copy of the base's vertices.
 struct PrismRow {

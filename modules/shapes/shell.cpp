@@ -1,18 +1,19 @@
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
-
 #include <range/v3/action/sort.hpp>
 #include <range/v3/action/unique.hpp>
 module camber.shapes;
 import camber.core;
-import :prism_places;
+import :prism_rows;
 
 namespace camber {
 
@@ -143,9 +144,263 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
     return guarded([&] { return generate_shell(options, execution); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                      \
-    template Outcome<Done> check_shell<D>(const ShellOptions<D>&); \
-    template Outcome<LinearMesh<D>> generate<D>(const ShellOptions<D>&, const Execution&);
+namespace {
+
+/// Points that cover the sphere of this radius with triangles of this edge length (the circle with edges).
+template <int D>
+std::size_t points_on_sphere(double radius, double size) {
+    const double cover = D == 2 ? 2 * std::numbers::pi * radius / size
+                                : 8 * std::numbers::pi * radius * radius / (std::numbers::sqrt3 * size * size);
+    return std::max<std::size_t>(D == 2 ? 6 : 12, static_cast<std::size_t>(std::lround(cover)));
+}
+
+/// Radii from sphere to sphere, each step a simplex's height at that place.
+template <int D>
+std::vector<double> level_radii(const ShellSizes& sizes) {
+    const double height = D == 2 ? std::numbers::sqrt3 / 2 : std::numbers::sqrt2 / std::numbers::sqrt3;
+    constexpr int samples = 4096;
+    const double dr = (sizes.outer_radius - sizes.inner_radius) / samples;
+    const auto middle = [&](int k) { return sizes.inner_radius + (k + 0.5) * dr; };
+    double total = 0;
+    for (int k = 0; k < samples; ++k) total += dr / (height * sizes.at(middle(k)));
+    const int levels = std::max(1, static_cast<int>(std::lround(total)));
+    std::vector<double> radii{sizes.inner_radius};
+    double sum = 0;
+    for (int k = 0; k < samples; ++k) {
+        sum += dr / (height * sizes.at(middle(k)));
+        if (sum * levels >= total * static_cast<double>(radii.size()) &&
+            radii.size() < static_cast<std::size_t>(levels))
+            radii.push_back(middle(k) + dr / 2);
+    }
+    radii.push_back(sizes.outer_radius);
+    return radii;
+}
+
+template <int D>
+void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide side, double jitter,
+                const Noise& noise) {
+    for (const Vec<D>& p : spread_points<D>(count, noise)) {
+        const Vec<D> moved = radius * p + jitter * noise.template vector<D>(core.points.size());
+        core.points.push_back(side == ShellSide::between ? moved : radius * normalised(moved));
+        core.sides.push_back(side);
+    }
+}
+
+/// A vertex's new place: kept on its sphere, or half an edge off both.
+template <int D>
+Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
+    if (side == ShellSide::inner) return sizes.inner_radius * normalised(p);
+    if (side == ShellSide::outer) return sizes.outer_radius * normalised(p);
+    const double gap = 0.5 * std::min({sizes.inner_size, sizes.outer_size, sizes.outer_radius - sizes.inner_radius});
+    const double low = sizes.inner_radius + std::min(gap, 0.5 * sizes.inner_size);
+    const double high = sizes.outer_radius - std::max(gap, 0.5 * sizes.outer_size);
+    const double r = norm(p);
+    return std::clamp(r, std::min(low, high), std::max(low, high)) / r * p;
+}
+
+/// The triangulation without the star of the centre, which is the last of the points given to it.
+template <int D>
+Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise& noise) {
+    Buffer<Vec<D>> points = core.points;
+    const VertexId centre(points.size());
+    points.push_back({});
+    auto elements = delaunay<D>(points, noise);
+    if (elements)
+        std::erase_if(*elements, [&](const auto& s) { return std::find(s.begin(), s.end(), centre) != s.end(); });
+    return elements;
+}
+
+/// One step of springs that push only, each a little longer than the wanted length: the points spread.
+template <int D>
+Outcome<Done> spread(ShellCore<D>& core, const ShellSizes& sizes, const Execution& execution) {
+    std::vector<std::array<VertexId, 2>> edges;
+    for (const auto& s : core.elements)
+        for (const auto& [i, j] : local_edges<D>) edges.push_back({std::min(s[i], s[j]), std::max(s[i], s[j])});
+    edges |= ranges::actions::sort | ranges::actions::unique;
+    std::vector<Vec<D>> push(core.points.size());
+    for (const auto& [a, b] : edges) {
+        const Vec<D> way = core.points[b.index()] - core.points[a.index()];
+        const double wanted = 1.15 * sizes.at(norm(midpoint(core.points[a.index()], core.points[b.index()])));
+        const double length = norm(way);
+        if (length >= wanted) continue;
+        push[b.index()] += 0.15 * (wanted - length) / length * way;
+        push[a.index()] -= 0.15 * (wanted - length) / length * way;
+    }
+    return each(execution, core.points.size(),
+                [&](std::size_t v) { core.points[v] = kept(core.points[v] + push[v], core.sides[v], sizes); });
+}
+
+template <int D>
+double quality_of(const Buffer<Vec<D>>& p, const SimplexVertices<D>& s) {
+    if constexpr (D == 2)
+        return quality(p[s[0].index()], p[s[1].index()], p[s[2].index()]);
+    else
+        return quality(p[s[0].index()], p[s[1].index()], p[s[2].index()], p[s[3].index()]);
+}
+
+/// Moves the vertices of elements below `enough` at random; the worst quality before.
+template <int D>
+Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
+                      const Execution& execution) {
+    double worst = 1;
+    std::vector<std::uint8_t> move(core.points.size(), 0);
+    for (const auto& s : core.elements) {
+        const double q = quality_of<D>(core.points, s);
+        worst = std::min(worst, q);
+        if (q < enough)
+            for (const VertexId v : s) move[v.index()] = 1;
+    }
+    auto done = each(execution, core.points.size(), [&](std::size_t v) {
+        if (move[v] == 0) return;
+        const double step = (core.sides[v] == ShellSide::between ? 0.1 : 0.04) * sizes.at(norm(core.points[v]));
+        core.points[v] = kept(core.points[v] + step * noise.template vector<D>(v), core.sides[v], sizes);
+    });
+    if (!done) return fail(done.error());
+    return worst;
+}
+
+template <int D>
+Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
+    auto elements = carved(core, noise);
+    if (!elements) return fail(elements.error());
+    core.elements = std::move(*elements);
+    return Done{};
+}
+
+/// Spreads, then shakes until no element is flat or some rounds have passed; keeps the best round.
+template <int D>
+Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
+    constexpr int spreads = 8, shakes = 30;
+    constexpr double enough = 0.15;
+    const Execution quiet = without_progress(execution);
+    for (int k = 0; k < spreads; ++k) {
+        if (auto done = triangulate(core, noise); !done) return done;
+        if (auto done = spread(core, sizes, quiet); !done) return done;
+        report_progress(execution, static_cast<std::size_t>(k) + 1, spreads + shakes);
+    }
+    ShellCore<D> best;
+    double best_worst = -2;
+    for (int k = 0; k < shakes && best_worst < enough; ++k) {
+        if (auto done = triangulate(core, noise); !done) return done;
+        ShellCore<D> before = core;
+        const auto worst = shake(core, sizes, enough, noise.stream(200 + k), quiet);
+        if (!worst) return fail(worst.error());
+        report_progress(execution, static_cast<std::size_t>(spreads + k) + 1, spreads + shakes);
+        if (*worst > best_worst) {
+            best_worst = *worst;
+            best = std::move(before);
+        }
+    }
+    core = std::move(best);
+    return Done{};
+}
+
+/// Sorts the boundary facets into inner and outer; both have frames that point away from the centre.
+template <int D>
+Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
+    LinearMesh<D> mesh;
+    mesh.points = core.points;
+    mesh.elements.vertices = core.elements;
+    mesh.elements.references = Buffer<Reference>(core.elements.size(), Reference{1});
+    auto around = balls(mesh, execution);
+    if (!around) return fail(around.error());
+    auto adjacent = neighbours(mesh, *around, execution);
+    if (!adjacent) return fail(adjacent.error());
+    for (const auto& [element, opposite] : boundary_faces<D>(*adjacent)) {
+        SimplexVertices<D - 1> facet;
+        const auto local = face_opposite<D>(static_cast<int>(opposite));
+        for (int i = 0; i < D; ++i) facet[i] = core.elements[element.index()][local[i]];
+        const ShellSide side = core.sides[facet[0].index()];
+        for (const VertexId v : facet)
+            if (side == ShellSide::between || core.sides[v.index()] != side)
+                return fail(ErrorKind::usage, "the sizes are too coarse for the gap between the spheres");
+        // Outwards in 3D is the frame's positive way; counter-clockwise in 2D is the other way round.
+        if ((side == ShellSide::inner) == (D == 3)) std::swap(facet[0], facet[1]);
+        (side == ShellSide::inner ? core.inner : core.outer).push_back(facet);
+    }
+    return Done{};
+}
+
+}  // namespace
+
+double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c) {
+    const double squares = norm_squared(b - a) + norm_squared(c - b) + norm_squared(a - c);
+    return 2 * std::numbers::sqrt3 * det(b - a, c - a) / squares;
+}
+
+double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& d) {
+    const double mean_square = (norm_squared(b - a) + norm_squared(c - a) + norm_squared(d - a) + norm_squared(c - b) +
+                                norm_squared(d - b) + norm_squared(d - c)) /
+                               6;
+    return std::numbers::sqrt2 * det(b - a, c - a, d - a) / (mean_square * std::sqrt(mean_square));
+}
+
+template <int D>
+Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
+    ShellCore<D> core;
+    const auto radii = level_radii<D>(sizes);
+    for (std::size_t k = 0; k < radii.size(); ++k) {
+        const double size = sizes.at(radii[k]);
+        const ShellSide side = k == 0                  ? ShellSide::inner
+                               : k + 1 == radii.size() ? ShellSide::outer
+                                                       : ShellSide::between;
+        add_points<D>(core, radii[k], points_on_sphere<D>(radii[k], size), side, sizes.jitter * size, noise.stream(k));
+    }
+    if (auto done = improve(core, sizes, noise, execution); !done) return fail(done.error());
+    if (auto done = find_walls(core, without_progress(execution)); !done) return fail(done.error());
+    return core;
+}
+
+template <int D>
+PrismCounts prism_counts(const ShellSizes& sizes) {
+    const double cuts = D == 2 ? 2 * std::numbers::pi * sizes.inner_radius / (5 * sizes.inner_size)
+                               : 1.2046 * sizes.inner_radius / sizes.inner_size;
+    // The same triangles at each radius: a step's height follows from their size there.
+    const double ratio = 1 + 0.8 * sizes.inner_size / sizes.inner_radius;
+    const double rows = log(sizes.outer_radius / sizes.inner_radius) / log(ratio);
+    return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};
+}
+
+template <int D>
+Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise, const Execution& execution) {
+    const PrismCounts counts = prism_counts<D>(sizes);
+    auto sphere = icosphere<D>(static_cast<int>(counts.cuts));
+    const auto rows = static_cast<std::size_t>(counts.rows);
+    const std::size_t count = sphere.points.size();
+    ShellCore<D> core;
+    const PrismPlaces<D> places{sizes, row_radii(sizes, rows), std::move(sphere.points), noise};
+    core.points = Buffer<Vec<D>>(places.size());
+    core.sides = Buffer<ShellSide>(places.size());
+    auto done = each(execution, places.size(), [&](std::size_t v) {
+        core.points[v] = places.regular(v);
+        core.sides[v] = places.side(v);
+    });
+    if (!done) return fail(done.error());
+    core.elements.reserve(D * sphere.facets.size() * (rows + static_cast<std::size_t>(layers)));
+    core.elements.resize(D * sphere.facets.size() * rows);
+    done = extrude_rows<D>(sphere.facets, count, rows, noise, 300, core.elements, execution);
+    if (!done) return fail(done.error());
+    core.inner = sphere.facets;
+    core.outer = std::move(sphere.facets);
+    for (auto& facet : core.outer)
+        for (VertexId& v : facet) v = VertexId(v.index() + rows * count);
+    done = move_points<D>(
+        core.points, [&](std::size_t v) { return places.moved(v); },
+        [&](std::span<const std::uint8_t>, const auto& look) { return look(core.elements); }, least_jittered,
+        execution);
+    if (!done) return fail(done.error());
+    done =
+        each(execution, core.points.size(), [&](std::size_t v) { core.points[v] = places.settled(v, core.points[v]); });
+    if (!done) return fail(done.error());
+    return core;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<Done> check_shell<D>(const ShellOptions<D>&);                                          \
+    template Outcome<LinearMesh<D>> generate<D>(const ShellOptions<D>&, const Execution&);                  \
+    template Outcome<ShellCore<D>> unstructured_core<D>(const ShellSizes&, const Noise&, const Execution&); \
+    template PrismCounts prism_counts<D>(const ShellSizes&);                                                \
+    template Outcome<ShellCore<D>> prism_core<D>(const ShellSizes&, int, const Noise&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,12 +1,21 @@
+// Metrics of fixed sizes: by references, and by the deviation of curves from their chords.
 module;
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
+#define EIGEN_ALLOCA __builtin_alloca
+#include <Eigen/Dense>
 module camber.solution_metric;
 import camber.core;
+import camber.bezier;
 import camber.metric;
 
 namespace camber {
@@ -113,12 +122,262 @@ Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh, std::span<
     });
 }
 
+namespace {
+
+/// Where a boundary is curved at a vertex, on one smooth side: unit tangents, orthonormal, and curvatures along them.
+template <int D>
+struct Curved {
+    Vec<D> normal;
+    std::array<Vec<D>, D - 1> tangents;
+    std::array<double, D - 1> curvatures{};
+};
+
+/// The principal directions of a shape operator on the tangents.
+Curved<2> principal(const Vec<2>& n, const std::array<Vec<2>, 1>& tangents, const std::array<double, 1>& shape) {
+    return {n, tangents, {std::abs(shape[0])}};
+}
+Curved<3> principal(const Vec<3>& n, const std::array<Vec<3>, 2>& tangents, const std::array<double, 3>& shape) {
+    const EigenSystem<2> e = eigen_system(Sym<2>{shape});
+    Curved<3> out{n, {}, {std::abs(e.values[0]), std::abs(e.values[1])}};
+    for (int i = 0; i < 2; ++i) out.tangents[i] = e.vectors(0, i) * tangents[0] + e.vectors(1, i) * tangents[1];
+    return out;
+}
+
+/// The mean normal of a side's straight facets; zero where they cancel.
+template <int D>
+Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
+    Vec<D> sum;
+    for (const FacetId f : side) sum += to_side_of(area_normal(mesh, f), sum);
+    return normalised(sum);
+}
+
+/// Equations of a quadratic, for a surface or a curve: of sizes that differ, so that Eigen's decomposition is compiled
+/// once.
+constexpr int most_unknowns = 5;
+using Equations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, most_unknowns>;
+using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_unknowns, 1>;
+
+/// The least squares solution; false: the equations do not tell it.
+bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
+    Eigen::ColPivHouseholderQR<Equations> qr(a);
+    qr.setThreshold(1e-6);
+    if (qr.rank() < a.cols()) return false;
+    x = qr.solve(b);
+    return true;
+}
+
+/// The quadratic through the vertex that is nearest to the others of its patch, of two rings.
+template <int D>
+class Fit {
+    static constexpr int slopes = D - 1, unknowns = slopes + sym_size<D - 1>;
+
+  public:
+    Fit(const LinearMesh<D>& mesh, const Incidence<FacetId>& balls, const Column<std::uint32_t>& patches)
+        : mesh_(mesh), balls_(balls), patches_(patches) {}
+
+    [[nodiscard]] Curved<D> operator()(VertexId v, Side side) {
+        const Vec<D> n = side_normal(mesh_, side);
+        const auto tangents = tangents_of(n);
+        collect(v, side);
+        std::array<double, sym_size<D - 1>> shape{};
+        // What fewer points than unknowns say is left open: flat.
+        if (ring_.size() >= static_cast<std::size_t>(unknowns)) shape = fitted(mesh_.points[v], n, tangents);
+        return principal(n, tangents, shape);
+    }
+
+  private:
+    void add_ring(Side facets, VertexId v, std::uint32_t patch) {
+        for (const FacetId f : facets)
+            if (patches_[f] == patch)
+                for (const VertexId w : mesh_.facets.vertices[f])
+                    if (w != v && std::find(ring_.begin(), ring_.end(), w) == ring_.end()) ring_.push_back(w);
+    }
+    void collect(VertexId v, Side side) {
+        constexpr std::size_t enough = 40;  // rings of fans that many facets have in common
+        ring_.clear();
+        const std::uint32_t patch = patches_[side[0]];
+        add_ring(side, v, patch);
+        const std::size_t first = ring_.size();
+        for (std::size_t i = 0; i < first && ring_.size() < enough; ++i) add_ring(balls_[ring_[i]], v, patch);
+    }
+    [[nodiscard]] std::array<double, sym_size<D - 1>> fitted(const Vec<D>& origin, const Vec<D>& n,
+                                                             const std::array<Vec<D>, D - 1>& tangents) const {
+        // In units of the rings' radius.
+        double radius = 0;
+        for (const VertexId w : ring_) radius = std::max(radius, distance(mesh_.points[w], origin));
+        std::array<double, sym_size<D - 1>> shape{};
+        if (!(radius > 0)) return shape;
+        static_assert(unknowns <= most_unknowns);
+        Equations a(ring_.size(), unknowns);
+        Eigen::VectorXd b(ring_.size());
+        for (std::size_t r = 0; r < ring_.size(); ++r) {
+            const auto row = static_cast<Eigen::Index>(r);
+            const Vec<D> e = (mesh_.points[ring_[r]] - origin) / radius;
+            const double weight = 1 / std::max(norm_squared(e), 1e-6);
+            Vec<D - 1> x;
+            for (int i = 0; i < D - 1; ++i) x[i] = dot(tangents[i], e);
+            int k = 0;
+            for (int i = 0; i < D - 1; ++i) a(row, k++) = weight * x[i];
+            for (int i = 0; i < D - 1; ++i)
+                for (int j = 0; j <= i; ++j) a(row, k++) = weight * (i == j ? 0.5 : 1) * x[i] * x[j];
+            b(row) = weight * dot(n, e);
+        }
+        Unknowns x;
+        if (!solve(a, b, x)) return shape;
+        // Of h = a·x + ½ xᵀSx the curvature is S/(1 + |a|²)^{3/2} to first order in the slope; the slope is small.
+        for (std::size_t k = 0; k < shape.size(); ++k) shape[k] = x(slopes + static_cast<Eigen::Index>(k)) / radius;
+        return shape;
+    }
+
+    const LinearMesh<D>& mesh_;
+    const Incidence<FacetId>& balls_;
+    const Column<std::uint32_t>& patches_;
+    std::vector<VertexId> ring_;
+};
+
+/// Derivatives of a facet of degree 2 at its corner.
+template <int D>
+struct FacetJet {
+    std::array<Vec<D>, D - 1> first;
+    std::array<std::array<Vec<D>, D - 1>, D - 1> second;
+};
+template <int D>
+FacetJet<D> jet_at(const QuadraticMesh<D>& mesh, FacetId f, VertexId v) {
+    const QuadraticSimplex<D - 1, D> simplex = facet_of(mesh, f);
+    const auto& corners = mesh.linear.facets.vertices[f];
+    Barycentric<D - 1> at{};
+    for (int i = 0; i < D; ++i) at[i] = corners[i] == v ? 1 : 0;
+    FacetJet<D> jet;
+    jet.first = simplex.derivatives(at);
+    for (int a = 0; a < D - 1; ++a)
+        for (int b = 0; b < D - 1; ++b)
+            jet.second[a][b] =
+                2.0 * (simplex.at(a + 1, b + 1) - simplex.at(a + 1, 0) - simplex.at(b + 1, 0) + simplex.control[0]);
+    return jet;
+}
+
+/// The mean of the second fundamental forms of a side's facets at a vertex, by area, on the tangents of their mean
+/// normal.
+template <int D>
+Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) {
+    Vec<D> sum;
+    for (const FacetId f : side) sum += to_side_of(area_normal(jet_at(mesh, f, v).first), sum);
+    const Vec<D> n = normalised(sum);
+    const auto tangents = tangents_of(n);
+    std::array<double, sym_size<D - 1>> shape{};
+    double all = 0;
+    for (const FacetId f : side) {
+        const FacetJet<D> jet = jet_at(mesh, f, v);
+        const double area = norm(area_normal(jet.first));
+        if (!(area > 0)) continue;
+        // S = G⁻ᵀ (n·F_ab) G⁻¹ with G the facet's columns on the tangents.
+        Eigen::Matrix<double, D - 1, D - 1> g, form;
+        for (int a = 0; a < D - 1; ++a)
+            for (int b = 0; b < D - 1; ++b) {
+                g(a, b) = dot(tangents[a], jet.first[b]);
+                form(a, b) = dot(n, jet.second[a][b]);
+            }
+        const Eigen::Matrix<double, D - 1, D - 1> inverse = g.inverse();
+        const Eigen::Matrix<double, D - 1, D - 1> s = inverse.transpose() * form * inverse;
+        if (!s.allFinite()) continue;
+        for (int i = 0; i < D - 1; ++i)
+            for (int j = 0; j <= i; ++j) shape[Sym<D - 1>::index(i, j)] += area * s(i, j);
+        all += area;
+    }
+    if (all > 0)
+        for (double& x : shape) x /= all;
+    return principal(n, tangents, shape);
+}
+
+/// The longest chord of a circle of a curvature that is asked for; infinite where it is flat.
+double chord_of(double curvature, const ChordOptions& options) {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    const double by_error = options.chord_error > 0 ? std::sqrt(8 * options.chord_error / curvature) : none;
+    const double by_angle = options.angle > 0 ? options.angle * std::numbers::pi / 180 / curvature : none;
+    return std::min(by_error, by_angle);
+}
+
+template <int D>
+LogMetric<D> metric_of(const Curved<D>& curved, const ChordOptions& options, double largest) {
+    Vec<D> sizes;
+    Mat<D> axes;
+    double least = largest;
+    for (int i = 0; i < D - 1; ++i) {
+        sizes[i] = std::clamp(chord_of(curved.curvatures[i], options), min_length, largest);
+        axes.column[i] = curved.tangents[i];
+        least = std::min(least, sizes[i]);
+    }
+    sizes[D - 1] = std::min(largest, options.normal_ratio * least);
+    axes.column[D - 1] = curved.normal;
+    return log_metric_of_sizes(sizes, axes);
+}
+
+/// make_curved() is what says of a vertex and a side how it is curved there; one for each chunk of vertices.
+template <int D>
+Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, const Column<std::uint32_t>& patches,
+                                               const ChordOptions& options, double largest, const Execution& execution,
+                                               const auto& make_curved) {
+    return guarded([&]() -> Outcome<MetricsAtVertices<D>> {
+        Buffer<VertexId> vertices;
+        for (std::size_t v = 0; v < balls.size(); ++v)
+            if (std::ranges::any_of(balls[v], [&](FacetId f) { return patches[f] != no_patch; }))
+                vertices.push_back(VertexId(v));
+        Buffer<LogMetric<D>> logs(vertices.size());
+        auto done = each_chunk(execution, vertices.size(), [&](std::size_t begin, std::size_t end) {
+            auto curved = make_curved();
+            std::vector<FacetId> facets;
+            for (std::size_t i = begin; i < end; ++i)
+                each_side(balls[vertices[i]], patches, facets, [&](Side side) {
+                    const LogMetric<D> own = metric_of<D>(curved(vertices[i], side), options, largest);
+                    logs[i] = side.data() == facets.data() ? own : intersection(logs[i], own);
+                });
+        });
+        if (!done) return fail(done.error());
+        return MetricsAtVertices<D>{std::move(vertices), std::move(logs)};
+    });
+}
+
+template <int D>
+Outcome<Done> check_chords(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches, const ChordOptions& options,
+                           double largest) {
+    if (auto sound = check_limits(options); !sound) return sound;
+    if (!(options.chord_error > 0) && !(options.angle > 0))
+        return fail(ErrorKind::usage, "neither an error of chords nor an angle is asked for");
+    return check_sides(mesh, patches, largest);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches,
+                                            const ChordOptions& options, double largest, const Execution& execution) {
+    if (auto sound = check_chords(mesh, patches, options, largest); !sound) return fail(sound.error());
+    const auto balls = facet_balls(mesh, without_progress(execution));
+    if (!balls) return fail(balls.error());
+    return metrics_of_sides<D>(*balls, patches, options, largest, execution,
+                               [&] { return Fit<D>(mesh, *balls, patches); });
+}
+
+template <int D>
+Outcome<MetricsAtVertices<D>> chord_metrics(const QuadraticMesh<D>& mesh, const Column<std::uint32_t>& patches,
+                                            const ChordOptions& options, double largest, const Execution& execution) {
+    if (auto sound = check_chords(mesh.linear, patches, options, largest); !sound) return fail(sound.error());
+    const auto balls = facet_balls(mesh.linear, without_progress(execution));
+    if (!balls) return fail(balls.error());
+    return metrics_of_sides<D>(*balls, patches, options, largest, execution,
+                               [&] { return [&](VertexId v, Side side) { return curved_of_facets(mesh, v, side); }; });
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                                       \
     template Outcome<MetricsAtVertices<D>> sizes_by_reference<D>(const LinearMesh<D>&,                              \
                                                                  std::span<const ReferenceSize>);                   \
     template Outcome<Column<LogMetric<D>>> fixed_metric<D>(                                                         \
         const LinearMesh<D>&, std::span<const MetricsAtVertices<D>>, std::span<const Column<LogMetric<D>>>, double, \
-        const Execution&);
+        const Execution&);                                                                                          \
+    template Outcome<MetricsAtVertices<D>> chord_metrics<D>(const LinearMesh<D>&, const Column<std::uint32_t>&,     \
+                                                            const ChordOptions&, double, const Execution&);         \
+    template Outcome<MetricsAtVertices<D>> chord_metrics<D>(const QuadraticMesh<D>&, const Column<std::uint32_t>&,  \
+                                                            const ChordOptions&, double, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

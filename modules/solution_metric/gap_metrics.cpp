@@ -13,7 +13,6 @@ module camber.solution_metric;
 import camber.core;
 import camber.box_tree;
 import camber.metric;
-import :sides;
 
 namespace camber {
 

@@ -1,9 +1,11 @@
+// Local error models at vertices and elements, from second and third derivatives.
 module;
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <string>
 #include <utility>
 module camber.solution_metric;
@@ -12,6 +14,353 @@ import camber.bezier;
 import camber.metric;
 
 namespace camber {
+
+namespace {
+
+constexpr double tiny = 1e-290;  // of |T|: logs of it are numbers
+
+/// What bounds Q from below in coordinates y, v = G y, |T| ≤ 1 in those of v: ⅔ log|T(y)| and log(floor |v|²).
+template <int D>
+struct Bounded {
+    CubicForm<D> given;
+    double floor = 0;  // of Q
+    Mat<D> to_space = Mat<D>::identity();
+    CubicForm<D> here;    // T[G·, G·, G·]
+    Sym<D> floor_here{};  // floor GᵀG
+
+    Bounded(const CubicForm<D>& t) : given(t), here(t) {}
+    void set_frame(const Mat<D>& g) {
+        to_space = g;
+        here = pulled_back(given, g);
+        floor_here = floor * congruence(transposed(g), Sym<D>::identity());
+    }
+    [[nodiscard]] double floor_at(const Vec<D>& y) const { return dot(y, floor_here * y); }
+    [[nodiscard]] double value(const Vec<D>& y) const { return trilinear(here, y, y, y); }
+    [[nodiscard]] double log_bound(const Vec<D>& y) const {
+        const double of_t = std::max(std::abs(value(y)), tiny);
+        return std::max(2.0 / 3 * log(of_t), log(std::max(floor_at(y), tiny)));
+    }
+};
+
+/// The bound at all directions of the table.
+template <int D>
+void log_bounds(const Directions<D>& directions, const Bounded<D>& bounded, auto& out) {
+    with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
+        for (int p = 0; p < Directions<D>::packs; ++p) {
+            Pack t = packed(0), low = packed(0);
+            for (int k = 0; k < cubic_size<D>; ++k) t += directions.cubic[p][k] * bounded.here.c[k];
+            for (int k = 0; k < sym_size<D>; ++k) low += directions.quadratic[p][k] * bounded.floor_here.c[k];
+            low = max(low, packed(0));
+            out[p] = 2.0 / 3 * log(max(max(abs(t), low * sqrt(low)), packed(tiny)));
+        }
+    });
+}
+
+/// Two unit vectors (in 2D one) across a unit one.
+template <int D>
+std::array<Vec<D>, D - 1> across(const Vec<D>& y) {
+    if constexpr (D == 2) {
+        return {Vec<2>{{-y[1], y[0]}}};
+    } else {
+        int least = 0;
+        for (int i = 1; i < 3; ++i)
+            if (std::abs(y[i]) < std::abs(y[least])) least = i;
+        Vec<3> axis;
+        axis[least] = 1;
+        const Vec<3> a = normalised(cross(y, axis));
+        return {a, cross(y, a)};
+    }
+}
+
+/// Newton's step on the sphere towards the largest |T(y)|: gradient 3 T[y,y,·] and Hessian 6 T[y,·,·] − 3 T(y) across
+/// y; along the gradient where the Hessian has another sign.
+template <int D>
+Vec<D> step_to_largest(const CubicForm<D>& t, const Vec<D>& y) {
+    const Sym<D> along = contracted(t, y);
+    const Vec<D> slope = along * y;
+    const double value = dot(slope, y), sign = value < 0 ? -1 : 1;
+    const auto tangents = across(y);
+    Vec<D> step;
+    if constexpr (D == 2) {
+        const double g = 3 * sign * dot(slope, tangents[0]);
+        const double h = sign * (6 * dot(tangents[0], along * tangents[0]) - 3 * value);
+        step = (h < 0 ? -g / h : g / std::max(3 * std::abs(value), tiny)) * tangents[0];
+    } else {
+        const double g0 = 3 * sign * dot(slope, tangents[0]), g1 = 3 * sign * dot(slope, tangents[1]);
+        const double h00 = sign * (6 * dot(tangents[0], along * tangents[0]) - 3 * value);
+        const double h01 = sign * 6 * dot(tangents[0], along * tangents[1]);
+        const double h11 = sign * (6 * dot(tangents[1], along * tangents[1]) - 3 * value);
+        const double d = h00 * h11 - h01 * h01;
+        if (h00 < 0 && d > 0)
+            step = ((h01 * g1 - h11 * g0) / d) * tangents[0] + ((h01 * g0 - h00 * g1) / d) * tangents[1];
+        else
+            step = (1 / std::max(3 * std::abs(value), tiny)) * (g0 * tangents[0] + g1 * tangents[1]);
+    }
+    constexpr double longest = 0.2;
+    if (const double length = norm(step); length > longest) step *= longest / length;
+    return normalised(y + step);
+}
+
+/// The search for one model.
+template <int D>
+class Search {
+    static constexpr int unknowns = sym_size<D>;
+    static constexpr int cut_packs = 4;
+    static constexpr int most_cuts = cut_packs * pack_size;
+    static constexpr int table = Directions<D>::count;
+    using Programme = SmallProgramme<unknowns, Directions<D>::packs + cut_packs>;
+
+  public:
+    Search(const Directions<D>& directions, const CubicForm<D>& t, double max_anisotropy)
+        : directions_(directions), bounded_(t), max_anisotropy_(max_anisotropy) {
+        log_bounds(directions_, bounded_, programme_.least);
+        bounded_.floor = exp(largest_of_table()) / (max_anisotropy * max_anisotropy);
+        bounded_.set_frame(bounded_.to_space);
+    }
+
+    /// Frame and sizes by entries: in the frame of T:T, where Q is diagonal, the least Σ l_i with
+    /// (l_i + l_j + l_k)/2 ≥ log|T_ijk|. Of several that are as good (for n³ + 3 n t² it does not matter how much
+    /// thinner along n and longer along t an ellipsoid is) one whose largest l is small: that has a tenth of the cost.
+    void bound_by_entries() {
+        constexpr int rounds = 5;
+        EntryProgramme programme = entry_programme();
+        Mat<D> best;
+        double least = std::numeric_limits<double>::max();
+        for (int round = 0; round < rounds; ++round) {
+            bounded_.set_frame(bounded_.to_space * eigen_system(contracted_twice(bounded_.here)).vectors);
+            for (int c = 0; c < cubic_size<D>; ++c)
+                programme.set_least(c, log(std::max(std::abs(bounded_.here.c[c]), tiny)));
+            for (int i = 0; i < D; ++i) {
+                const int c = CubicForm<D>::index(i, i, i);
+                const double low = 1.5 * log(std::max(bounded_.floor_here(i, i), tiny));
+                programme.set_least(c, std::max(programme.least_of(c), low));
+            }
+            const auto l = programme.solve();
+            Mat<D> g = bounded_.to_space;
+            for (int i = 0; i < D; ++i) g.column[i] *= exp(-l[i] / 2);
+            bounded_.set_frame(g);
+            log_bounds(directions_, bounded_, programme_.least);
+            const double most = largest_of_table(), now = log_det_of(most);
+            set_floor(most);
+            if (!(now < least)) continue;
+            least = now;
+            best = g;
+        }
+        bounded_.set_frame(best);
+        log_bounds(directions_, bounded_, programme_.least);
+        const double most = largest_of_table();
+        set_floor(most);
+        grow_by(most);
+    }
+
+    void bound_by_directions() {
+        constexpr int most_rounds = 16, most_cutting = 24;
+        for (int p = 0; p < Directions<D>::packs; ++p) programme_.rows[p] = directions_.quadratic[p];
+        for (int i = 0; i < D; ++i) programme_.cost[Sym<D>::index(i, i)] = 1;
+        for (int i = 0; i < unknowns; ++i) programme_.basis[i] = i;
+        log_bounds(directions_, bounded_, programme_.least);
+        Mat<D> best = bounded_.to_space;
+        double least = log_det_of(cut());  // of the diagonal bound, which is better where the search finds no end
+        cuts_ = 0;
+        for (int p = 0; p < cut_packs; ++p) programme_.least[Directions<D>::packs + p] = packed(Programme::no_row);
+        for (int round = 0; round < most_rounds; ++round) {
+            const double most = largest_of_table();
+            if (step() < 0.1 || D * most - trace_ < 0.02) break;
+            log_bounds(directions_, bounded_, programme_.least);
+        }
+        const auto basis = programme_.basis;
+        double last_look = std::numeric_limits<double>::max();
+        for (int round = 0;; ++round) {
+            log_bounds(directions_, bounded_, programme_.least);
+            const double most = cut();
+            const double now = log_det_of(most);
+            if (now < least) {
+                least = now;
+                best = bounded_.to_space;
+            }
+            // Along valleys that are nearly flat it would go on and on.
+            constexpr int often = 4;
+            constexpr double worth_it = 0.04;
+            if (round % often == often - 1) {
+                if (!(last_look - least > worth_it)) break;
+                last_look = least;
+            }
+            if (round == most_cutting) break;
+            programme_.basis = basis;
+            step();
+            if (D * most - trace_ < 4e-3) break;
+        }
+        bounded_.set_frame(best);
+    }
+
+    /// So that the bound holds everywhere, not only at the directions.
+    void hold_everywhere() {
+        log_bounds(directions_, bounded_, programme_.least);
+        double most = largest_of_table();
+        each_near_largest(most - 0.08, 8, [&](const Vec<D>& y) { most = std::max(most, bounded_.log_bound(y)); });
+        grow_by(most);
+    }
+
+    /// Q = G⁻ᵀ G⁻¹ from the singular values of G.
+    [[nodiscard]] EigenSystem<D> logs() const {
+        EigenSystem<D> out = left_singular(bounded_.to_space);
+        for (double& x : out.values.c) x = -2 * log(x);
+        return out;
+    }
+
+  private:
+    /// l_1 … l_n and the largest of them.
+    using EntryProgramme = SmallProgramme<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
+    [[nodiscard]] static EntryProgramme entry_programme() {
+        constexpr double share = 0.1, lowest = -1e4;
+        EntryProgramme programme;
+        programme.least.fill(packed(programme.no_row));
+        programme.cost.fill(1);
+        programme.cost[D] = share;
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j)
+                for (int k = 0; k <= j; ++k) {
+                    std::array<double, D + 1> row{};
+                    for (const int a : {i, j, k}) row[a] += 0.5;
+                    programme.set_row(CubicForm<D>::index(i, j, k), row);
+                }
+        for (int i = 0; i <= D; ++i) {
+            std::array<double, D + 1> row{};
+            row[D] = 1;
+            if (i < D) row[i] = -1;
+            programme.set_row(cubic_size<D> + i, row);
+            programme.set_least(cubic_size<D> + i, i < D ? 0 : lowest);
+            programme.basis[i] = i < D ? CubicForm<D>::index(i, i, i) : cubic_size<D> + D;
+        }
+        return programme;
+    }
+    /// (T:T)_ij.
+    [[nodiscard]] static Sym<D> contracted_twice(const CubicForm<D>& t) {
+        Sym<D> twice;
+        for (int a = 0; a < D; ++a) {
+            const Sym<D> along = contracted(t, Mat<D>::identity().column[a]);
+            for (int i = 0; i < D; ++i)
+                for (int j = 0; j <= i; ++j)
+                    for (int b = 0; b < D; ++b) twice(i, j) += along(i, b) * along(j, b);
+        }
+        return twice;
+    }
+    /// For Q scaled by e^most: what its sizes may be apart.
+    void set_floor(double most) {
+        const Vec<D> roots = left_singular(bounded_.to_space).values;
+        const double shortest = *std::min_element(roots.c.begin(), roots.c.end());
+        bounded_.floor = exp(most) / (shortest * shortest * max_anisotropy_ * max_anisotropy_);
+        bounded_.set_frame(bounded_.to_space);
+    }
+    /// log det Q once it is scaled by e^most, and its sizes are no further apart than they may be.
+    [[nodiscard]] double log_det_of(double most) const {
+        LocalModel<D> model{logs()};
+        double sum = D * most;
+        for (const double x : floored(model, max_anisotropy_).logs.values.c) sum += x;
+        return sum;
+    }
+    [[nodiscard]] double largest_of_table() const {
+        double most = -std::numeric_limits<double>::max();
+        for (int i = 0; i < table; ++i) most = std::max(most, programme_.least_of(i));
+        return most;
+    }
+    /// visit(y) with the places of the largest |T| near directions whose bound is at least so much, and none of those
+    /// around them more.
+    void each_near_largest(double least, int steps, const auto& visit) {
+        constexpr double around = 0.955;  // cosine of three halves of the distance of directions
+        std::array<int, table> tried{};
+        int count = 0;
+        for (int i = 0; i < table; ++i)
+            if (programme_.least_of(i) >= least) tried[count++] = i;
+        for (int a = 0; a < count; ++a) {
+            const double own = programme_.least_of(tried[a]);
+            Vec<D> y = directions_.unit[tried[a]];
+            bool is_largest = true;
+            for (int b = 0; b < count && is_largest; ++b)
+                is_largest =
+                    !(programme_.least_of(tried[b]) > own && std::abs(dot(directions_.unit[tried[b]], y)) > around);
+            if (!is_largest) continue;
+            for (int s = 0; s < steps; ++s) y = step_to_largest(bounded_.here, y);
+            visit(y);
+        }
+        // The floor's own largest places are its axes.
+        const EigenSystem<D> floor = eigen_system(bounded_.floor_here);
+        for (int i = 0; i < D; ++i)
+            if (log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
+    }
+    /// Adds the places of the largest |T| to the cuts, the newest in place of the oldest; the largest bound of all.
+    double cut() {
+        double most = largest_of_table();
+        for (int c = 0; c < std::min(cuts_, most_cuts); ++c) set_cut(c);
+        each_near_largest(most - 0.1, 3, [&](const Vec<D>& y) {
+            const double bound = bounded_.log_bound(y);
+            most = std::max(most, bound);
+            for (int c = 0; c < std::min(cuts_, most_cuts); ++c)
+                if (std::abs(dot(cut_at_[c], y)) > 1 - 1e-5) return;
+            const int c = cuts_ % most_cuts;
+            cut_at_[c] = y;
+            set_cut(c);
+            ++cuts_;
+        });
+        return most;
+    }
+    void set_cut(int c) {
+        programme_.set_row(table + c, quadratic_row(cut_at_[c]));
+        programme_.set_least(table + c, bounded_.log_bound(cut_at_[c]));
+    }
+    /// Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}; |L|.
+    double step() {
+        Sym<D> l;
+        l.c = programme_.solve();
+        trace_ = trace(l);
+        EigenSystem<D> e = eigen_system(l);
+        EigenSystem<D> grow = e;
+        for (double& x : e.values.c) x = exp(-x / 2);
+        for (double& x : grow.values.c) x = exp(x / 2);
+        const Sym<D> shrink = composed(e), to_new = composed(grow);
+        Mat<D> g;
+        for (int j = 0; j < D; ++j)
+            for (int k = 0; k < D; ++k) g.column[j] += shrink(k, j) * bounded_.to_space.column[k];
+        for (int c = 0; c < std::min(cuts_, most_cuts); ++c) cut_at_[c] = normalised(to_new * cut_at_[c]);
+        bounded_.set_frame(g);
+        return norm(l);
+    }
+    void grow_by(double log_factor) {
+        Mat<D> g = bounded_.to_space;
+        for (Vec<D>& column : g.column) column *= exp(-log_factor / 2);
+        bounded_.set_frame(g);
+    }
+
+    const Directions<D>& directions_;
+    Bounded<D> bounded_;
+    double max_anisotropy_;
+    Programme programme_;
+    std::array<Vec<D>, most_cuts> cut_at_{};  ///< in coordinates y
+    int cuts_ = 0;                            ///< so many were made
+    double trace_ = 0;                        ///< of the last L
+};
+
+}  // namespace
+
+template <int D>
+CubicModels<D>::CubicModels(const ModelOptions& options)
+    : options_(options), directions_(std::make_shared<const Directions<D>>()) {}
+
+template <int D>
+LocalModel<D> CubicModels<D>::operator()(const CubicForm<D>& t) const {
+    double scale = 0;
+    for (const double x : t.c) scale = std::max(scale, std::abs(x));
+    if (scale == 0) return zero_model<D>();
+    CubicForm<D> unit = t;
+    for (double& x : unit.c) x /= scale;
+    Search<D> search(*directions_, unit, options_.max_anisotropy);
+    search.bound_by_entries();
+    if (options_.bound == CubicBound::optimal) search.bound_by_directions();
+    search.hold_everywhere();
+    LocalModel<D> model{search.logs()};
+    for (double& x : model.logs.values.c) x += 2.0 / 3 * log(scale);
+    return floored(model, options_.max_anisotropy);
+}
 
 namespace {
 
@@ -162,6 +511,9 @@ Outcome<LocalModels<D>> curved_cubic_models(const QuadraticMesh<D>& mesh, const 
         return in_space(models(in_reference(map, hessians[e], thirds[e])), map.jacobian, options);
     });
 }
+
+template class CubicModels<2>;
+template class CubicModels<3>;
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template Outcome<LocalModels<D>> hessian_models<D>(const Column<Sym<D>>&, const ModelOptions&, const Execution&);  \

@@ -1,11 +1,305 @@
 module;
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <tuple>
 #include <utility>
 export module camber.solution_metric:models;
 import camber.core;
-import :local_model;
+import camber.bezier;
+import camber.metric;
+
+namespace camber {
+
+/// Of yᵀLy the factor of each entry of L.
+template <int D>
+[[nodiscard]] constexpr std::array<double, sym_size<D>> quadratic_row(const Vec<D>& y) {
+    std::array<double, sym_size<D>> row{};
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) row[Sym<D>::index(i, j)] = (i == j ? 1 : 2) * y[i] * y[j];
+    return row;
+}
+
+/// Of T[y, y, y] the factor of each entry of T.
+template <int D>
+[[nodiscard]] constexpr std::array<double, cubic_size<D>> cubic_row(const Vec<D>& y) {
+    std::array<double, cubic_size<D>> row{};
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j)
+            for (int k = 0; k < D; ++k) row[CubicForm<D>::index(i, j, k)] += y[i] * y[j] * y[k];
+    return row;
+}
+
+/// Directions, ±y alike, evenly over the sphere. The first n(n+1)/2 of them are the basis to begin with: their yyᵀ are
+/// independent and sum to a multiple of the identity (in 2D three at 60 degrees, in 3D the axes of an icosahedron).
+template <int D>
+struct Directions {
+    static constexpr int packs = D == 2 ? 6 : 16;
+    static constexpr int count = packs * pack_size;
+
+    std::array<Vec<D>, count> unit;
+    std::array<std::array<Pack, sym_size<D>>, packs> quadratic{};
+    std::array<std::array<Pack, cubic_size<D>>, packs> cubic{};
+
+    Directions() : unit(evenly()) {
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto q = quadratic_row(unit[i]);
+            const auto c = cubic_row(unit[i]);
+            for (std::size_t k = 0; k < q.size(); ++k) quadratic[i / pack_size][k][i % pack_size] = q[k];
+            for (std::size_t k = 0; k < c.size(); ++k) cubic[i / pack_size][k][i % pack_size] = c[k];
+        }
+    }
+
+  private:
+    [[nodiscard]] static std::array<Vec<D>, count> evenly() {
+        std::array<Vec<D>, count> out;
+        if constexpr (D == 2) {
+            static_assert(count % 3 == 0);
+            int next = 3;
+            for (int i = 0; i < count; ++i) {
+                const double angle = std::numbers::pi * i / count;
+                const bool is_first = i % (count / 3) == 0;
+                out[is_first ? i / (count / 3) : next++] = {{cos(angle), sin(angle)}};
+            }
+        } else {
+            const double golden = std::numbers::phi, length = std::sqrt(1 + golden * golden);
+            for (int i = 0; i < 3; ++i)
+                for (int sign = 0; sign < 2; ++sign) {
+                    Vec<3>& y = out[2 * i + sign];
+                    y[i] = 1 / length;
+                    y[(i + 1) % 3] = (sign == 0 ? golden : -golden) / length;
+                }
+            // Fibonacci's spiral over half a sphere.
+            constexpr int spiral = count - 6;
+            for (int i = 0; i < spiral; ++i) {
+                const double z = 1 - (i + 0.5) / spiral, r = std::sqrt(1 - z * z);
+                const double angle = 2 * std::numbers::pi * (i + 0.5) * golden;
+                out[6 + i] = {{r * cos(angle), r * sin(angle), z}};
+            }
+        }
+        return out;
+    }
+};
+
+/// min cᵀx with a_i·x ≥ b_i for P packs of rows and U ≤ 6 unknowns, by the simplex method on the dual, max Σ b_i μ_i
+/// with Σ μ_i a_i = c, μ ≥ 0. Rows stay and only b changes from one programme to the next, so the basis of one is a
+/// feasible one of the next: some pivots, each a product of a few packs. A row that is not there has b = no_row.
+template <int U, int P>
+class SmallProgramme {
+  public:
+    using Basis = std::array<int, U>;  ///< rows whose μ may be positive
+    using Unknowns = std::array<double, U>;
+    static constexpr double no_row = -1e30;
+
+    std::array<std::array<Pack, U>, P> rows{};
+    std::array<Pack, P> least{};
+    Unknowns cost{};
+    Basis basis{};  ///< feasible: Σ μ_i a_i = c with μ ≥ 0 over its rows
+
+    void set_row(int i, const Unknowns& row) {
+        for (int k = 0; k < U; ++k) rows[at(i).first][k][at(i).second] = row[k];
+    }
+    void set_least(int i, double bound) { least[at(i).first][at(i).second] = bound; }
+    [[nodiscard]] double least_of(int i) const { return least[at(i).first][at(i).second]; }
+
+    /// Leaves the best basis in `basis`.
+    [[nodiscard]] Unknowns solve() {
+        constexpr int most_pivots = 120;
+        constexpr double tolerance = 1e-9;
+        invert();
+        for (int pivot = 0; pivot < most_pivots; ++pivot) {
+            const Unknowns x = unknowns();
+            const Missing m = most_missing(x);
+            if (!(m.amount > tolerance) || !enter(m.row)) return x;
+        }
+        return unknowns();
+    }
+
+  private:
+    static constexpr std::pair<std::size_t, std::size_t> at(int i) {
+        return {static_cast<std::size_t>(i) / pack_size, static_cast<std::size_t>(i) % pack_size};
+    }
+    [[nodiscard]] Unknowns row(int i) const {
+        Unknowns out;
+        for (int k = 0; k < U; ++k) out[k] = rows[at(i).first][k][at(i).second];
+        return out;
+    }
+    /// x with a_i·x = b_i on the basis.
+    [[nodiscard]] Unknowns unknowns() const {
+        Unknowns x{};
+        for (int j = 0; j < U; ++j)
+            for (int k = 0; k < U; ++k) x[k] += inverse_[j][k] * least_of(basis[j]);
+        return x;
+    }
+    struct Missing {
+        int row = 0;
+        double amount = 0;
+    };
+    /// The row of which most is missing, and how much.
+    [[nodiscard]] Missing most_missing(const Unknowns& x) const {
+        Pack most = packed(-std::numeric_limits<double>::max());
+        Mask where{};
+        with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
+            for (int p = 0; p < P; ++p) {
+                Pack lacks = least[p];
+                for (int k = 0; k < U; ++k) lacks -= rows[p][k] * x[k];
+                const Mask more = lacks > most;
+                most = select(more, lacks, most);
+                where = more ? Mask(p) : where;
+            }
+        });
+        int best = 0;
+        for (int lane = 1; lane < pack_size; ++lane)
+            if (most[lane] > most[best]) best = lane;
+        return {static_cast<int>(where[best]) * pack_size + best, most[best]};
+    }
+    /// Takes a row into the basis, and out of it the one whose μ is the first to vanish. False: none does.
+    [[nodiscard]] bool enter(int entering) {
+        const Unknowns a = row(entering);
+        Unknowns along{}, weight{};
+        for (int j = 0; j < U; ++j)
+            for (int k = 0; k < U; ++k) {
+                along[j] += inverse_[j][k] * a[k];
+                weight[j] += inverse_[j][k] * cost[k];
+            }
+        int leaving = -1;
+        double first = std::numeric_limits<double>::max();
+        for (int j = 0; j < U; ++j)
+            if (along[j] > 1e-9 && std::max(weight[j], 0.0) / along[j] < first) {
+                first = std::max(weight[j], 0.0) / along[j];
+                leaving = j;
+            }
+        if (leaving < 0) return false;
+        for (double& x : inverse_[leaving]) x /= along[leaving];
+        for (int j = 0; j < U; ++j)
+            if (j != leaving)
+                for (int k = 0; k < U; ++k) inverse_[j][k] -= along[j] * inverse_[leaving][k];
+        basis[leaving] = entering;
+        return true;
+    }
+    /// Inverts the matrix whose columns are the rows of the basis.
+    void invert() {
+        SquareMatrix<U> m;
+        for (int j = 0; j < U; ++j) {
+            const Unknowns a = row(basis[j]);
+            for (int k = 0; k < U; ++k) m[k][j] = a[k];
+        }
+        inverse_ = inverted(m).matrix;
+    }
+
+    std::array<Unknowns, U> inverse_{};
+};
+
+}  // namespace camber
 
 export namespace camber {
+
+/// How the least Q of third derivatives is found.
+enum class CubicBound : std::uint8_t {
+    optimal,   ///< to 1 % of the least determinant
+    diagonal,  ///< by entries in the frame of T:T, four times faster; its determinant is mostly 1 to 1.5 times the
+               ///< least
+};
+[[nodiscard]] constexpr auto words(CubicBound) {
+    return words_of(Word{CubicBound::optimal, "optimal"}, Word{CubicBound::diagonal, "diagonal"});
+}
+
+struct ModelOptions {
+    CubicBound bound = CubicBound::optimal;
+    /// Of the sizes that a model alone asks for: where the derivatives vanish along a direction, or are the rounding of
+    /// others, Q is raised to its largest eigenvalue over the square of this. The rounding of third derivatives'
+    /// entries alone asks for sizes 2e5 times apart, in axes that nothing means.
+    double max_anisotropy = 1e5;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ModelOptions;
+        return std::tuple(
+            option("cubic_bound", &S::bound, "how well the metric of third derivatives bounds them: optimal, diagonal"),
+            option("max_anisotropy", &S::max_anisotropy, "largest ratio of the sizes that derivatives alone ask for")
+                .at_least(1)
+                .at_most(1e12));
+    }
+    friend bool operator==(const ModelOptions&, const ModelOptions&) = default;
+};
+
+/// What became of a model where derivatives vanish.
+enum class ModelKind : std::uint8_t {
+    regular,
+    floored,  ///< along some directions raised to max_anisotropy
+    zero,     ///< all derivatives are 0: the function is resolved whatever the size
+};
+
+/// Q of a local model of the error, (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv: Q = R diag(e^{λ_i}) Rᵀ by its log-eigenvalues
+/// λ_i, in any unit that u may have. Of a model that is zero all λ_i are −∞, and R is the identity.
+template <int D>
+struct LocalModel {
+    EigenSystem<D> logs;
+    ModelKind kind = ModelKind::regular;
+};
+
+template <int D>
+[[nodiscard]] inline LocalModel<D> zero_model() {
+    LocalModel<D> out{{{}, Mat<D>::identity()}, ModelKind::zero};
+    for (double& x : out.logs.values.c) x = -std::numeric_limits<double>::infinity();
+    return out;
+}
+
+/// The model with sizes no further apart than max_anisotropy.
+template <int D>
+[[nodiscard]] inline LocalModel<D> floored(LocalModel<D> model, double max_anisotropy) {
+    auto& values = model.logs.values.c;
+    constexpr double near = 0.1;  // what was bounded from below already
+    const double least = *std::max_element(values.begin(), values.end()) - 2 * log(max_anisotropy);
+    for (double& x : values)
+        if (!(x >= least + near)) {
+            x = std::fmax(x, least);
+            model.kind = ModelKind::floored;
+        }
+    return model;
+}
+
+/// k = 1: Q = |H|, the Hessian with the absolute values of its eigenvalues.
+template <int D>
+[[nodiscard]] inline LocalModel<D> hessian_model(Sym<D> hessian, const ModelOptions& options) {
+    double scale = 0;
+    for (const double x : hessian.c) scale = std::max(scale, std::abs(x));
+    if (scale == 0) return zero_model<D>();
+    for (double& x : hessian.c) x /= scale;
+    LocalModel<D> model{eigen_system(hessian)};
+    for (double& x : model.logs.values.c) x = log(std::abs(x)) + log(scale);
+    return floored(model, options.max_anisotropy);
+}
+
+/// k = 2: the Q of least determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v, whose unit ball is the largest ellipsoid
+/// in {|T| ≤ 1}. By log-simplex (Coulaud and Loseille, "Very high order anisotropic metric-based mesh adaptation in
+/// 3D", Procedia Engineering 163, 2016): in coordinates y = Q^{1/2} v of the present Q,
+///
+///     min tr L,   yᵀLy ≥ ⅔ log|T(y)|   for directions y, |y| = 1;      Q ← Q^{1/2} e^L Q^{1/2},
+///
+/// until L vanishes. Since e^{yᵀLy} ≤ yᵀe^Ly (Jensen), what holds for L holds for e^L. Directions are even in the frame
+/// of the present Q, so that any anisotropy is as well resolved; the places where |T| is largest on the sphere join
+/// them by Newton's method once they are near, and by these Q is scaled in the end, so that the bound holds for all v.
+///
+/// It begins with a diagonal bound: the frame of T:T, (T:T)_ij = Σ_ab T_iab T_jab, in coordinates y, and in it the
+/// least Σ l_i with (l_i + l_j + l_k)/2 ≥ log|T_ijk|, four times. `CubicBound::diagonal` ends there.
+///
+/// Makes models of one kind; keeps what they have in common, so make it once, not once a model. Of any scale of T.
+template <int D>
+class CubicModels {
+  public:
+    explicit CubicModels(const ModelOptions& options);
+    /// T finite.
+    [[nodiscard]] LocalModel<D> operator()(const CubicForm<D>& t) const;
+
+  private:
+    ModelOptions options_;
+    std::shared_ptr<const Directions<D>> directions_;
+};
 
 /// Local models, one a vertex or one an element.
 template <int D>

@@ -1,15 +1,17 @@
+// Examines faces, facets, the orientation of elements, and walls.
 module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
 module camber.soundness;
 import camber.core;
 import camber.validity;
-import :examination;
 
 namespace camber {
 
@@ -127,8 +129,395 @@ Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& x, con
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<Done> examine_boundary<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);
+namespace {
+
+/// For each simplex the first earlier one of the same vertices.
+template <class Id, std::size_t N>
+Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simplices, const Incidence<Id>& around,
+                                     const Execution& execution) {
+    return map_each(execution, simplices.size(), [&](std::size_t i) {
+        for (const Id other : around[loneliest(simplices[i], around)]) {
+            if (other.index() >= i) break;
+            if (has_all(simplices[other], simplices[i])) return other.value;
+        }
+        return nobody;
+    });
+}
+
+/// FaceNeighbour each face of each element the other one that counts.
+template <int D>
+Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
+                                                         const Execution& execution) {
+    auto links = map_each(part_of(execution, 0, 0.26), mesh.elements.size(), [](std::size_t) {
+        std::array<std::uint32_t, D + 1> none{};
+        none.fill(nobody);
+        return none;
+    });
+    if (!links) return links;
+    auto done = each_face(mesh, x.elements_of, part_of(execution, 0.26, 1), [&](std::span<const FaceAround<D>> on) {
+        for (const auto& [others, face] : on) {
+            std::uint32_t& link = (*links)[face.element.index()][face.opposite];
+            for (const FaceAround<D>& other : on) {
+                const ElementId beside = other.face.element;
+                if (beside == face.element || !x.element_counts(beside.index())) continue;
+                link = link == nobody ? beside.value : several;
+            }
+        }
+    });
+    if (!done) return fail(done.error());
+    return links;
+}
+
+template <int D>
+bool is_listed(const LinearMesh<D>& mesh, const Examination<D>& x, const SimplexVertices<D - 1>& face) {
+    const auto around = x.facets_of[loneliest(face, x.facets_of)];
+    return std::any_of(around.begin(), around.end(), [&](FacetId f) { return has_all(mesh.facets.vertices[f], face); });
+}
+
+/// The faces that are not listed as facets and for which wanted(the element across) holds, as bits.
+template <int D, class Wanted>
+std::uint8_t unlisted_faces(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t e, Wanted&& wanted) {
+    std::uint8_t bits = 0;
+    for (int i = 0; i <= D; ++i)
+        if (wanted(x.neighbours[e][i]) && !is_listed(mesh, x, face_of<D>(mesh.elements.vertices[e], i)))
+            bits = static_cast<std::uint8_t>(bits | (1U << i));
+    return bits;
+}
+
+template <int D>
+std::array<std::uint32_t, 2> elements_beside(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t f) {
+    std::array<std::uint32_t, 2> sides{nobody, nobody};
+    const auto& facet = mesh.facets.vertices[f];
+    for (const ElementId e : x.elements_of[loneliest(facet, x.elements_of)]) {
+        if (!x.element_counts(e.index()) || !has_all(mesh.elements.vertices[e], facet)) continue;
+        if (sides[0] == nobody)
+            sides[0] = e.value;
+        else if (sides[1] == nobody)
+            sides[1] = e.value;
+    }
+    return sides;
+}
+
+/// Repeated and contradicting simplices.
+template <int K>
+Outcome<std::array<Finding, 2>> repeats(const Simplices<K>& simplices, const Buffer<std::uint32_t>& twin,
+                                        const Execution& execution) {
+    std::array<Finding, 2> found;
+    for (const bool same : {true, false}) {
+        auto counted = count(execution, simplices.size(), [&](std::size_t i) {
+            return twin[i] != nobody && (simplices.references[i] == simplices.references[twin[i]]) == same;
+        });
+        if (!counted) return fail(counted.error());
+        if (counted->count > 0) counted->other = twin[counted->first - 1] + std::size_t{1};
+        found[same ? 0 : 1] = *counted;
+    }
+    return found;
+}
+
+template <int D>
+Outcome<Done> count_faces(const LinearMesh<D>& mesh, Examination<D>& x, const Execution& execution) {
+    const auto enter = [&](Defect defect, std::size_t n, auto&& chosen) -> Outcome<Done> {
+        auto found = count(execution, n, chosen);
+        if (!found) return fail(found.error());
+        x[defect] = *found;
+        return Done{};
+    };
+    const std::size_t elements = mesh.elements.size(), facets = elements == 0 ? 0 : mesh.facets.size();
+    const bool any_listed = !mesh.facets.vertices.empty();
+    return enter(Defect::crowded_face, elements,
+                 [&](std::size_t e) {
+                     const auto& of = x.neighbours[e];
+                     return x.element_counts(e) && std::find(of.begin(), of.end(), several) != of.end();
+                 })
+        .and_then([&](Done) {
+            return enter(any_listed ? Defect::missing_facet : Defect::no_facets, elements,
+                         [&](std::size_t e) { return x.unlisted[e] != 0; });
+        })
+        .and_then([&](Done) {
+            return enter(Defect::missing_interface, elements, [&](std::size_t e) { return x.interfaces[e] != 0; });
+        })
+        .and_then([&](Done) {
+            return enter(Defect::stray_facet, facets,
+                         [&](std::size_t f) { return x.facet_counts(f) && x.sides[f][0] == nobody; });
+        })
+        .and_then([&](Done) {
+            return enter(Defect::inner_facet, facets, [&](std::size_t f) {
+                const auto& [a, b] = x.sides[f];
+                return x.facet_counts(f) && b != nobody && mesh.elements.references[a] == mesh.elements.references[b];
+            });
+        });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const Execution& execution) {
+    const std::size_t n = mesh.elements.size();
+    const Execution quiet = without_progress(execution);
+    auto element_twins = twins(mesh.elements.vertices, x.elements_of, part_of(execution, 0, 0.25));
+    if (!element_twins) return fail(element_twins.error());
+    x.element_twins = std::move(*element_twins);
+    auto facet_twins = twins(mesh.facets.vertices, x.facets_of, quiet);
+    if (!facet_twins) return fail(facet_twins.error());
+    x.facet_twins = std::move(*facet_twins);
+
+    auto neighbours = across(mesh, x, part_of(execution, 0.25, 0.91));
+    if (!neighbours) return fail(neighbours.error());
+    x.neighbours = std::move(*neighbours);
+    auto sides = map_each(quiet, mesh.facets.size(), [&](std::size_t f) { return elements_beside(mesh, x, f); });
+    if (!sides) return fail(sides.error());
+    x.sides = std::move(*sides);
+    auto unlisted = map_each(part_of(execution, 0.91, 0.95), n, [&](std::size_t e) {
+        if (!x.element_counts(e)) return std::uint8_t{0};
+        return unlisted_faces(mesh, x, e, [](std::uint32_t other) { return other == nobody; });
+    });
+    if (!unlisted) return fail(unlisted.error());
+    x.unlisted = std::move(*unlisted);
+    auto interfaces = map_each(part_of(execution, 0.95, 1), n, [&](std::size_t e) {
+        if (!x.element_counts(e)) return std::uint8_t{0};
+        return unlisted_faces(mesh, x, e, [&](std::uint32_t other) {
+            return other < several && other > e && mesh.elements.references[other] != mesh.elements.references[e];
+        });
+    });
+    if (!interfaces) return fail(interfaces.error());
+    x.interfaces = std::move(*interfaces);
+
+    auto elements = repeats(mesh.elements, x.element_twins, quiet);
+    if (!elements) return fail(elements.error());
+    auto facets = repeats(mesh.facets, x.facet_twins, quiet);
+    if (!facets) return fail(facets.error());
+    x[Defect::repeated_element] = (*elements)[0];
+    x[Defect::contradicting_element] = (*elements)[1];
+    x[Defect::repeated_facet] = (*facets)[0];
+    x[Defect::contradicting_facet] = (*facets)[1];
+    return count_faces(mesh, x, quiet);
+}
+
+namespace {
+
+/// Whether two elements with a common face are numbered alike: then the face, seen from either as outwards, runs in
+/// opposite senses.
+template <int D>
+bool numbered_alike(const SimplexVertices<D>& element, int opposite, const SimplexVertices<D>& other) {
+    const auto mine = face_of<D>(element, opposite);
+    int there = 0;
+    while (has(mine, other[there])) ++there;
+    const auto theirs = face_of<D>(other, there);
+    int inversions = 0;
+    std::array<int, D> at{};
+    for (int i = 0; i < D; ++i)
+        at[i] = static_cast<int>(std::find(theirs.begin(), theirs.end(), mine[i]) - theirs.begin());
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < i; ++j) inversions += at[j] > at[i];
+    return inversions % 2 == 1;
+}
+
+/// Numbers each piece of the mesh (elements joined by faces) alike, and positive on the whole: 1 for elements that are
+/// to be turned for that. A Möbius strip of elements keeps a seam; in its own dimension there is none.
+template <int D>
+Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x) {
+    constexpr std::uint8_t unseen = 2;
+    Buffer<std::uint8_t> turned(volumes.size());
+    std::fill(turned.begin(), turned.end(), unseen);
+    std::vector<std::uint32_t> piece;
+    for (std::size_t seed = 0; seed < volumes.size(); ++seed) {
+        if (turned[seed] != unseen) continue;
+        turned[seed] = 0;
+        piece.assign(1, static_cast<std::uint32_t>(seed));
+        double volume = 0;
+        for (std::size_t next = 0; next < piece.size(); ++next) {
+            const std::size_t e = piece[next];
+            volume += turned[e] == 1 ? -volumes[e] : volumes[e];
+            if (!x.element_counts(e)) continue;
+            for (int i = 0; i <= D; ++i) {
+                const std::uint32_t other = x.neighbours[e][i];
+                if (other >= several || turned[other] != unseen) continue;
+                const bool alike = numbered_alike<D>(mesh.elements.vertices[e], i, mesh.elements.vertices[other]);
+                turned[other] = static_cast<std::uint8_t>(alike ? turned[e] : 1 - turned[e]);
+                piece.push_back(other);
+            }
+        }
+        if (volume < 0)
+            for (const std::uint32_t e : piece) turned[e] = static_cast<std::uint8_t>(1 - turned[e]);
+    }
+    return turned;
+}
+
+/// Whether an element is negative or numbered unlike a neighbour.
+template <int D>
+bool is_suspect(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x, std::size_t e) {
+    if (!x.element_counts(e)) return false;
+    if (volumes[e] < 0) return true;
+    for (int i = 0; i <= D; ++i) {
+        const std::uint32_t other = x.neighbours[e][i];
+        if (other < several && !numbered_alike<D>(mesh.elements.vertices[e], i, mesh.elements.vertices[other]))
+            return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double>& volumes, Examination<D>& x,
+                                  const Execution& execution) {
+    const std::size_t n = volumes.size();
+    auto suspects = count(execution, n, [&](std::size_t e) { return is_suspect(mesh, volumes, x, e); });
+    if (!suspects) return fail(suspects.error());
+    if (suspects->count > 0) {
+        x.turned = turns(mesh, volumes, x);
+    } else {
+        x.turned.resize(n);
+        std::fill(x.turned.begin(), x.turned.end(), std::uint8_t{0});
+    }
+    const auto is_tangled = [&](std::size_t e) { return x.turned[e] == 1 ? volumes[e] > 0 : volumes[e] < 0; };
+    const Execution quiet = without_progress(execution);
+    auto reversed =
+        count(quiet, n, [&](std::size_t e) { return x.element_counts(e) && x.turned[e] == 1 && !is_tangled(e); });
+    if (!reversed) return fail(reversed.error());
+    auto tangled = count(quiet, n, [&](std::size_t e) { return x.element_counts(e) && is_tangled(e); });
+    if (!tangled) return fail(tangled.error());
+    auto flat = count(quiet, n, [&](std::size_t e) { return x.element_counts(e) && volumes[e] == 0; });
+    if (!flat) return fail(flat.error());
+    x[Defect::reversed_element] = *reversed;
+    x[Defect::tangled_element] = *tangled;
+    x[Defect::flat_element] = *flat;
+    return Done{};
+}
+
+namespace {
+
+/// What two faces of an element share: an edge; in 2D a vertex and no other.
+using Hinge = std::array<VertexId, 2>;
+
+template <int D>
+Hinge hinge_between(const SimplexVertices<D>& element, int i, int j) {
+    Hinge hinge;
+    std::size_t n = 0;
+    for (int k = 0; k <= D; ++k)
+        if (k != i && k != j) hinge[n++] = element[k];
+    return hinge;
+}
+
+/// The ridges that the file lists, lower vertex first, sorted; in 2D its corners, and the ends of its ridges. An edge
+/// that is merely listed is smooth, and its wall goes on.
+template <int D>
+std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
+    std::vector<Hinge> features;
+    features.reserve(mesh.corners.size() + 2 * mesh.ridges.size());
+    if constexpr (D == 3) {
+        for (const std::uint32_t ridge : mesh.ridges) {
+            const auto& [a, b] = mesh.edges.vertices[ridge];
+            features.push_back({std::min(a, b), std::max(a, b)});
+        }
+    } else {
+        for (const VertexId v : mesh.corners) features.push_back({v, {}});
+        for (const std::uint32_t f : mesh.ridges)
+            for (const VertexId v : mesh.facets.vertices[f]) features.push_back({v, {}});
+    }
+    std::sort(features.begin(), features.end());
+    return features;
+}
+
+/// Normal of a face (its size: length, or twice the area), outwards if the element is positive.
+Vec<2> normal_of(const Column<Vec<2>>& points, const SimplexVertices<1>& face) {
+    const Vec<2> along = points[face[1]] - points[face[0]];
+    return {{along[1], -along[0]}};
+}
+Vec<3> normal_of(const Column<Vec<3>>& points, const SimplexVertices<2>& face) {
+    return cross(points[face[1]] - points[face[0]], points[face[2]] - points[face[0]]);
+}
+
+/// Whether two vectors turn by less than the angle; none of them 0.
+template <int D>
+bool turns_less(const Vec<D>& a, const Vec<D>& b, double cosine) {
+    const double size = norm(a) * norm(b);
+    return size > 0 && dot(a, b) > cosine * size;
+}
+
+template <int D>
+class Walls {
+  public:
+    Walls(const LinearMesh<D>& mesh, const ExamineOptions& options, const Examination<D>& x)
+        : mesh_(mesh),
+          x_(x),
+          cosine_(cos(options.ridge_angle_degrees * std::numbers::pi / 180)),
+          features_(listed_features(mesh)) {}
+
+    /// Whether two faces are on one wall; what they share.
+    [[nodiscard]] std::optional<Hinge> hinge(std::size_t e) const {
+        if (!x_.element_counts(e)) return {};
+        for (int i = 0; i < D; ++i)
+            for (int j = i + 1; j <= D; ++j)
+                if (is_one_wall(e, i, j)) return hinge_between<D>(mesh_.elements.vertices[e], i, j);
+        return {};
+    }
+
+  private:
+    [[nodiscard]] bool is_one_wall(std::size_t e, int i, int j) const {
+        const std::uint32_t a = x_.neighbours[e][i], b = x_.neighbours[e][j];
+        const bool both_outer = a == nobody && b == nobody;
+        const auto is_interface = [&](std::uint32_t other) {
+            return other < several && mesh_.elements.references[other] != mesh_.elements.references[e];
+        };
+        if (!both_outer && !(is_interface(a) && is_interface(b))) return false;
+        const auto& element = mesh_.elements.vertices[e];
+        const auto first = face_of<D>(element, i), second = face_of<D>(element, j);
+        if (!turns_less(normal_of(mesh_.points, first), normal_of(mesh_.points, second), cosine_)) return false;
+        const Hinge at = hinge_between<D>(element, i, j);
+        return reference(first) == reference(second) && !is_feature(at) && facets_at(at) <= 2;
+    }
+
+    /// The reference that a face is listed with.
+    [[nodiscard]] std::optional<Reference> reference(const SimplexVertices<D - 1>& face) const {
+        for (const FacetId f : x_.facets_of[loneliest(face, x_.facets_of)])
+            if (has_all(mesh_.facets.vertices[f], face)) return mesh_.facets.references[f];
+        return {};
+    }
+
+    [[nodiscard]] bool is_feature(Hinge at) const {
+        if (D == 3 && at[1] < at[0]) std::swap(at[0], at[1]);
+        return std::binary_search(features_.begin(), features_.end(), at);
+    }
+
+    /// Where other walls join in, this one breaks.
+    [[nodiscard]] std::size_t facets_at(const Hinge& at) const {
+        const auto around = x_.facets_of[at[0]];
+        return static_cast<std::size_t>(std::count_if(around.begin(), around.end(), [&](FacetId f) {
+            return x_.facet_counts(f.index()) && (D == 2 || has(mesh_.facets.vertices[f], at[1]));
+        }));
+    }
+
+    const LinearMesh<D>& mesh_;
+    const Examination<D>& x_;
+    double cosine_;
+    std::vector<Hinge> features_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Done> examine_walls(const LinearMesh<D>& mesh, const ExamineOptions& options, Examination<D>& x,
+                            const Execution& execution) {
+    const Walls<D> walls(mesh, options, x);
+    auto on_wall = map_each(execution, mesh.elements.size(),
+                            [&](std::size_t e) { return static_cast<std::uint8_t>(walls.hinge(e).has_value()); });
+    if (!on_wall) return fail(on_wall.error());
+    std::vector<WallElement>& found = x.soundness.wall_elements;
+    found.clear();
+    for (std::size_t e = 0; e < on_wall->size(); ++e)
+        if ((*on_wall)[e] == 1) found.push_back({ElementId(e), *walls.hinge(e)});
+    if (!found.empty()) x[Defect::wall_element] = {found.size(), found.front().element.index() + 1, 0};
+    return Done{};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                   \
+    template Outcome<Done> examine_boundary<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);        \
+    template Outcome<Done> examine_faces<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);           \
+    template Outcome<Done> examine_orientation<D>(const LinearMesh<D>&, const Buffer<double>&, Examination<D>&, \
+                                                  const Execution&);                                            \
+    template Outcome<Done> examine_walls<D>(const LinearMesh<D>&, const ExamineOptions&, Examination<D>&,       \
+                                            const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

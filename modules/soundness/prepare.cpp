@@ -7,13 +7,11 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
-
 #include <range/v3/action/sort.hpp>
 #include <range/v3/action/unique.hpp>
 module camber.soundness;
 import camber.core;
 import camber.validity;
-import :examination;
 
 namespace camber {
 

@@ -1,3 +1,4 @@
+// Distances of the curved boundary, its nodes and its vertices from the geometry.
 module;
 #include <algorithm>
 #include <array>

@@ -1,9 +1,12 @@
+// Surrogates of curved meshes: the boundary cut at its nodes, angles between facets, the choice for each patch.
 module;
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -14,6 +17,265 @@ import camber.bezier;
 namespace camber {
 
 namespace {
+
+/// A facet of degree 2 cut at its nodes: each piece by its corners, as places of the facet; the one in the middle last.
+template <int K>
+constexpr std::array<std::array<Barycentric<K>, 2>, 2> pieces_of_facet{
+    {{{{1, 0}, {0.5, 0.5}}}, {{{0.5, 0.5}, {0, 1}}}}};
+template <>
+constexpr std::array<std::array<Barycentric<2>, 3>, 4> pieces_of_facet<2>{
+    {{{{1, 0, 0}, {0.5, 0.5, 0}, {0.5, 0, 0.5}}},
+     {{{0.5, 0.5, 0}, {0, 1, 0}, {0, 0.5, 0.5}}},
+     {{{0.5, 0, 0.5}, {0, 0.5, 0.5}, {0, 0, 1}}},
+     {{{0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}}}};
+
+/// The boundary of a mesh of degree 2 as a straight one of half the size: vertices keep their numbers, nodes of
+/// boundary edges follow them by rising edge, and the pieces of facet f are those from f × pieces on. What a vertex, an
+/// edge or a facet is (`features`, notes and listed breaks of the file) its pieces are; where facets turn is not asked
+/// again.
+template <int D>
+struct CutBoundary {
+    static constexpr std::size_t pieces = pieces_of_facet<D - 1>.size();
+
+    LinearMesh<D> mesh;
+    EdgeSet<D> edges;
+    Features<D> features;
+};
+
+template <int D>
+struct Whole {
+    const LinearMesh<D>& mesh;
+    const EdgeSet<D>& edges;
+    const Features<D>& features;
+    std::vector<EdgeId> rows;           ///< rising: the boundary edges
+    std::vector<VertexId> middle_of{};  ///< of each edge, where it is one of them: its node among the vertices
+
+    /// The vertex at a place of a facet that is a corner or the middle of an edge.
+    [[nodiscard]] VertexId vertex_at(FacetId f, const Barycentric<D - 1>& place) const {
+        const auto at = [&](int i) { return place[static_cast<std::size_t>(i)]; };
+        for (int i = 0; i < D; ++i)
+            if (at(i) == 1) return mesh.facets.vertices[f][i];
+        for (std::size_t k = 0; k < local_edges<D - 1>.size(); ++k)
+            if (at(local_edges<D - 1>[k][0]) != 0 && at(local_edges<D - 1>[k][1]) != 0)
+                return middle_of[edges.of_facets[f][k].index()];
+        return {};
+    }
+};
+
+template <int D>
+Whole<D> whole(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features) {
+    Whole<D> out{mesh, edges, features, {}, std::vector<VertexId>(edges.size())};
+    for (std::size_t e = 0; e < edges.size(); ++e) {
+        if (features.edge_kinds[e] == EdgeKind::volume) continue;
+        out.middle_of[e] = VertexId(mesh.points.size() + out.rows.size());
+        out.rows.emplace_back(e);
+    }
+    return out;
+}
+
+/// Breaks that the file lists: in 2D vertices, in 3D both halves of an edge.
+void list_breaks(const Whole<2>& whole, LinearMesh<2>& pieces) {
+    Buffer<VertexId> corners(whole.mesh.corners.begin(), whole.mesh.corners.end());
+    for (const std::uint32_t f : whole.mesh.ridges)
+        for (const VertexId v : whole.mesh.facets.vertices[f]) corners.push_back(v);
+    pieces.corners = std::move(corners);
+}
+void list_breaks(const Whole<3>& whole, LinearMesh<3>& pieces) {
+    pieces.corners = whole.mesh.corners;
+    Buffer<SimplexVertices<1>> halves;
+    for (const std::uint32_t ridge : whole.mesh.ridges) {
+        const VertexId middle = whole.middle_of[whole.edges.of_edges[ridge].index()];
+        if (!middle.valid()) continue;
+        for (const VertexId end : whole.mesh.edges.vertices[ridge]) halves.push_back({end, middle});
+    }
+    Buffer<Reference> references(halves.size());
+    std::ranges::fill(references, 0);
+    Buffer<std::uint32_t> ridges(halves.size());
+    std::iota(ridges.begin(), ridges.end(), 0U);
+    pieces.edges.vertices = std::move(halves);
+    pieces.edges.references = std::move(references);
+    pieces.ridges = std::move(ridges);
+}
+
+template <int D>
+LinearMesh<D> mesh_of_pieces(const Whole<D>& whole, std::span<const LagrangeNode<D>> nodes) {
+    constexpr std::size_t pieces = CutBoundary<D>::pieces;
+    Buffer<Vec<D>> points(whole.mesh.points.begin(), whole.mesh.points.end());
+    points.reserve(points.size() + whole.rows.size());
+    for (const EdgeId e : whole.rows) points.push_back(nodes[e.index()].point);
+    Buffer<Reference> point_references(points.size());
+    std::ranges::fill(point_references, 0);
+    Buffer<SimplexVertices<D - 1>> vertices(pieces * whole.mesh.facets.size());
+    Buffer<Reference> references(vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const FacetId f(i / pieces);
+        references[i] = whole.mesh.facets.references[f];
+        for (std::size_t c = 0; c < D; ++c) vertices[i][c] = whole.vertex_at(f, pieces_of_facet<D - 1>[i % pieces][c]);
+    }
+    LinearMesh<D> out;
+    out.points = std::move(points);
+    out.point_references = std::move(point_references);
+    out.facets.vertices = std::move(vertices);
+    out.facets.references = std::move(references);
+    out.geometry = whole.mesh.geometry;
+    list_breaks(whole, out);
+    return out;
+}
+
+template <int D>
+Features<D> features_of_pieces(const Whole<D>& whole, const LinearMesh<D>& mesh, const EdgeSet<D>& edges) {
+    constexpr std::size_t pieces = CutBoundary<D>::pieces;
+    const Features<D>& of = whole.features;
+    Features<D> out = of;
+    Buffer<EdgeKind> edge_kinds(edges.size());
+    std::ranges::fill(edge_kinds, EdgeKind::surface);  // as those between the pieces of a facet are
+    Buffer<std::uint32_t> curves(edges.size());
+    std::ranges::fill(curves, no_feature);
+    Buffer<VertexKind> vertex_kinds(of.vertex_kinds.begin(), of.vertex_kinds.end());
+    for (const EdgeId e : whole.rows) {
+        const bool is_ridge = of.edge_kinds[e] == EdgeKind::ridge;
+        vertex_kinds.push_back(is_ridge ? VertexKind::ridge : VertexKind::surface);
+        for (const VertexId end : whole.edges.vertices[e]) {
+            const EdgeId half = find_edge(edges, end, whole.middle_of[e.index()]);
+            if (!half.valid()) continue;
+            edge_kinds[half.index()] = of.edge_kinds[e];
+            curves[half.index()] = of.curves[e];
+            out.ridge_edges += is_ridge ? 1 : 0;
+        }
+    }
+    Buffer<std::uint32_t> patches(mesh.facets.size());
+    for (std::size_t i = 0; i < patches.size(); ++i) patches[i] = of.patches[i / pieces];
+    out.edge_kinds = std::move(edge_kinds);
+    out.vertex_kinds = std::move(vertex_kinds);
+    out.patches = std::move(patches);
+    out.curves = std::move(curves);
+    out.ridge_edges -= of.ridge_edges;
+    out.surface_edges = edges.size() - out.ridge_edges;
+    return out;
+}
+
+/// Errors: of `unique_edges`, stopped.
+template <int D>
+Outcome<CutBoundary<D>> cut_at_nodes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                                     std::span<const LagrangeNode<D>> nodes, const Execution& execution) {
+    return guarded([&]() -> Outcome<CutBoundary<D>> {
+        const Whole<D> of = whole(mesh, edges, features);
+        CutBoundary<D> cut{mesh_of_pieces(of, nodes), {}, {}};
+        auto halves = unique_edges(cut.mesh, execution);
+        if (!halves) return fail(halves.error());
+        cut.edges = std::move(*halves);
+        cut.features = features_of_pieces(of, cut.mesh, cut.edges);
+        return cut;
+    });
+}
+
+template <int D>
+std::size_t local(const LinearMesh<D>& mesh, FacetId f, VertexId v) {
+    const auto& vertices = mesh.facets.vertices[f];
+    return static_cast<std::size_t>(std::find(vertices.begin(), vertices.end(), v) - vertices.begin());
+}
+
+template <int D>
+double angle_between(const Vec<D>& a, const Vec<D>& b) {
+    return atan2(norm(a - b), norm(a + b)) * 2;
+}
+
+/// Facets whose sides agree go along their edge in opposite directions (2D: one ends where the other begins).
+template <int D>
+bool sides_agree(const LinearMesh<D>& mesh, const std::array<FacetId, 2>& facets, VertexId a, VertexId b) {
+    const auto goes = [&](FacetId f) {
+        return D == 2 ? local(mesh, f, a) == 0 : (local(mesh, f, a) + 1) % D == local(mesh, f, b);
+    };
+    return goes(facets[0]) != goes(facets[1]);
+}
+
+/// By how much a patch turns between its facets: angles in radians, at three places of each edge between two of its
+/// facets (2D: at each vertex).
+struct Kinks {
+    double squares = 0, largest = 0;
+    std::size_t count = 0;
+
+    void add(double angle) {
+        squares += angle * angle;
+        largest = std::fmax(largest, angle);
+        ++count;
+    }
+    void add(const Kinks& other) {
+        squares += other.squares;
+        largest = std::fmax(largest, other.largest);
+        count += other.count;
+    }
+    [[nodiscard]] double root_mean_square() const {
+        return count == 0 ? 0 : std::sqrt(squares / static_cast<double>(count));
+    }
+};
+
+/// The unit normal of a facet at a place of it.
+template <int D>
+using NormalOfFacet = std::function<Vec<D>(FacetId, const Barycentric<D - 1>&)>;
+
+/// Two facets that a patch goes on between, at an edge from a to b; in 2D at the vertex a.
+struct Passage {
+    std::array<FacetId, 2> facets;
+    VertexId a, b;
+};
+
+Outcome<std::vector<Passage>> passages_of(const LinearMesh<3>&, const EdgeSet<3>& edges, const Features<3>& features,
+                                          const Execution& execution) {
+    const auto shells = facet_shells(edges, execution);
+    if (!shells) return fail(shells.error());
+    std::vector<Passage> out;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+        if (features.edge_kinds[e] == EdgeKind::surface && (*shells)[EdgeId(e)].size() == 2) {
+            const auto shell = (*shells)[EdgeId(e)];
+            out.push_back({{shell[0], shell[1]}, edges.vertices[e][0], edges.vertices[e][1]});
+        }
+    return out;
+}
+Outcome<std::vector<Passage>> passages_of(const LinearMesh<2>& mesh, const EdgeSet<2>&, const Features<2>& features,
+                                          const Execution&) {
+    std::vector<Passage> out;
+    std::vector<FacetId> first(mesh.points.size());
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f)
+        for (const VertexId v : mesh.facets.vertices[f]) {
+            if (features.vertex_kinds[v] == VertexKind::corner) continue;
+            FacetId& other = first[v.index()];
+            if (other.valid())
+                out.push_back({{other, FacetId(f)}, v, v});
+            else
+                other = FacetId(f);
+        }
+    return out;
+}
+
+/// Of each patch. Errors: stopped.
+template <int D>
+Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
+                                     const NormalOfFacet<D>& normal, const Execution& execution) {
+    const auto passages = passages_of(mesh, edges, features, without_progress(execution));
+    if (!passages) return fail(passages.error());
+    const auto at = map_each(execution, passages->size(), [&](std::size_t i) {
+        const auto& [facets, a, b] = (*passages)[i];
+        const double side = sides_agree(mesh, facets, a, b) ? 1 : -1;
+        Kinks here;
+        for (const double t : {0.0, 0.5, 1.0}) {
+            if (D == 2 && t != 0) continue;
+            const auto seen = [&, from = a, to = b](FacetId f) {
+                Barycentric<D - 1> xi{};
+                xi[local(mesh, f, from)] = 1 - t;
+                if (D == 3) xi[local(mesh, f, to)] = t;
+                return normal(f, xi);
+            };
+            here.add(angle_between(seen(facets[0]), side * seen(facets[1])));
+        }
+        return here;
+    });
+    if (!at) return fail(at.error());
+    std::vector<Kinks> of_patches(features.patch_count);
+    for (std::size_t i = 0; i < passages->size(); ++i)
+        of_patches[features.patches[(*passages)[i].facets[0]]].add((*at)[i]);
+    return of_patches;
+}
 
 template <int D>
 struct Curves {

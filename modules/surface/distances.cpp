@@ -1,11 +1,13 @@
+// Distances between a curved boundary and its geometry, both ways and by entity.
 module;
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <span>
+#include <tuple>
 #include <utility>
 #include <vector>
 module camber.surface;
@@ -17,9 +19,220 @@ namespace camber {
 
 namespace {
 
-constexpr int edge_samples = 10;
+/// c_α = Σ_i α_i/3 P_{α − e_i}: the same simplex as one of degree 3.
+template <int K, int D>
+CubicSimplex<K, D> raised(const QuadraticSimplex<K, D>& simplex) {
+    CubicSimplex<K, D> out;
+    for (const MultiIndex<K>& alpha : multi_indices<3, K>) {
+        Vec<D> point;
+        for (int i = 0; i <= K; ++i) {
+            if (alpha[static_cast<std::size_t>(i)] == 0) continue;
+            MultiIndex<K> rest = alpha;
+            --rest[static_cast<std::size_t>(i)];
+            int first = 0, last = K;
+            while (rest[static_cast<std::size_t>(first)] == 0) ++first;
+            while (rest[static_cast<std::size_t>(last)] == 0) --last;
+            point += alpha[static_cast<std::size_t>(i)] / 3.0 * simplex.at(first, last);
+        }
+        out.at(alpha) = point;
+    }
+    return out;
+}
+
 template <int D>
-constexpr const auto& lattice = facet_lattice<10, D>;
+Box<D> box_of(const CubicSimplex<D - 1, D>& facet) {
+    Box<D> box;
+    for (const Vec<D>& c : facet.control) box.include(c);
+    return box;
+}
+
+template <int D>
+BoundaryFoot<D> on_facet(const CurvedBoundary<D>& boundary, std::size_t f, const Vec<D>& p) {
+    const auto foot = closest_on(boundary.facets[f], p);
+    return {FacetId(f), foot.xi, foot.point, foot.distance_squared};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<CurvedBoundary<D>> curved_boundary(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes,
+                                           const Execution& execution) {
+    auto facets = map_each(execution, mesh.linear.facets.size(), [&](std::size_t f) {
+        return raised<D - 1, D>(bezier_form<D - 1, D>(mesh.linear.points, mid_nodes, mesh.linear.facets.vertices[f],
+                                                      mesh.edges.of_facets[f]));
+    });
+    if (!facets) return fail(facets.error());
+    auto boxes =
+        map_each(without_progress(execution), facets->size(), [&](std::size_t f) { return box_of<D>((*facets)[f]); });
+    if (!boxes) return fail(boxes.error());
+    return guarded(
+        [&]() -> Outcome<CurvedBoundary<D>> { return CurvedBoundary<D>{std::move(*facets), BoxTree<D>(*boxes)}; });
+}
+
+template <int D>
+BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, FacetId near) {
+    BoundaryFoot<D> best;
+    if (near.valid()) best = on_facet(boundary, near.index(), p);
+    const auto distance_squared = [&](std::size_t f) {
+        if (FacetId(f) == best.facet) return best.distance_squared;
+        const double beyond = box_of<D>(boundary.facets[f]).distance_squared(p);
+        if (beyond > best.distance_squared) return std::numeric_limits<double>::infinity();
+        const BoundaryFoot<D> foot = on_facet(boundary, f, p);
+        if (foot.distance_squared < best.distance_squared ||
+            (foot.distance_squared == best.distance_squared && f < best.facet.index()))
+            best = foot;
+        return foot.distance_squared;
+    };
+    (void)boundary.tree.nearest(p, distance_squared, best.distance_squared);
+    return best;
+}
+
+namespace {
+
+/// The order in a list: surfaces, then curves, then what is on neither. A curve with a number is the same from
+/// whichever sides it is seen.
+auto place_in_list(const GeometryEntity& entity) {
+    const int rank = entity.kind == GeometryKind::surface ? 0 : entity.kind == GeometryKind::curve ? 1 : 2;
+    const bool by_sides = entity.id == GeometryEntity::unnumbered;
+    return std::tuple<int, std::int64_t, std::array<std::int64_t, 2>>(
+        rank, entity.id, by_sides ? entity.sides : std::array<std::int64_t, 2>{});
+}
+
+/// What a mesh has on each entity: facets on surfaces, edges on curves.
+template <int D>
+struct OnEntities {
+    struct Entity {
+        GeometryEntity entity;
+        std::vector<std::uint32_t> pieces;  ///< rising
+    };
+    std::vector<Entity> surfaces, curves;
+    Incidence<FacetId> shells;
+
+    [[nodiscard]] EdgeSite<D> site(const QuadraticMesh<D>& mesh, const Features<D>& features, std::size_t e) const {
+        const auto& [low, high] = mesh.edges.vertices[e];
+        return {EdgeId(e),
+                features.edge_kinds[e],
+                {mesh.linear.points[low], mesh.linear.points[high]},
+                facet_sites<D>(mesh.linear, shells[e])};
+    }
+};
+
+/// With the centroid and the middles of edges.
+constexpr int facet_degree = 6, edge_samples = 10;
+
+/// Things by what they lie on, those on nothing that is asked for left out.
+template <int D, class Wanted>
+auto sorted_by_entity(const Buffer<GeometryEntity>& entities, Wanted&& wanted) {
+    using Key = decltype(place_in_list(GeometryEntity{}));
+    std::map<Key, typename OnEntities<D>::Entity> sorted;
+    for (std::size_t i = 0; i < entities.size(); ++i) {
+        if (!wanted(entities[i])) continue;
+        auto& entry = sorted[place_in_list(entities[i])];
+        entry.entity = entities[i];
+        entry.pieces.push_back(static_cast<std::uint32_t>(i));
+    }
+    std::vector<typename OnEntities<D>::Entity> list;
+    list.reserve(sorted.size());
+    for (auto& [key, entry] : sorted) list.push_back(std::move(entry));
+    return list;
+}
+
+/// The points of a prescribed surface next to those of a curved facet. The straight facet has others: beside a ridge it
+/// may lie where the domain ends, and the surface goes on there.
+template <int D>
+void project_curved(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, const GeometryEntity& entity,
+                    const FacetSite<D>& site, std::span<Vec<D>> out) {
+    constexpr const auto& lattice = facet_lattice<facet_degree, D>;
+    const auto shape = bezier_form<D - 1, D>(mesh.linear.points, mesh.mid_nodes.view(),
+                                             mesh.linear.facets.vertices[site.id], mesh.edges.of_facets[site.id]);
+    for (std::size_t k = 0; k < lattice.size(); ++k)
+        out[k] = geometry->project({.reference = site.reference, .entity = entity}, shape.point(lattice[k])).point;
+}
+
+/// Errors: stopped.
+template <int D>
+Outcome<OnEntities<D>> find_on_entities(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                        const Geometry<D>& geometry, const Execution& execution) {
+    if (features.patches.size() != mesh.linear.facets.size() || features.edge_kinds.size() != mesh.edges.size())
+        return fail(ErrorKind::internal, "the features are not of this mesh");
+    auto shells = facet_shells(mesh.edges, without_progress(execution));
+    if (!shells) return fail(shells.error());
+    OnEntities<D> found{{}, {}, std::move(*shells)};
+    auto of_facets = map_each(part_of(execution, 0, 0.5), mesh.linear.facets.size(),
+                              [&](std::size_t f) { return geometry->surface_at(facet_site(mesh.linear, FacetId(f))); });
+    if (!of_facets) return fail(of_facets.error());
+    found.surfaces = sorted_by_entity<D>(*of_facets, [](const GeometryEntity&) { return true; });
+    if constexpr (D == 3) {
+        auto of_edges = map_each(part_of(execution, 0.5, 1), mesh.edges.size(), [&](std::size_t e) {
+            return found.shells[e].empty() ? GeometryEntity{} : geometry->entity_at_edge(found.site(mesh, features, e));
+        });
+        if (!of_edges) return fail(of_edges.error());
+        found.curves = sorted_by_entity<D>(
+            *of_edges, [](const GeometryEntity& entity) { return entity.kind == GeometryKind::curve; });
+    }
+    return found;
+}
+
+}  // namespace
+
+template <int D>
+Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                         const Geometry<D>& geometry, const Execution& execution) {
+    constexpr const auto& lattice = facet_lattice<facet_degree, D>;
+    constexpr std::size_t n = lattice.size();
+    return guarded([&]() -> Outcome<GeometrySamples<D>> {
+        const auto on = find_on_entities(mesh, features, geometry, part_of(execution, 0, 0.3));
+        if (!on) return fail(on.error());
+        GeometrySamples<D> samples;
+        const auto take = [&](const auto& entity, std::size_t per_piece, const Execution& part, auto&& sample) {
+            samples.begin(entity.entity);
+            const std::size_t begin = samples.points.size(), all = begin + entity.pieces.size() * per_piece;
+            samples.points.resize(all);
+            samples.weights.resize(all);
+            samples.near.resize(all);
+            samples.entities.back().end = all;
+            return each(part, entity.pieces.size(),
+                        [&](std::size_t i) { sample(entity.pieces[i], begin + i * per_piece); });
+        };
+        for (const auto& entity : on->surfaces) {
+            if (entity.entity.kind == GeometryKind::none) continue;
+            auto done = take(entity, n, without_progress(execution), [&](std::size_t f, std::size_t at) {
+                const FacetSite<D> site = facet_site(mesh.linear, FacetId(f));
+                const double weight = straight_measure(site) / n;
+                const auto points = std::span(samples.points).subspan(at, n);
+                if (geometry->prescribes(site.reference))
+                    project_curved(mesh, geometry, entity.entity, site, points);
+                else
+                    (void)geometry->points_over(site, lattice, points);
+                for (std::size_t k = at; k < at + n; ++k) {
+                    samples.weights[k] = weight;
+                    samples.near[k] = FacetId(f);
+                }
+            });
+            if (!done) return fail(done.error());
+        }
+        for (const auto& entity : on->curves) {
+            auto done = take(entity, edge_samples, without_progress(execution), [&](std::size_t e, std::size_t at) {
+                const EdgeSite<D> site = on->site(mesh, features, e);
+                const double length = distance(site.ends[0], site.ends[1]);
+                for (std::size_t k = 0; k < edge_samples; ++k) {
+                    const double t = (static_cast<double>(k) + 0.5) / edge_samples;
+                    samples.points[at + k] = geometry->on_edge(site, (1 - t) * site.ends[0] + t * site.ends[1]).point;
+                    samples.weights[at + k] = length / edge_samples;
+                    samples.near[at + k] = site.facets.front().id;
+                }
+            });
+            if (!done) return fail(done.error());
+        }
+        return samples;
+    });
+}
+
+namespace {
+
+constexpr int edge_intervals = 10;
+template <int D>
+constexpr const auto& tenths = facet_lattice<10, D>;
 
 /// What one piece of a side adds: its largest, the sum by weight, and where.
 template <int D>
@@ -66,15 +279,15 @@ struct Question {
 /// As boundary_distance samples a facet, with the place.
 template <int D>
 Part<D> from_facet(const Question<D>& q, const GeometryEntity& entity, std::size_t f) {
-    constexpr std::size_t n = lattice<D>.size();
+    constexpr std::size_t n = tenths<D>.size();
     const FacetSite<D> site = facet_site(q.mesh.linear, FacetId(f));
     const auto shape = bezier_form<D - 1, D>(q.mesh.linear.points, q.mid_nodes, q.mesh.linear.facets.vertices[f],
                                              q.mesh.edges.of_facets[f]);
     std::array<Vec<D>, n> points;
-    for (std::size_t i = 0; i < n; ++i) points[i] = shape.point(lattice<D>[i]);
+    for (std::size_t i = 0; i < n; ++i) points[i] = shape.point(tenths<D>[i]);
     std::array<double, n> found{};
     const Plane<D> plane = plane_through(site.corners);
-    const bool has_surface = q.geometry->distances(site, lattice<D>, points, found);
+    const bool has_surface = q.geometry->distances(site, tenths<D>, points, found);
     if (!has_surface)
         for (std::size_t i = 0; i < n; ++i) found[i] = distance(foot(plane, points[i]).point, points[i]);
     const auto worst = static_cast<std::size_t>(std::max_element(found.begin(), found.end()) - found.begin());
@@ -98,12 +311,12 @@ Part<D> from_edge(const Question<D>& q, const OnEntities<D>& on, std::size_t e) 
     part.largest = -1;
     part.weight = distance(site.ends[0], site.ends[1]);
     part.facet = site.facets.front().id;
-    for (int k = 0; k <= edge_samples; ++k) {
-        const double t = static_cast<double>(k) / edge_samples;
+    for (int k = 0; k <= edge_intervals; ++k) {
+        const double t = static_cast<double>(k) / edge_intervals;
         const Vec<D> p = (1 - t) * (1 - t) * site.ends[0] + 2 * t * (1 - t) * control + t * t * site.ends[1];
         const Vec<D> there = q.geometry->on_edge(site, p).point;
         const double d = distance(there, p);
-        part.sum += d * part.weight / (edge_samples + 1);
+        part.sum += d * part.weight / (edge_intervals + 1);
         if (d <= part.largest) continue;
         part.largest = d;
         part.from = p;
@@ -206,9 +419,9 @@ class Measuring {
             for (std::size_t i = 0; i < parts->size(); ++i) {
                 of_facets_[entity.pieces[i]] = (*parts)[i].largest;
                 facets[i] = FacetId(entity.pieces[i]);
-                to_geometry_.add((*parts)[i], lattice<D>.size());
+                to_geometry_.add((*parts)[i], tenths<D>.size());
             }
-            add(entity, *parts, lattice<D>.size(), references_of(q_.mesh, facets));
+            add(entity, *parts, tenths<D>.size(), references_of(q_.mesh, facets));
             entities_.back().is_flat =
                 entity.entity.kind == GeometryKind::surface &&
                 q_.geometry->plane_at(facet_site(q_.mesh.linear, FacetId(entity.pieces.front()))).has_value();
@@ -221,7 +434,7 @@ class Measuring {
             std::vector<FacetId> facets;
             for (const std::uint32_t e : entity.pieces)
                 facets.insert(facets.end(), on_.shells[e].begin(), on_.shells[e].end());
-            add(entity, *parts, edge_samples + 1, references_of(q_.mesh, facets));
+            add(entity, *parts, edge_intervals + 1, references_of(q_.mesh, facets));
         }
         return Done{};
     }
@@ -302,9 +515,14 @@ Outcome<GeometryDistances<D>> distances_both_ways(const QuadraticMesh<D>& mesh,
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
-    template Outcome<GeometryDistances<D>> distances_both_ways<D>(                                         \
-        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&, \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<CurvedBoundary<D>> curved_boundary<D>(const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, \
+                                                           const Execution&);                                         \
+    template BoundaryFoot<D> closest_on<D>(const CurvedBoundary<D>&, const Vec<D>&, FacetId);                         \
+    template Outcome<GeometrySamples<D>> samples_over<D>(const QuadraticMesh<D>&, const Features<D>&,                 \
+                                                         const Geometry<D>&, const Execution&);                       \
+    template Outcome<GeometryDistances<D>> distances_both_ways<D>(                                                    \
+        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Features<D>&, const Geometry<D>&,            \
         const GeometrySamples<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -1,6 +1,8 @@
+// Functions of all geometry models, and the surface, plane or curve that an edge lies on.
 module;
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -39,11 +41,6 @@ GeometryEntity entity_of(const std::vector<std::int64_t>& surfaces, GeometryKind
 template <int D>
 std::optional<EntityPoint<D>> GeometryModel<D>::evaluate(const GeometryEntity&, const GeometryParameters&) const {
     return std::nullopt;
-}
-
-template <int D>
-std::array<double, 2> GeometryModel<D>::periods(const GeometryEntity&) const {
-    return {0, 0};
 }
 
 template <int D>
@@ -156,7 +153,189 @@ bool GeometryModel<D>::prescribes_any() const {
     return false;
 }
 
-#define CAMBER_INSTANTIATE(D) template class GeometryModel<D>;
+template <int D>
+SurfacePoint<D> StraightGeometry<D>::project(const SurfaceHint&, const Vec<D>& p) const {
+    return {.point = p, .normal = {}};
+}
+
+template <int D>
+GeometryEntity StraightGeometry<D>::surface_at(const FacetSite<D>&) const {
+    return {};
+}
+
+namespace {
+
+/// The cosine of planes that are one, but for rounding.
+constexpr double same_plane = 1 - 1e-12;
+
+constexpr double farthest_start = 1e-4;   // of the chord
+constexpr double min_tangent = 0.2;       // sine of the angle between the edge and the normal
+constexpr double farthest_foot = 0.5;     // of a step: beyond it the step is longer than the radius of curvature
+constexpr double largest_sideways = 0.1;  // of a step: a foot that is not below its point is on a rim
+constexpr double longest_move = 2;        // of a step
+constexpr double min_cosine = 0.5;        // between the normals, or tangents, before and after a step
+constexpr double difference = 1e-4;       // of the chord: for tangents of curves without parameters
+
+template <int D>
+bool is_same(const GeometryEntity& a, const GeometryEntity& b) {
+    return a.kind == b.kind && a.id == b.id && a.sides == b.sides;
+}
+
+Vec<2> across(const Vec<2>& v) { return {{-v[1], v[0]}}; }
+
+}  // namespace
+
+template <int D>
+std::optional<Plane<D>> common_plane(const GeometryModel<D>& geometry, const EdgeSite<D>& edge) {
+    std::optional<Plane<D>> common;
+    for (const FacetSite<D>& facet : edge.facets) {
+        const auto plane = geometry.plane_at(facet);
+        if (!plane || (common && std::abs(dot(plane->normal, common->normal)) < same_plane)) return std::nullopt;
+        common = plane;
+    }
+    return common;
+}
+
+template <int D>
+Vec<D> slid_within(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift) {
+    Vec<D> q = p + (shift - dot(plane.normal, shift) * plane.normal);
+    for (int k = 0; k < D; ++k)
+        if (std::abs(plane.normal[k]) == 1) q[k] = p[k];
+    return q;
+}
+
+template <int D>
+struct EdgeSheet<D>::Found {
+    SurfacePoint<D> foot;
+    bool is_on = false;  ///< the edge's own entity
+};
+
+template <int D>
+EdgeSheet<D>::EdgeSheet(const GeometryModel<D>& geometry, const EdgeSite<D>& edge)
+    : geometry_(&geometry), edge_(&edge) {
+    if (edge.facets.empty()) return;
+    const auto is_plane = [&](const FacetSite<D>& f) { return geometry.plane_at(f).has_value(); };
+    plane_ = common_plane(geometry, edge);
+    if (plane_) plane_->normal = normalised(plane_->normal);
+    if (plane_ && D == 3 && edge.kind == EdgeKind::surface) {
+        kind_ = Kind::plane;
+        return;
+    }
+    // Lines: of 2D, between planes, rims of planes.
+    if (plane_ || (D == 3 && std::ranges::all_of(edge.facets, is_plane))) return;
+    entity_ = geometry.entity_at_edge(edge);
+    if (entity_.kind == GeometryKind::surface && (D == 2 || edge.kind == EdgeKind::surface)) kind_ = Kind::surface;
+    if (entity_.kind == GeometryKind::curve && D == 3) kind_ = Kind::curve;
+}
+
+template <int D>
+typename EdgeSheet<D>::Found EdgeSheet<D>::nearest(const FacetId& facet, const Vec<D>& p) const {
+    const SurfacePoint<D> foot = kind_ == Kind::curve
+                                     ? geometry_->on_edge(*edge_, p)
+                                     : geometry_->project({facet, edge_->facets.front().reference, entity_}, p);
+    return {foot, is_same<D>(foot.entity, entity_) && is_finite(foot.point)};
+}
+
+/// Of a curve: by its parameters where the maker has them, else a difference.
+template <int D>
+Vec<D> EdgeSheet<D>::direction_at(const Found& found) const {
+    const Vec<D> chord = edge_->ends[1] - edge_->ends[0];
+    if (found.foot.parameters)
+        if (const auto at = geometry_->evaluate(found.foot.entity, *found.foot.parameters)) {
+            const Vec<D> unit = normalised(at->tangents[0]);
+            return dot(unit, chord) < 0 ? -unit : unit;
+        }
+    const Vec<D> step = difference * chord;
+    return normalised(geometry_->on_edge(*edge_, found.foot.point + step).point -
+                      geometry_->on_edge(*edge_, found.foot.point - step).point);
+}
+
+/// With the directions `near`, turned into the sheet.
+template <int D>
+std::optional<SheetPlace<D>> EdgeSheet<D>::framed(
+    const Found& found, const std::array<Vec<D>, static_cast<std::size_t>(D - 1)>& near) const {
+    SheetPlace<D> place{found.foot.point, {}, {}, found.foot.facet};
+    if (kind_ == Kind::curve) {
+        place.tangents[0] = direction_at(found);
+        if (!(dot(place.tangents[0], near[0]) >= min_cosine)) return std::nullopt;
+        return place;
+    }
+    place.normal = normalised(plane_ ? plane_->normal : found.foot.normal);
+    const Vec<D> first = near[0] - dot(near[0], place.normal) * place.normal;
+    if (!(norm(first) >= min_tangent)) return std::nullopt;
+    place.tangents[0] = normalised(first);
+    if constexpr (D == 3) {
+        const Vec<3> second = cross(place.normal, place.tangents[0]);
+        place.tangents[1] = dot(second, near[1]) < 0 ? -second : second;
+    } else {
+        const Vec<2> along = across(place.normal);
+        place.tangents[0] = dot(along, near[0]) < 0 ? -along : along;
+    }
+    return place;
+}
+
+template <int D>
+std::optional<SheetPlace<D>> EdgeSheet<D>::place_of(const Vec<D>& node) const {
+    if (kind_ == Kind::straight) return std::nullopt;
+    const Vec<D> chord = edge_->ends[1] - edge_->ends[0];
+    Found found{{.point = node, .normal = {}}, true};
+    if (kind_ != Kind::plane) {
+        found = nearest({}, node);
+        if (!found.is_on || !(found.foot.distance <= farthest_start * norm(chord))) return std::nullopt;
+        found.foot.point = node;
+    }
+    std::array<Vec<D>, static_cast<std::size_t>(D - 1)> near{};
+    near[0] = normalised(chord);
+    return framed(found, near);
+}
+
+template <int D>
+std::optional<SheetPlace<D>> EdgeSheet<D>::moved(const SheetPlace<D>& from, const Vec<D>& step) const {
+    if (kind_ == Kind::plane) {
+        SheetPlace<D> place = from;
+        place.point = slid_within(*plane_, from.point, step);
+        return place;
+    }
+    const Vec<D> p = from.point + step;
+    const double length = norm(step);
+    const Found found = nearest(from.facet, p);
+    if (!found.is_on || !(found.foot.distance <= farthest_foot * length) ||
+        !(distance(found.foot.point, from.point) <= longest_move * length))
+        return std::nullopt;
+    const auto place = framed(found, from.tangents);
+    if (!place) return std::nullopt;
+    // A normal has no side: facets of an interface may be turned either way.
+    if (kind_ == Kind::surface && std::abs(dot(place->normal, from.normal)) < min_cosine) return std::nullopt;
+    const Vec<D> off = p - place->point;
+    for (int i = 0; i < unknowns(); ++i)
+        if (std::abs(dot(place->tangents[static_cast<std::size_t>(i)], off)) > largest_sideways * length)
+            return std::nullopt;
+    return place;
+}
+
+template <int D>
+SurfaceFoot<D> EdgeSheet<D>::foot(const SheetPlace<D>& near, const Vec<D>& p) const {
+    if (plane_) return {slid_within(*plane_, near.point, p - near.point), plane_->normal};
+    const Found found = nearest(near.facet, p);
+    return {found.foot.point, found.foot.normal};
+}
+
+template <int D>
+bool EdgeSheet<D>::has_walked(const SheetPlace<D>& from, const SheetPlace<D>& to) const {
+    if (from.facet == to.facet) return false;
+    // Where the surrogate is this mesh's own, both facets at the edge are where it began.
+    const auto is_at_edge = [&](FacetId facet) {
+        return std::ranges::any_of(edge_->facets, [&](const FacetSite<D>& site) { return site.id == facet; });
+    };
+    return !is_at_edge(from.facet) || !is_at_edge(to.facet);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                      \
+    template class GeometryModel<D>;                                                               \
+    template class StraightGeometry<D>;                                                            \
+    template class EdgeSheet<D>;                                                                   \
+    template std::optional<Plane<D>> common_plane<D>(const GeometryModel<D>&, const EdgeSite<D>&); \
+    template Vec<D> slid_within<D>(const Plane<D>&, const Vec<D>&, const Vec<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

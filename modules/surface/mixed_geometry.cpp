@@ -1,3 +1,4 @@
+// Geometry model of a surrogate beside surfaces that another model prescribes.
 module;
 #include <algorithm>
 #include <array>
@@ -73,10 +74,6 @@ class MixedModel final : public GeometryModel<D> {
     [[nodiscard]] std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                          const GeometryParameters& parameters) const override {
         return model(part_of(entity)).evaluate(own_entity(entity), parameters);
-    }
-
-    [[nodiscard]] std::array<double, 2> periods(const GeometryEntity& entity) const override {
-        return model(part_of(entity)).periods(own_entity(entity));
     }
 
     [[nodiscard]] GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const override {

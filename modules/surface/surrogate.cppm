@@ -1,17 +1,225 @@
 module;
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
 export module camber.surface:surrogate;
 import camber.core;
 import camber.box_tree;
 import camber.bezier;
 import :features;
-import :cubic;
-import :flat;
 import :geometry;
+
+export namespace camber {
+
+/// A P3 K-simplex in D dimensions, K = 1 or 2, by its Bézier points in the order of multi_indices<3, K>:
+/// 30 21 12 03, and 300 210 201 120 111 102 030 021 012 003.
+template <int K, int D>
+struct CubicSimplex {
+    std::array<Vec<D>, node_count<3, K>> control{};
+
+    [[nodiscard]] constexpr const Vec<D>& at(const MultiIndex<K>& alpha) const {
+        return control[position<3, K>(alpha)];
+    }
+    [[nodiscard]] constexpr Vec<D>& at(const MultiIndex<K>& alpha) { return control[position<3, K>(alpha)]; }
+    friend bool operator==(const CubicSimplex&, const CubicSimplex&) = default;
+};
+
+/// A cubic simplex at one place: the point, and its derivatives by ξ_a with ξ_0 = 1 − Σ ξ_a: first[a−1] = F_a and
+/// second[a−1][b−1] = F_ab.
+template <int K, int D>
+struct CubicExpansion {
+    Vec<D> point;
+    std::array<Vec<D>, K> first{};
+    std::array<std::array<Vec<D>, K>, K> second{};
+};
+
+/// De Casteljau: after r steps the net b^r holds the derivatives, ∂_i∂_j F = 6 b^1_{e_i+e_j}, ∂_i F = 3 b^2_{e_i}.
+template <int K, int D>
+[[nodiscard]] CubicExpansion<K, D> expand(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi);
+
+/// F(ξ) = Σ B_α(ξ) P_α, of degree 3.
+template <int K, int D>
+[[nodiscard]] Vec<D> point_at(const CubicSimplex<K, D>& simplex, const Barycentric<K>& xi);
+
+/// A place on a cubic simplex.
+template <int K, int D>
+struct CubicFoot {
+    Barycentric<K> xi{};
+    Vec<D> point;
+    double distance_squared = 0;
+};
+
+/// A local minimum of the distance from p over the simplex: Newton's method with the constraints kept, from `start`.
+/// Never farther from p than the start is.
+template <int K, int D>
+[[nodiscard]] CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p,
+                                           const Barycentric<K>& start);
+
+/// The nearest place: where the squared distance is convex over the simplex, as from near a simplex that bends little,
+/// the one minimum; else the best of those from the three nearest points of the lattice of quarters.
+template <int K, int D>
+[[nodiscard]] CubicFoot<K, D> closest_on(const CubicSimplex<K, D>& simplex, const Vec<D>& p);
+
+/// The cubic from a to b with the given tangents (any length, both along a → b) whose handles are those of a circle:
+/// |e| (2/3)/(1 + cos φ), φ the angle of chord and tangent. Error O(h⁴) in the middle, O(h⁶) on circles. A tangent that
+/// leaves the chord by more than 75° is replaced by the chord.
+template <int D>
+[[nodiscard]] CubicSimplex<1, D> cubic_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec<D>& tangent_b,
+                                            const Vec<D>& b);
+
+/// The classical middle point of a cubic triangle with its nine rim points set, exact on quadratics:
+/// b_111 = ¼ Σ edge points − ⅙ Σ vertices.
+template <int D>
+[[nodiscard]] Vec<D> classical_centre(const CubicSimplex<2, D>& triangle);
+
+/// Distances of many points from one cubic triangle, in packs (core:tensors): by Newton's method from each start, as
+/// `closest_from` finds them, for those whose foot is inside the triangle. Not a number for the others: on the rim, or
+/// where the plain method does not settle. The same bytes with any instructions.
+void distances_inside(const CubicSimplex<2, 3>& simplex, std::span<const Barycentric<2>> starts,
+                      std::span<const Vec<3>> points, std::span<double> distances,
+                      Instructions set = widest_instructions());
+
+}  // namespace camber
+
+namespace camber {
+
+/// Directions that the mesh's maker gave, by vertex; rows that the table does not have are left out.
+template <int D>
+class GivenAtVertices {
+  public:
+    explicit GivenAtVertices(const DirectionsAtVertices<D>& given) : table_(given.table) {
+        for (const DirectionRow& at : given.at)
+            if (at.row < table_.size()) sorted_.push_back(at);
+        std::sort(sorted_.begin(), sorted_.end(), [](const DirectionRow& a, const DirectionRow& b) {
+            return std::pair(a.vertex, a.row) < std::pair(b.vertex, b.row);
+        });
+    }
+
+    /// The vertex's rows, in their order.
+    [[nodiscard]] std::span<const DirectionRow> of(VertexId v) const {
+        const auto begin = std::lower_bound(sorted_.begin(), sorted_.end(), v,
+                                            [](const DirectionRow& at, VertexId w) { return at.vertex < w; });
+        auto end = begin;
+        while (end != sorted_.end() && end->vertex == v) ++end;
+        return {begin, end};
+    }
+    [[nodiscard]] Vec<D> unit(const DirectionRow& at) const { return normalised(table_[at.row]); }
+
+  private:
+    Column<Vec<D>> table_;
+    std::vector<DirectionRow> sorted_;  ///< by rising vertex, then row
+};
+
+/// Where facets whose surface another geometry prescribes (a CAD model, analytic surfaces) end and the surrogate
+/// begins: what that geometry tells of the vertices that both share. Whether the boundary is smooth there, the mesh
+/// decides: it is if the prescribed direction is near that which is fitted to the mesh, by `junction_share` of the
+/// turns around (Beyond, and curve_tangents along curves). So a crease stays one, but for less than about a quarter of
+/// these.
+template <int D>
+struct Junctions {
+    Column<std::uint8_t> prescribed;  ///< one a facet; none at all where nothing is prescribed
+    Column<FacetId> facets;           ///< rising: the prescribed ones with a vertex that others have too
+    /// The surface's unit normals at their vertices. Zero where no others are, or where the file says that the boundary
+    /// breaks: at ends of its ridges between both (2D: at its corners).
+    Column<std::array<Vec<D>, D>> normals;
+
+    [[nodiscard]] bool is_prescribed(FacetId f) const { return !prescribed.empty() && prescribed[f] != 0; }
+    /// The normal of a facet's surface at a vertex of it, or the zero vector.
+    [[nodiscard]] Vec<D> normal(const LinearMesh<D>& mesh, FacetId f, VertexId v) const;
+};
+
+inline constexpr double junction_share = 0.25;
+
+/// Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Junctions<D>> find_junctions(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                   const Incidence<FacetId>& shells, const GeometryModel<D>& prescribed,
+                                                   const Execution& execution);
+
+/// What is prescribed beyond the edges of a fan at its vertex.
+struct Beyond {
+    FacetId facet;         ///< whose surface it is; invalid: there is none
+    Vec<3> normal;         ///< of that surface at the vertex; of several surfaces the nearest to what was fitted
+    double tolerance = 0;  ///< by how much (radians) what is fitted may be off it where the boundary is smooth
+};
+[[nodiscard]] Beyond beyond_fan(const Junctions<3>& junctions, const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                const Features<3>& features, const Incidence<FacetId>& shells, const Fans& fans,
+                                std::uint32_t fan, const Vec<3>& fitted);
+
+/// The unit tangents of curve edges at both their ends, along the edge from its lower vertex to its higher.
+template <int D>
+struct CurveTangents {
+    Column<EdgeId> edges;  ///< rising: ridges in 3D, all facets in 2D
+    Column<std::array<Vec<D>, 2>> tangents;
+    Column<std::array<std::uint8_t, 2>> supports;  ///< neighbours that each tangent was fitted to; 4 for given ones
+
+    /// The row of an edge, or size() when it is not on a curve.
+    [[nodiscard]] std::size_t row(EdgeId e) const;
+};
+
+/// At each vertex of a curve the polynomial through up to four neighbours along it, as heights over the tangent (found
+/// again until it stays), two a side where the curve goes on, one-sided at corners: error O(h⁴). Both edges at a vertex
+/// that is no corner get the same line. Tangents of the file's notes take precedence where they agree within
+/// `max_degrees`; at junctions those of the prescribed curve that the curve goes on in (see Junctions).
+template <int D>
+[[nodiscard]] Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                       const Features<D>& features, const Incidence<FacetId>& shells,
+                                                       const Junctions<D>& junctions, double max_degrees,
+                                                       const Execution& execution);
+
+/// The unit normal of the surface through `origin` and the points around it; degree 0: the points do not tell.
+struct FittedNormal {
+    Vec<3> normal;
+    int degree = 0;
+};
+
+/// A jet: the height over the plane of `normal` as a polynomial that vanishes at `origin`, by least squares, weighted
+/// towards the near points. Quartic from 18 points on, else cubic from 12, else quadratic from 5, each only where the
+/// points determine it (column-pivoted QR of scaled columns; axes and scales are the points' own principal ones, so
+/// that thin stencils work as well as round ones). Fitted twice, the second time over the tangent plane found. Error of
+/// the normal O(h^degree).
+[[nodiscard]] FittedNormal fitted_normal(const Vec<3>& origin, const Vec<3>& normal, std::span<const Vec<3>> points);
+
+/// A point of a surface with its unit normal.
+struct PointAndNormal {
+    Vec<3> point, normal;
+};
+
+/// How far along `normal` a surface is from a point; degree 0: the samples do not tell, or turn away from the plane.
+struct FittedHeight {
+    double height = 0;
+    int degree = 0;
+};
+
+/// Least squares on heights and slopes of the samples, of degree 4, else 3: error O(h⁵) but for that of the normals.
+[[nodiscard]] FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal,
+                                         std::span<const PointAndNormal> samples);
+
+struct FanNormals {
+    Column<Vec<3>> normals;           ///< one a fan: unit, or zero
+    Column<std::uint8_t> prescribed;  ///< one a fan: whether its normal is that of the surface beyond a junction
+};
+
+/// The unit normal of each fan, turned to the patch's side; the zero vector of a pointed one. A flat patch gives its
+/// plane's, a locally flat fan its own plane's; else that of the jet through the rings around (error O(h⁴), O(h³),
+/// O(h²) by its degree), else the area-weighted one. The file's normals take precedence where they agree with the
+/// area-weighted one within `max_degrees`. At a ridge the normal is made perpendicular to the ridge's tangents, which
+/// are known better. At a junction that the boundary passes smoothly it is the prescribed surface's. Errors: stopped.
+[[nodiscard]] Outcome<FanNormals> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                              const Features<3>& features, const Incidence<FacetId>& shells,
+                                              const Fans& fans, std::span<const FlatPatch<3>> flats,
+                                              const CurveTangents<3>& tangents, const Junctions<3>& junctions,
+                                              double max_degrees, const Execution& execution);
+
+}  // namespace camber
 
 export namespace camber {
 
@@ -136,5 +344,89 @@ namespace camber {
 /// The trees, from the facets, the curves and the rows of ridges. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> plant_trees(Surrogate<D>& surrogate, const Execution& execution);
+
+}  // namespace camber
+
+export namespace camber {
+
+/// What became of the patches of a mesh that has curves.
+struct CurvedPatches {
+    std::size_t smooth = 0;    ///< patches with curves of their own, that one surface goes through
+    std::size_t as_read = 0;   ///< those whose curved facets stay as they are, with their kinks
+    double largest_angle = 0;  ///< by which the smooth ones turn between their pieces, in radians
+    double mean_angle = 0;     ///< the root mean square of these turns
+};
+
+template <int D>
+struct CurvedSurrogate {
+    Surrogate<D> surrogate;
+    CurvedPatches patches;
+};
+
+/// The boundary of a curved mesh (`nodes`: one an edge) as a smooth surface through its vertices and nodes. `straight`
+/// is the surrogate of its straight facets: patches keep it where all of their edges' nodes lie on it (to 1e-6 of the
+/// chord), or all in the middles of chords: they have no curves of their own. If there are others, the surrogate is
+/// that of the facets cut at their nodes, so normals and tangents are fitted to vertices and nodes; pieces of patches
+/// without curves go through the nodes that `straight` has. Curves that are no smooth surface's, since facets of degree
+/// 2 turn between each other by more than a quarter of what straight ones do (root mean squares over the patch), and
+/// patches of one facet stay as they are: these pieces are the mesh's own facets, exactly. Ridges, patches and their
+/// neighbours are those of the straight mesh. Patches of planes are flat where the nodes are in them too. `prescribed`:
+/// as build_surrogate has it. Errors: `straight` is not of this mesh (ErrorKind::internal), stopped.
+template <int D>
+[[nodiscard]] Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const LinearMesh<D>& mesh,
+                                                      const EdgeSet<D>& edges, const Features<D>& features,
+                                                      std::span<const LagrangeNode<D>> nodes,
+                                                      const GeometryModel<D>& prescribed,
+                                                      const SurrogateOptions& options, const Execution& execution);
+
+/// The boundary is what the straight facets are: nothing is curved, and there is no surface to project onto.
+template <int D>
+class StraightGeometry final : public GeometryModel<D> {
+  public:
+    [[nodiscard]] SurfacePoint<D> project(const SurfaceHint& hint, const Vec<D>& p) const override;
+    [[nodiscard]] GeometryEntity surface_at(const FacetSite<D>& facet) const override;
+};
+
+/// The surrogate as a geometry: surfaces are its patches, curves its ridge curves. Edges and facets of the mesh that it
+/// was made from are known by their number and place; those of others are projected.
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(Surrogate<D> surrogate);
+
+/// A surrogate that was made from another mesh: it prescribes the surface of the references that it has, and each of
+/// its ridges that of edges whose ends are near it.
+template <int D>
+struct PrescribedSurrogate {
+    Surrogate<D> surrogate;
+};
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(PrescribedSurrogate<D> prescribed);
+
+/// Analytic surfaces as a geometry; references without one have no surface.
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(AnalyticGeometry<D> analytic);
+
+/// Two geometries mixed by reference: facets of `references` lie on `first`, which has surfaces for them, all others on
+/// `rest`, which may be a mixture too. Where a surface of `first` meets one that `rest` prescribes, edges lie on the
+/// curve of both; where these touch rather than cross, on the rim of one of them, if that has one there and tells its
+/// number (a CAD model's face ends at an edge). Where it meets what is not prescribed, on its own rim, if it has one;
+/// else, beside a plane, on the curve of both, and beside another, which is known by its nodes alone, on `first`, next
+/// to where `rest` has the edge.
+template <int D>
+struct MixedGeometry {
+    std::vector<Reference> references;
+    Geometry<D> first, rest;
+};
+template <int D>
+[[nodiscard]] std::shared_ptr<const GeometryModel<D>> model_of(MixedGeometry<D> mixed);
+
+/// Makes the surrogate of what a geometry leaves of a mesh's boundary.
+template <int D>
+using MakesSurrogate = std::function<Outcome<Surrogate<D>>(const GeometryModel<D>& prescribed)>;
+
+/// The analytic surfaces alone where every facet has one, else with the surrogate for the rest, which is made only
+/// then. Errors: of its making.
+template <int D>
+[[nodiscard]] Outcome<Geometry<D>> with_surrogate(AnalyticGeometry<D> analytic, const LinearMesh<D>& mesh,
+                                                  const MakesSurrogate<D>& surrogate);
 
 }  // namespace camber

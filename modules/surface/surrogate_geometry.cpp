@@ -1,3 +1,4 @@
+// The surrogate as a geometry model, of its own mesh or of another one.
 module;
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// Corrects transferred values so that integrals and limits are preserved.
 module;
 #include <algorithm>
 #include <array>
@@ -7,21 +8,69 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-
 // The macro alloca, which Eigen takes otherwise, does not come along where the standard headers are one module.
 #define EIGEN_ALLOCA __builtin_alloca
 #include <Eigen/Dense>
 module camber.transfer;
-import :integrals;
-import :key_table;
-import :patches;
-import :projection;
-import :simplex;
-import :sums;
 import camber.core;
 import camber.bezier;
+import :materials;
+import :projection;
 
 namespace camber {
+
+namespace {
+
+template <int D>
+std::vector<std::uint32_t> materials_of(const QuadraticMesh<D>& mesh, const Materials<D>& materials) {
+    std::vector<std::uint32_t> all(mesh.linear.elements.size());
+    for (std::size_t e = 0; e < all.size(); ++e) all[e] = static_cast<std::uint32_t>(materials.of(mesh.linear, e));
+    return all;
+}
+
+template <int D>
+Outcome<std::vector<Sum>> integrals_of(const QuadraticMesh<D>& mesh, const TransferField& field,
+                                       const std::vector<std::uint32_t>& material_of, std::size_t materials,
+                                       const Execution& execution) {
+    const auto components = static_cast<std::size_t>(field.components);
+    const auto element = [](std::size_t e) { return e; };
+    return field.degree == 1 ? integrals_by_group<D, 1>(mesh, element, material_of, materials, field.values.view(),
+                                                        components, execution)
+                             : integrals_by_group<D, 2>(mesh, element, material_of, materials, field.values.view(),
+                                                        components, execution);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals(
+    const QuadraticMesh<D>& old_mesh, std::span<const TransferField> old_fields, const QuadraticMesh<D>& new_mesh,
+    std::span<const TransferField> new_fields, const Materials<D>& materials, const Execution& execution) {
+    const auto old_materials = materials_of(old_mesh, materials), new_materials = materials_of(new_mesh, materials);
+    std::vector<std::uint8_t> has_elements(materials.size(), 0);
+    for (const std::uint32_t m : old_materials) has_elements[m] = 1;
+    for (const std::uint32_t m : new_materials) has_elements[m] = 1;
+    std::vector<std::vector<MaterialIntegrals>> all;
+    for (std::size_t f = 0; f < old_fields.size(); ++f) {
+        const auto before = integrals_of(old_mesh, old_fields[f], old_materials, materials.size(), execution);
+        if (!before) return fail(before.error());
+        const auto after = integrals_of(new_mesh, new_fields[f], new_materials, materials.size(), execution);
+        if (!after) return fail(after.error());
+        const auto components = static_cast<std::size_t>(old_fields[f].components);
+        std::vector<MaterialIntegrals> rows;
+        for (std::size_t m = 0; m < materials.size(); ++m) {
+            if (has_elements[m] == 0) continue;
+            MaterialIntegrals row{.reference = materials.reference(m), .before = {}, .after = {}};
+            for (std::size_t c = 0; c < components; ++c) {
+                row.before.push_back((*before)[m * components + c].value());
+                row.after.push_back((*after)[m * components + c].value());
+            }
+            rows.push_back(std::move(row));
+        }
+        all.push_back(std::move(rows));
+    }
+    return all;
+}
 
 namespace {
 
@@ -282,6 +331,102 @@ CAMBER_INSTANTIATE(2, 1)
 CAMBER_INSTANTIATE(2, 2)
 CAMBER_INSTANTIATE(3, 1)
 CAMBER_INSTANTIATE(3, 2)
+#undef CAMBER_INSTANTIATE
+
+namespace {
+
+/// Of each unknown ∫ φ, and the one group that all of its elements are of; `no_group` on interfaces, whose nodes
+/// would change two groups at once.
+template <int D, int K>
+struct Movable {
+    Buffer<double> weight;
+    Buffer<std::uint32_t> group;
+};
+template <int D, int K>
+Outcome<Movable<D, K>> movable(const typename PatchSearch<D>::Patches& patches, MassMatrix<D, K>& matrix,
+                               const Execution& execution) {
+    Movable<D, K> out{Buffer<double>(matrix.size()), Buffer<std::uint32_t>(matrix.size(), no_group)};
+    const auto part = [&](std::size_t slot) { return matrix.integrals(slot); };
+    auto done = matrix.assemble(part, out.weight, execution);
+    if (!done) return fail(done.error());
+    Buffer<std::uint8_t> is_seen(matrix.size(), 0);
+    for (std::size_t slot = 0; slot < patches.group_of_new.size(); ++slot)
+        for (const std::uint32_t u : matrix.unknowns(slot)) {
+            if (u == none) continue;
+            if (is_seen[u] != 0 && out.group[u] != patches.group_of_new[slot])
+                out.group[u] = no_group;
+            else if (is_seen[u] == 0)
+                out.group[u] = patches.group_of_new[slot];
+            is_seen[u] = 1;
+        }
+    return out;
+}
+
+}  // namespace
+
+template <int D, int K>
+Outcome<Done> keep_limits(const TransferScene<D>& scene, const typename PatchSearch<D>::Patches& patches,
+                          Projection<D, K>& projection, const Execution& execution) {
+    const std::size_t unknowns = projection.matrix.size(), components = projection.block.components;
+    const auto value = [&](std::size_t u, std::size_t c) -> double& {
+        return projection.block.values[projection.matrix.node_of()[u] * components + c];
+    };
+    for (std::size_t u = 0; u < unknowns; ++u)
+        for (std::size_t c = 0; c < components; ++c)
+            value(u, c) =
+                std::clamp(value(u, c), projection.low[u * components + c], projection.high[u * components + c]);
+    const auto free = movable<D, K>(patches, projection.matrix, execution);
+    if (!free) return fail(free.error());
+    // Twice: what rounding leaves of the first is moved by the second.
+    for (int round = 0; round < 2; ++round) {
+        const auto missing = missing_integrals(scene, patches, projection, execution);
+        if (!missing) return fail(missing.error());
+        // How far a node may move in the direction that helps.
+        const auto room = [&](std::size_t u, std::size_t c) {
+            const double gap = (*missing)[free->group[u] * components + c] * free->weight[u];
+            if (gap == 0) return 0.0;
+            return (gap > 0 ? projection.high : projection.low)[u * components + c] - value(u, c);
+        };
+        const auto possible = sums_by_group(
+            free->group, patches.groups.size(), components,
+            [&](std::size_t u, std::span<double> out) {
+                for (std::size_t c = 0; c < components; ++c)
+                    out[c] = free->group[u] == no_group ? 0 : free->weight[u] * room(u, c);
+            },
+            execution);
+        if (!possible) return fail(possible.error());
+        for (std::size_t u = 0; u < unknowns; ++u) {
+            if (free->group[u] == no_group) continue;
+            for (std::size_t c = 0; c < components; ++c) {
+                const std::size_t at = free->group[u] * components + c;
+                const double all = (*possible)[at].value();
+                if (all == 0) continue;
+                value(u, c) += std::min(1.0, (*missing)[at] / all) * room(u, c);
+                value(u, c) =
+                    std::clamp(value(u, c), projection.low[u * components + c], projection.high[u * components + c]);
+            }
+        }
+    }
+    return Done{};
+}
+
+#define CAMBER_INSTANTIATE(D, K)                                                                      \
+    template Outcome<Done> keep_limits<D, K>(const TransferScene<D>&, const PatchSearch<D>::Patches&, \
+                                             Projection<D, K>&, const Execution&);
+
+CAMBER_INSTANTIATE(2, 1)
+CAMBER_INSTANTIATE(2, 2)
+CAMBER_INSTANTIATE(3, 1)
+CAMBER_INSTANTIATE(3, 2)
+#undef CAMBER_INSTANTIATE
+
+#define CAMBER_INSTANTIATE(D)                                                             \
+    template Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals<D>(     \
+        const QuadraticMesh<D>&, std::span<const TransferField>, const QuadraticMesh<D>&, \
+        std::span<const TransferField>, const Materials<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
 
 }  // namespace camber

@@ -1,13 +1,86 @@
 module;
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 module camber.transfer:materials;
 import camber.core;
+import camber.bezier;
+import camber.interpolation;
+import :transferred;
 
 namespace camber {
+
+/// Nodes of a field of degree K in a D-simplex.
+template <int D, int K>
+inline constexpr int field_nodes = K == 1 ? D + 1 : quadratic_nodes<D>;
+
+/// The Lagrange functions of degree K: of the vertices, then of the edges in the order of `local_edges`.
+template <int D, int K>
+[[nodiscard]] constexpr std::array<double, field_nodes<D, K>> lagrange(const Barycentric<D>& xi) {
+    std::array<double, field_nodes<D, K>> phi{};
+    for (int i = 0; i <= D; ++i) phi[i] = K == 1 ? xi[i] : vertex_shape(xi[i]);
+    if constexpr (K == 2)
+        for (int e = 0; e < edges_per_simplex<D>; ++e) phi[D + 1 + e] = edge_shape<D>(xi, e);
+    return phi;
+}
+
+/// The nodes of an element: vertices, then V + the edge's number.
+template <int D, int K>
+[[nodiscard]] std::array<std::size_t, field_nodes<D, K>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e) {
+    std::array<std::size_t, field_nodes<D, K>> nodes{};
+    for (int i = 0; i <= D; ++i) nodes[i] = mesh.linear.elements.vertices[e][i].index();
+    if constexpr (K == 2)
+        for (int k = 0; k < edges_per_simplex<D>; ++k)
+            nodes[D + 1 + k] = mesh.linear.points.size() + mesh.edges.of_elements[e][k].index();
+    return nodes;
+}
+
+/// Where node n of a mesh is.
+template <int D>
+[[nodiscard]] const Vec<D>& place_of(const QuadraticMesh<D>& mesh, std::size_t n) {
+    const std::size_t vertices = mesh.linear.points.size();
+    return n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
+}
+
+/// F of an element, relative to its vertex 0: only differences of stored numbers occur, so errors are relative to the
+/// element and not to its place.
+template <int D>
+struct ElementMap {
+    Vec<D> origin;
+    QuadraticSimplex<D, D> relative;
+    bool is_straight = true;  ///< all edges' nodes are the middles of their chords, to the bit: F is affine
+
+    [[nodiscard]] Vec<D> at(const Barycentric<D>& xi) const { return origin + relative.point(xi); }
+    [[nodiscard]] double determinant(const Barycentric<D>& xi) const { return det(Mat<D>{relative.derivatives(xi)}); }
+};
+
+template <int D>
+[[nodiscard]] ElementMap<D> element_map(const QuadraticMesh<D>& mesh, std::size_t e) {
+    ElementMap<D> map;
+    const auto& v = mesh.linear.elements.vertices[e];
+    map.origin = mesh.linear.points[v[0]];
+    auto& control = map.relative.control;
+    for (int i = 0; i <= D; ++i) control[i] = mesh.linear.points[v[i]] - map.origin;
+    for (int k = 0; k < edges_per_simplex<D>; ++k) {
+        const auto [i, j] = local_edges<D>[k];
+        const Vec<D>& node = mesh.mid_nodes[mesh.edges.of_elements[e][k]].point;
+        const bool is_middle = node == midpoint(mesh.linear.points[v[i]], mesh.linear.points[v[j]]);
+        // A middle is the middle of the differences, too, which its own rounding far from 0 is not.
+        control[D + 1 + k] = is_middle
+                                 ? midpoint(control[i], control[j])
+                                 : control_point(control[i], LagrangeNode<D>{node - map.origin}, control[j]).point;
+        map.is_straight = map.is_straight && is_middle;
+    }
+    return map;
+}
+
+inline constexpr std::uint32_t none = 0xffffffffU;
 
 /// Which elements of two meshes are of one material: those of a reference that both have, where each of them has more
 /// than one; all others are of the last material, the rest.
@@ -49,5 +122,205 @@ class Materials {
 
     std::vector<Reference> shared_;  ///< rising
 };
+
+/// The materials of the elements around each node.
+class NodeMaterials {
+  public:
+    template <int D>
+    NodeMaterials(const QuadraticMesh<D>& mesh, const Materials<D>& materials)
+        : first_(mesh.linear.points.size() + mesh.edges.size(), none), rest_(materials.rest()) {
+        for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
+            const auto material = static_cast<std::uint32_t>(materials.of(mesh.linear, e));
+            for (const std::size_t n : nodes_of<D, 2>(mesh, e))
+                if (first_[n] == none)
+                    first_[n] = material;
+                else if (first_[n] != material)
+                    others_.emplace_back(static_cast<std::uint32_t>(n), material);
+        }
+        std::ranges::sort(others_);
+        const auto twice = std::ranges::unique(others_);
+        others_.erase(twice.begin(), twice.end());
+    }
+
+    /// visit(material) of each until it says that this will do; a node of no element is of the rest.
+    template <class Visit>
+    void visit(std::size_t n, Visit&& visit) const {
+        if (visit(first_[n] == none ? rest_ : first_[n])) return;
+        const auto begin = std::ranges::lower_bound(others_, std::pair(static_cast<std::uint32_t>(n), 0U));
+        for (auto at = begin; at != others_.end() && at->first == n; ++at)
+            if (visit(std::size_t{at->second})) return;
+    }
+
+  private:
+    Buffer<std::uint32_t> first_;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> others_;  ///< nodes of interfaces: (node, material), rising
+    std::size_t rest_;
+};
+
+/// A sum that keeps what rounding takes from it (Neumaier 1974), and the sum of the terms' sizes.
+struct Sum {
+    double total = 0, rest = 0, size = 0;
+
+    void add(double x) {
+        const double next = total + x;
+        rest += std::abs(total) >= std::abs(x) ? (total - next) + x : (x - next) + total;
+        total = next;
+        size += std::abs(x);
+    }
+    [[nodiscard]] double value() const { return total + rest; }
+};
+
+/// Sums by group of what `terms(slot, out)` writes for the slots below n, `columns` numbers each: group after group.
+/// Terms are made in parallel and added in the order of the slots. A group of `no_group` is left out.
+inline constexpr std::uint32_t no_group = 0xffffffffU;
+template <class Terms>
+[[nodiscard]] Outcome<std::vector<Sum>> sums_by_group(std::span<const std::uint32_t> group_of, std::size_t groups,
+                                                      std::size_t columns, const Terms& terms,
+                                                      const Execution& execution) {
+    constexpr std::size_t block = 65536;
+    std::vector<Sum> sums(groups * columns);
+    Buffer<double> buffer(block * columns);
+    for (std::size_t begin = 0; begin < group_of.size(); begin += block) {
+        const std::size_t n = begin + block < group_of.size() ? block : group_of.size() - begin;
+        auto done = each(execution, n,
+                         [&](std::size_t i) { terms(begin + i, std::span(buffer).subspan(i * columns, columns)); });
+        if (!done) return fail(done.error());
+        for (std::size_t i = 0; i < n; ++i) {
+            if (group_of[begin + i] == no_group) continue;
+            Sum* const here = sums.data() + group_of[begin + i] * columns;
+            for (std::size_t c = 0; c < columns; ++c) here[c].add(buffer[i * columns + c]);
+        }
+    }
+    return sums;
+}
+
+/// What two meshes have in common, to the bit. Nodes are numbered as those of a field of degree 2.
+struct Same {
+    Buffer<std::uint32_t> old_node;     ///< of each new node: the old one at its place, or `none`
+    Buffer<std::uint32_t> old_element;  ///< of each new element: the old one with its nodes and material, or `none`
+    Buffer<std::uint8_t> is_kept;       ///< of each old element: whether it is one of these
+};
+
+/// Of several old nodes at a place (the two sides of a crack) a new one gets that of an element that it keeps, or else
+/// the first. Errors: memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<Same> find_same(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
+                                      const Materials<D>& materials, const Execution& execution);
+
+/// The errors of `transfer` that its input alone makes.
+template <int D>
+[[nodiscard]] Outcome<Done> check_input(const QuadraticMesh<D>& old_mesh, std::span<const TransferField> fields,
+                                        const QuadraticMesh<D>& new_mesh, const TransferOptions& options,
+                                        const Execution& execution);
+
+/// The integrals of each field by material, before and after; materials without elements are left out. Errors: memory,
+/// stopped.
+template <int D>
+[[nodiscard]] Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals(
+    const QuadraticMesh<D>& old_mesh, std::span<const TransferField> old_fields, const QuadraticMesh<D>& new_mesh,
+    std::span<const TransferField> new_fields, const Materials<D>& materials, const Execution& execution);
+
+/// ∫ φ_α |det J| over elements: exact, the integrand is a polynomial of degree D + 2 at most where det J > 0.
+template <int D, int K>
+class Weights {
+  public:
+    using Functions = std::array<double, field_nodes<D, K>>;
+
+    Weights() : rule_(conical_rule<D>(3)) {
+        for (const auto& point : rule_) {
+            functions_.push_back(lagrange<D, K>(point.xi));
+            for (int i = 0; i < field_nodes<D, K>; ++i) reference_[i] += point.weight * functions_.back()[i];
+        }
+    }
+    [[nodiscard]] Functions of(const QuadraticMesh<D>& mesh, std::size_t e) const {
+        const ElementMap<D> map = element_map(mesh, e);
+        Functions out{};
+        if (map.is_straight) {
+            const double determinant = std::abs(map.determinant(rule_[0].xi));
+            for (int i = 0; i < field_nodes<D, K>; ++i) out[i] = determinant * reference_[i];
+            return out;
+        }
+        for (std::size_t q = 0; q < rule_.size(); ++q) {
+            const double weight = rule_[q].weight * std::abs(map.determinant(rule_[q].xi));
+            for (int i = 0; i < field_nodes<D, K>; ++i) out[i] += weight * functions_[q][i];
+        }
+        return out;
+    }
+
+  private:
+    std::vector<RulePoint<D>> rule_;
+    std::vector<Functions> functions_;
+    Functions reference_{};
+};
+
+/// The integrals of a field's components over elements, by group. `element(slot)`: the element's number.
+template <int D, int K, class ElementOf>
+[[nodiscard]] Outcome<std::vector<Sum>> integrals_by_group(const QuadraticMesh<D>& mesh, const ElementOf& element,
+                                                           std::span<const std::uint32_t> group_of, std::size_t groups,
+                                                           std::span<const double> values, std::size_t components,
+                                                           const Execution& execution) {
+    const Weights<D, K> weights;
+    return sums_by_group(
+        group_of, groups, components,
+        [&](std::size_t slot, std::span<double> out) {
+            const std::size_t e = element(slot);
+            const auto weight = weights.of(mesh, e);
+            const auto nodes = nodes_of<D, K>(mesh, e);
+            for (std::size_t c = 0; c < components; ++c) {
+                out[c] = 0;
+                for (std::size_t i = 0; i < nodes.size(); ++i) out[c] += weight[i] * values[nodes[i] * components + c];
+            }
+        },
+        execution);
+}
+
+/// All fields of one degree as one: the components of all of them side by side, which share matrices and places.
+struct Block {
+    int degree = 2;
+    std::vector<std::size_t> fields;    ///< their numbers
+    std::size_t components = 0;         ///< of all of them
+    Buffer<double> old_values, values;  ///< at the old and at the new nodes
+};
+
+/// The block of a degree; `values` are those of all fields at the new nodes.
+[[nodiscard]] inline Block block_of(int degree, std::span<const TransferField> fields,
+                                    const std::vector<Buffer<double>>& values) {
+    Block block{.degree = degree, .fields = {}, .components = 0, .old_values = {}, .values = {}};
+    std::size_t old_nodes = 0, new_nodes = 0;
+    for (std::size_t f = 0; f < fields.size(); ++f) {
+        if (fields[f].degree != degree) continue;
+        const auto components = static_cast<std::size_t>(fields[f].components);
+        block.fields.push_back(f);
+        block.components += components;
+        old_nodes = fields[f].values.size() / components;
+        new_nodes = values[f].size() / components;
+    }
+    block.old_values = Buffer<double>(old_nodes * block.components);
+    block.values = Buffer<double>(new_nodes * block.components);
+    std::size_t first = 0;
+    const auto put = [&](const auto& from, std::size_t components, Buffer<double>& to) {
+        for (std::size_t n = 0; n * components < from.size(); ++n)
+            std::copy_n(from.data() + n * components, components, to.data() + n * block.components + first);
+    };
+    for (const std::size_t f : block.fields) {
+        const auto components = static_cast<std::size_t>(fields[f].components);
+        put(fields[f].values, components, block.old_values);
+        put(values[f], components, block.values);
+        first += components;
+    }
+    return block;
+}
+
+/// Puts the new values of a block back into those of its fields.
+inline void put_back(const Block& block, std::span<const TransferField> fields, std::vector<Buffer<double>>& values) {
+    std::size_t first = 0;
+    for (const std::size_t f : block.fields) {
+        const auto components = static_cast<std::size_t>(fields[f].components);
+        for (std::size_t n = 0; n * components < values[f].size(); ++n)
+            std::copy_n(block.values.data() + n * block.components + first, components,
+                        values[f].data() + n * components);
+        first += components;
+    }
+}
 
 }  // namespace camber

@@ -9,18 +9,11 @@ module;
 #include <new>
 #include <optional>
 #include <utility>
+#include <vector>
 #include <boost/multiprecision/cpp_int.hpp>
 module camber.validity;
 import camber.core;
 import camber.bezier;
-import :certificate;
-import :coefficients;
-import :jacobian;
-import :motion;
-import :subdivide;
-import :surface_triangle;
-import :tensor;
-import :verdict;
 
 // The level without rounding. Doubles are whole multiples of a power of two; that of an axis may be taken out, since it
 // multiplies det J and det of the straight element alike. So all is integers, and bisection needs no division.
@@ -30,12 +23,123 @@ namespace camber {
 using Integer =
     boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>, boost::multiprecision::et_off>;
 
-template <>
-struct Halving<Integer> {
-    [[nodiscard]] static Integer of(const Integer& x, int m, int n) { return x << (n - m); }
+namespace {
+
+/// Longest path to a part: the deepest bisection.
+constexpr int longest_path = exact_depth;
+
+/// det J(ξ) on a part of an element: Bernstein coefficients of degree D, and det of the straight element, in the same
+/// unit. `path` tells which part it is: bisections by 2 · local edge + side.
+template <int D>
+struct ExactJacobian {
+    std::array<Integer, jacobian_coefficients<D>> values{};
+    Integer straight{};
+    std::array<std::uint8_t, longest_path> path{};
+    int depth = 0;
 };
 
-namespace {
+/// Sums of neighbours are not halved one by one: the sum after m of n bisections is 2^m times too large. Halving makes
+/// up for it: in doubles by 2⁻ᵐ, exact but for underflow; in integers by 2^(n−m), so that all of them grow by 2ⁿ.
+double halved(double x, int m, int) { return x * (1.0 / (1 << m)); }
+Integer halved(const Integer& x, int m, int n) { return x << (n - m); }
+
+/// The half on one side of the middle of a local edge.
+template <int D>
+ExactJacobian<D> half(ExactJacobian<D> part, int edge, int side) {
+    part.path[part.depth++] = static_cast<std::uint8_t>(2 * edge + side);
+    const int from = local_edges<D>[edge][side];
+    for (const auto [target, source] : bisections<D>[edge][side]) part.values[target] += part.values[source];
+    for (int p = 0; p < jacobian_coefficients<D>; ++p)
+        part.values[p] = halved(part.values[p], jacobian_indices<D>[p][from], D);
+    part.straight = halved(part.straight, 0, D);
+    return part;
+}
+
+/// The local edge along which the coefficients bend most. Where they bend along none, det J is affine, and its minimum
+/// at a corner.
+template <int D>
+int most_bent_edge(const ExactJacobian<D>& part) {
+    int most = 0;
+    Integer largest{};
+    const auto& c = part.values;
+    for (int e = 0; e < edges_per_simplex<D>; ++e)
+        for (const auto& [i, m, j] : second_differences<D>[e]) {
+            Integer size = (c[i] - c[m]) + (c[j] - c[m]);
+            if (size < 0) size = -size;
+            if (size > largest) {
+                most = e;
+                largest = std::move(size);
+            }
+        }
+    return most;
+}
+
+/// The local vertex with the smallest value of det J.
+template <int D>
+int lowest_corner(const ExactJacobian<D>& part) {
+    int lowest = 0;
+    for (int i = 1; i <= D; ++i)
+        if (part.values[corner_coefficients<D>[i]] < part.values[corner_coefficients<D>[lowest]]) lowest = i;
+    return lowest;
+}
+
+/// The verdict on a part of an element.
+enum class PartVerdict : std::uint8_t { good, bad, split };
+
+struct SearchLimits {
+    int depth, parts;
+};
+
+/// Depth first, the half with the lower corner first. `look(part)` judges; `bad(part)` is called with the part that
+/// ends the search. Undecided when a limit was met, and no part was bad.
+template <int D, class Look, class Bad>
+Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, Bad&& bad) {
+    std::vector<ExactJacobian<D>> stack;
+    stack.push_back(std::move(whole));
+    bool doubtful = false;
+    for (int parts = 0; !stack.empty(); ++parts) {
+        if (parts >= limits.parts) return Verdict::undecided;
+        const ExactJacobian<D> part = std::move(stack.back());
+        stack.pop_back();
+        const PartVerdict verdict = look(part);
+        if (verdict == PartVerdict::good) continue;
+        if (verdict == PartVerdict::bad) {
+            bad(part);
+            return Verdict::invalid;
+        }
+        if (part.depth >= limits.depth) {
+            doubtful = true;
+            continue;
+        }
+        const int edge = most_bent_edge(part);
+        auto first = half(part, edge, 0);
+        auto second = half(part, edge, 1);
+        if (first.values[corner_coefficients<D>[lowest_corner(first)]] <
+            second.values[corner_coefficients<D>[lowest_corner(second)]])
+            std::swap(first, second);
+        stack.push_back(std::move(first));
+        stack.push_back(std::move(second));
+    }
+    return doubtful ? Verdict::undecided : Verdict::valid;
+}
+
+/// Weights of the element's vertices at each corner of a part. In integers exact, but for a power of two; in doubles
+/// exact for paths of up to 52 bisections.
+template <class Weight, int D>
+std::array<std::array<Weight, D + 1>, D + 1> place_of(const ExactJacobian<D>& part) {
+    std::array<std::array<Weight, D + 1>, D + 1> corners{};
+    for (int i = 0; i <= D; ++i) corners[i][i] = 1;
+    for (int n = 0; n < part.depth; ++n) {
+        const int edge = part.path[n] / 2;
+        const int side = part.path[n] % 2;
+        const int from = local_edges<D>[edge][side];
+        const int to = local_edges<D>[edge][1 - side];
+        for (int v = 0; v <= D; ++v) corners[from][v] += corners[to][v];
+        for (int i = 0; i <= D; ++i)
+            for (int v = 0; v <= D; ++v) corners[i][v] = halved(corners[i][v], i == from, 1);
+    }
+    return corners;
+}
 
 /// mantissa · 2^exponent, the mantissa odd or 0.
 struct Dyadic {
@@ -56,26 +160,24 @@ template <int D>
 using IntegerPoints = std::array<std::array<Integer, D>, quadratic_nodes<D>>;
 
 /// The power of two that all coordinates along an axis are whole multiples of.
-template <int D, std::size_t N>
-int common_exponent(const std::array<Points<D>, N>& elements, int c) {
+template <int D>
+int common_exponent(const Points<D>& points, int c) {
     int lowest = 2000;
-    for (const auto& points : elements)
-        for (const Vec<D>& p : points)
-            if (p[c] != 0) lowest = std::min(lowest, dyadic(p[c]).exponent);
+    for (const Vec<D>& p : points)
+        if (p[c] != 0) lowest = std::min(lowest, dyadic(p[c]).exponent);
     return lowest;
 }
 
-/// The points of both elements times a power of two for each axis.
-template <int D, std::size_t N>
-std::array<IntegerPoints<D>, N> integers(const std::array<Points<D>, N>& elements) {
-    std::array<IntegerPoints<D>, N> out;
+/// The points times a power of two for each axis.
+template <int D>
+IntegerPoints<D> integers(const Points<D>& points) {
+    IntegerPoints<D> out;
     for (int c = 0; c < D; ++c) {
-        const int lowest = common_exponent<D>(elements, c);
-        for (std::size_t n = 0; n < N; ++n)
-            for (int i = 0; i < quadratic_nodes<D>; ++i) {
-                const Dyadic x = dyadic(elements[n][i][c]);
-                if (x.mantissa != 0) out[n][i][c] = Integer(x.mantissa) << (x.exponent - lowest);
-            }
+        const int lowest = common_exponent<D>(points, c);
+        for (int i = 0; i < quadratic_nodes<D>; ++i) {
+            const Dyadic x = dyadic(points[i][c]);
+            if (x.mantissa != 0) out[i][c] = Integer(x.mantissa) << (x.exponent - lowest);
+        }
     }
     return out;
 }
@@ -126,40 +228,22 @@ std::array<std::array<Integer, D>, D> straight_edges(const IntegerPoints<D>& n) 
     return edges;
 }
 
-/// det J, and bound · det of the straight element, in one unit: coefficients over ξ, and over s for two elements.
-template <int D, int S, std::size_t N>
-Tensor<D, S, Integer> tensor_of(const std::array<Points<D>, N>& elements, Form form, double bound) {
-    const auto points = integers<D>(elements);
-    std::array<ColumnPoints<D, Integer>, N> columns;
-    std::array<std::array<std::array<Integer, D>, D>, N> edges;
-    for (std::size_t n = 0; n < N; ++n) {
-        columns[n] = doubled_columns<D>(points[n], form);
-        edges[n] = straight_edges<D>(points[n]);
-    }
-    // det is linear in each column: the coefficient of s^k (1 − s)^(S−k) is the mean over the choices of k columns.
-    Tensor<D, S, Integer> t;
-    for (unsigned chosen = 0; chosen < (S > 0 ? 1U << D : 1U); ++chosen) {
-        auto d = columns[0];
-        auto e = edges[0];
-        for (int a = 0; a < D; ++a)
-            if ((chosen >> a) & 1U) d[a] = columns[N - 1][a], e[a] = edges[N - 1][a];
-        const auto sums = ordered_sums<D>(d);
-        auto& row = t.values[std::popcount(chosen)];
-        for (int p = 0; p < jacobian_coefficients<D>; ++p) row[p] += sums[p];
-        t.straight[std::popcount(chosen)] += determinant<D, Integer>(e);
-    }
-    // The common unit: D!, times D in s, times the power of two that makes the bound whole.
+/// det J, and bound · det of the straight element, in one unit.
+template <int D>
+ExactJacobian<D> exact_jacobian(const Points<D>& points, Form form, double bound) {
+    const IntegerPoints<D> n = integers<D>(points);
+    // The common unit: D!, times the power of two that makes the bound whole.
     constexpr int unit = D == 2 ? 2 : 6;
     const Dyadic asked = bound > 0 ? dyadic(bound) : Dyadic{};
-    for (int k = 0; k <= S; ++k) {
-        const int mean = S == 0 ? 1 : D / binomial(D, k);
-        for (int p = 0; p < jacobian_coefficients<D>; ++p) {
-            t.values[k][p] *= mean * unit / static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
-            t.values[k][p] <<= std::max(0, -asked.exponent);
-        }
-        t.straight[k] *= Integer(asked.mantissa) * (mean * unit);
-        t.straight[k] <<= std::max(0, asked.exponent);
+    ExactJacobian<D> t;
+    t.values = ordered_sums<D>(doubled_columns<D>(n, form));
+    for (int p = 0; p < jacobian_coefficients<D>; ++p) {
+        t.values[p] *= unit / static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
+        t.values[p] <<= std::max(0, -asked.exponent);
     }
+    t.straight = determinant<D, Integer>(straight_edges<D>(n));
+    t.straight *= Integer(asked.mantissa) * unit;
+    t.straight <<= std::max(0, asked.exponent);
     return t;
 }
 
@@ -168,37 +252,24 @@ Integer magnitude_of(const Integer& x) { return x < 0 ? Integer(-x) : x; }
 /// Whether a value is good enough, and so are coefficients: det J > 0 and det J ≥ bound · |det straight|.
 bool holds(const Integer& value, const Integer& least) { return value > 0 && value >= least; }
 
-template <int D, int S>
-PartVerdict judge(const Tensor<D, S, Integer>& part) {
-    bool good = true;
-    for (int k = 0; k <= S; ++k) {
-        const Integer least = magnitude_of(part.straight[k]);
-        for (const Integer& c : part.values[k]) good = good && holds(c, least);
-        if (k % (S > 0 ? S : 1) == 0)
-            for (const int i : corner_coefficients<D>)
-                if (!holds(part.values[k][i], least)) return PartVerdict::bad;
-    }
+template <int D>
+PartVerdict judge(const ExactJacobian<D>& part) {
+    const Integer least = magnitude_of(part.straight);
+    for (const int i : corner_coefficients<D>)
+        if (!holds(part.values[i], least)) return PartVerdict::bad;
+    const bool good = std::ranges::all_of(part.values, [&](const Integer& c) { return holds(c, least); });
     return good ? PartVerdict::good : PartVerdict::split;
-}
-
-/// The first corner in ξ and s that fails: row and local vertex.
-template <int D, int S>
-std::pair<int, int> failing_corner(const Tensor<D, S, Integer>& part) {
-    for (const int k : {0, S})
-        for (int i = 0; i <= D; ++i)
-            if (!holds(part.values[k][corner_coefficients<D>[i]], magnitude_of(part.straight[k]))) return {k, i};
-    return {0, 0};
 }
 
 template <int D>
 using Weights = std::array<Integer, D + 1>;
 
-/// (Σw)^D det J at w/Σw, in the tensor's unit: Σ multinomial(α) w^α c_α.
+/// (Σw)^D det J at w/Σw, in the unit of `t`: Σ multinomial(α) w^α c_α.
 template <int D>
-Integer value_at(const Tensor<D, 0, Integer>& t, const Weights<D>& w) {
+Integer value_at(const ExactJacobian<D>& t, const Weights<D>& w) {
     Integer value;
     for (int p = 0; p < jacobian_coefficients<D>; ++p) {
-        Integer term = t.values[0][p] * static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
+        Integer term = t.values[p] * static_cast<int>(multinomial<D>(jacobian_indices<D>[p]));
         for (int i = 0; i <= D; ++i)
             for (int m = 0; m < jacobian_indices<D>[p][i]; ++m) term *= w[i];
         value += term;
@@ -217,8 +288,8 @@ Integer size_of(const Weights<D>& w) {
 
 /// Whether the condition fails at w/Σw.
 template <int D>
-bool fails_at(const Tensor<D, 0, Integer>& t, const Weights<D>& w) {
-    return !holds(value_at<D>(t, w), Integer(magnitude_of(t.straight[0]) * size_of<D>(w)));
+bool fails_at(const ExactJacobian<D>& t, const Weights<D>& w) {
+    return !holds(value_at<D>(t, w), Integer(magnitude_of(t.straight) * size_of<D>(w)));
 }
 
 /// Doubles as whole numbers, up to a power of two.
@@ -262,7 +333,7 @@ std::optional<Barycentric<D>> in_doubles(Weights<D> w, Still&& still) {
 }
 
 template <int D>
-Certificate<D> refuted(const Tensor<D, 0, Integer>& whole, const Weights<D>& w) {
+Certificate<D> refuted(const ExactJacobian<D>& whole, const Weights<D>& w) {
     return {Verdict::invalid, Level::exact,
             in_doubles<D>(w, [&](const Weights<D>& taken) { return fails_at<D>(whole, taken); })};
 }
@@ -270,8 +341,8 @@ Certificate<D> refuted(const Tensor<D, 0, Integer>& whole, const Weights<D>& w) 
 /// Triangles in closed form: det J − bound |det straight| is one quadratic form wᵀ M w of the weights. Its minimum is
 /// at a corner, where an edge's quadratic is stationary, or where all of it is: at adj(M) 1, with the value det
 /// M/1ᵀadj(M)1, if it is convex there (1ᵀ adj(M) 1 is the determinant of the form on Σw = 0).
-Certificate<2> decide_triangle(const Tensor<2, 0, Integer>& t) {
-    const Integer least = magnitude_of(t.straight[0]);
+Certificate<2> decide_triangle(const ExactJacobian<2>& t) {
+    const Integer least = magnitude_of(t.straight);
     const bool touching_fails = least == 0;  // then det J > 0 is asked for, and det J ≥ least else
     const auto fails = [&](const Integer& x) { return x < 0 || (touching_fails && x == 0); };
     std::array<std::array<Integer, 3>, 3> m;
@@ -279,7 +350,7 @@ Certificate<2> decide_triangle(const Tensor<2, 0, Integer>& t) {
         for (int j = 0; j < 3; ++j) {
             MultiIndex<2> alpha{};
             ++alpha[i], ++alpha[j];
-            m[i][j] = t.values[0][position<2, 2>(alpha)] - least;
+            m[i][j] = t.values[position<2, 2>(alpha)] - least;
         }
     for (int i = 0; i < 3; ++i)
         if (fails(m[i][i])) {
@@ -311,9 +382,9 @@ Certificate<2> decide_triangle(const Tensor<2, 0, Integer>& t) {
 /// Whole weights near a point where the condition fails, if there are small ones. Where a cubic with whole coefficients
 /// just touches 0 it is singular, at a point that is rational unless there are several; bisection at middles comes as
 /// near as it likes to, say, a third without ever meeting it.
-std::optional<Weights<3>> rational_failure(const Tensor<3, 0, Integer>& whole, const Tensor<3, 0, Integer>& part) {
-    const auto place = place_of<3, 0, Integer, double>(part);
-    const auto& near = place.corners[lowest_corner(part).second];
+std::optional<Weights<3>> rational_failure(const ExactJacobian<3>& whole, const ExactJacobian<3>& part) {
+    const auto corners = place_of<double>(part);
+    const auto& near = corners[lowest_corner(part)];
     const double blur = std::ldexp(1.0, 3 - part.depth / 3);
     for (int q = 1; q <= (part.depth < 48 ? 64 : 1024); ++q) {
         std::array<int, 4> w{};
@@ -331,14 +402,14 @@ std::optional<Weights<3>> rational_failure(const Tensor<3, 0, Integer>& whole, c
     return {};
 }
 
-Certificate<3> decide_tetrahedron(const Tensor<3, 0, Integer>& whole) {
+Certificate<3> decide_tetrahedron(const ExactJacobian<3>& whole) {
     Certificate<3> certificate{Verdict::undecided, Level::exact, {}};
     Weights<3> failure;
     bool found = false;
     int tries = 0;
-    certificate.verdict = search<3, 0, Integer>(
+    certificate.verdict = search<3>(
         whole, {exact_depth, exact_parts},
-        [&](const Tensor<3, 0, Integer>& part) {
+        [&](const ExactJacobian<3>& part) {
             const PartVerdict verdict = judge(part);
             if (verdict != PartVerdict::split || part.depth == 0 || part.depth % 24 != 0 || tries >= 10) return verdict;
             ++tries;
@@ -349,8 +420,8 @@ Certificate<3> decide_tetrahedron(const Tensor<3, 0, Integer>& whole) {
             }
             return verdict;
         },
-        [&](const Tensor<3, 0, Integer>& part) {
-            if (!found) failure = place_of(part).corners[lowest_corner(part).second];
+        [&](const ExactJacobian<3>& part) {
+            if (!found) failure = place_of<Integer>(part)[lowest_corner(part)];
         });
     if (certificate.verdict == Verdict::invalid) return refuted<3>(whole, failure);
     return certificate;
@@ -376,8 +447,8 @@ std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const Surface
     return out;
 }
 
-/// N · N_straight and bound · |N_straight|² in one unit, as `tensor_of`.
-Tensor<2, 0, Integer> tensor_of(const SurfaceTriangle& triangle, double bound) {
+/// N · N_straight and bound · |N_straight|² in one unit, as `exact_jacobian`.
+ExactJacobian<2> exact_jacobian(const SurfaceTriangle& triangle, double bound) {
     const auto n = integers_of(triangle);
     SurfaceColumns<Integer> d;  // doubled
     std::array<std::array<Integer, 3>, 2> edges;
@@ -394,13 +465,13 @@ Tensor<2, 0, Integer> tensor_of(const SurfaceTriangle& triangle, double bound) {
     constexpr int unit = 2;
     const Dyadic asked = bound > 0 ? dyadic(bound) : Dyadic{};
     const auto sums = normal_sums<Integer>(d);
-    Tensor<2, 0, Integer> t;
+    ExactJacobian<2> t;
     for (int p = 0; p < jacobian_coefficients<2>; ++p) {
-        t.values[0][p] = along(sums[p]) * (unit / static_cast<int>(multinomial<2>(jacobian_indices<2>[p])));
-        t.values[0][p] <<= std::max(0, -asked.exponent);
+        t.values[p] = along(sums[p]) * (unit / static_cast<int>(multinomial<2>(jacobian_indices<2>[p])));
+        t.values[p] <<= std::max(0, -asked.exponent);
     }
-    t.straight[0] = along(normal) * (Integer(asked.mantissa) * unit);
-    t.straight[0] <<= std::max(0, asked.exponent);
+    t.straight = along(normal) * (Integer(asked.mantissa) * unit);
+    t.straight <<= std::max(0, asked.exponent);
     return t;
 }
 
@@ -417,7 +488,7 @@ Certificate<D> decide_exactly(const Points<D>& points, Form form, double bound) 
     if (!all_finite<D>(points)) return {Verdict::invalid, Level::filter, {}};
     if (!usable(bound)) return {Verdict::undecided, Level::filter, {}};
     try {
-        const auto whole = tensor_of<D, 0>(std::array<Points<D>, 1>{points}, form, bound);
+        const auto whole = exact_jacobian<D>(points, form, bound);
         if constexpr (D == 2)
             return decide_triangle(whole);
         else
@@ -463,7 +534,7 @@ template <int D>
 class FailureSearch {
   public:
     /// `asked` for the bound, `full` for the bound 1; det J is in units of 2^exponent.
-    FailureSearch(Tensor<D, 0, Integer> asked, Tensor<D, 0, Integer> full, int exponent)
+    FailureSearch(ExactJacobian<D> asked, ExactJacobian<D> full, int exponent)
         : asked_(std::move(asked)), full_(std::move(full)), exponent_(exponent) {}
 
     /// With as few digits as show it, and nearly as low as it is there.
@@ -488,13 +559,13 @@ class FailureSearch {
         return rounded_up(value_at<D>(full_, w), size_of<D>(w) * unit, exponent_);
     }
     [[nodiscard]] double scaled(const Weights<D>& w) const {
-        const Integer v = value_at<D>(full_, w), straight = magnitude_of(full_.straight[0]);
+        const Integer v = value_at<D>(full_, w), straight = magnitude_of(full_.straight);
         if (straight != 0) return rounded_up(v, straight * size_of<D>(w), 0);
         constexpr double infinity = std::numeric_limits<double>::infinity();
         return v > 0 ? infinity : v < 0 ? -infinity : 0;
     }
 
-    Tensor<D, 0, Integer> asked_, full_;
+    ExactJacobian<D> asked_, full_;
     int exponent_;
 };
 
@@ -514,11 +585,11 @@ template <int D>
 std::optional<Failure<D>> find_failure(const NodalSimplex<D>& element, double bound, const Barycentric<D>& near) {
     if (!all_finite<D>(element.nodes) || !usable(bound)) return {};
     try {
-        const std::array<Points<D>, 1> nodes{element.nodes};
+        const Points<D>& nodes = element.nodes;
         int exponent = 0;
         for (int c = 0; c < D; ++c) exponent += common_exponent<D>(nodes, c);
-        return failure_of<D>(FailureSearch<D>(tensor_of<D, 0>(nodes, Form::nodes, bound),
-                                              tensor_of<D, 0>(nodes, Form::nodes, 1), exponent),
+        return failure_of<D>(FailureSearch<D>(exact_jacobian<D>(nodes, Form::nodes, bound),
+                                              exact_jacobian<D>(nodes, Form::nodes, 1), exponent),
                              element, bound, near);
     } catch (const std::bad_alloc&) {
         return {};
@@ -530,9 +601,9 @@ std::optional<Failure<2>> find_failure(const SurfaceTriangle& triangle, double b
         !usable(bound))
         return {};
     try {
-        return failure_of<2>(
-            FailureSearch<2>(tensor_of(triangle, bound), tensor_of(triangle, 1), 4 * common_exponent(triangle)),
-            triangle, bound, near);
+        return failure_of<2>(FailureSearch<2>(exact_jacobian(triangle, bound), exact_jacobian(triangle, 1),
+                                              4 * common_exponent(triangle)),
+                             triangle, bound, near);
     } catch (const std::bad_alloc&) {
         return {};
     }
@@ -553,37 +624,16 @@ Certificate<2> certify_exactly(const SurfaceTriangle& triangle, double bound) {
         return {Verdict::invalid, Level::filter, {}};
     if (!usable(bound)) return {Verdict::undecided, Level::filter, {}};
     try {
-        return decide_triangle(tensor_of(triangle, bound));
+        return decide_triangle(exact_jacobian(triangle, bound));
     } catch (const std::bad_alloc&) {
         return {Verdict::undecided, Level::exact, {}};
     }
 }
 
-template <int D>
-MotionCertificate<D> certify_motion_exactly(const NodalSimplex<D>& from, const NodalSimplex<D>& to, double bound) {
-    MotionCertificate<D> certificate{Verdict::undecided, Level::exact, {}};
-    if (!usable(bound)) return certificate;
-    try {
-        const auto whole = tensor_of<D, D>(std::array<Points<D>, 2>{from.nodes, to.nodes}, Form::nodes, bound);
-        certificate.verdict = search<D, D, Integer>(
-            whole, {exact_depth, exact_motion_parts}, [](const auto& part) { return judge(part); },
-            [&](const auto& part) {
-                if (part.depth > exact_places) return;
-                const auto place = place_of<D, D, Integer, double>(part);
-                const auto [k, i] = failing_corner(part);
-                certificate.witness = MotionWitness<D>{place.steps[k > 0], place.corners[i]};
-            });
-    } catch (const std::bad_alloc&) {
-        certificate.verdict = Verdict::undecided;
-    }
-    return certificate;
-}
-
 #define CAMBER_INSTANTIATE(D)                                                                                  \
     template std::optional<Failure<D>> find_failure<D>(const NodalSimplex<D>&, double, const Barycentric<D>&); \
     template Certificate<D> certify_exactly<D>(const NodalSimplex<D>&, double);                                \
-    template Certificate<D> certify_exactly<D>(const QuadraticSimplex<D, D>&, double);                         \
-    template MotionCertificate<D> certify_motion_exactly<D>(const NodalSimplex<D>&, const NodalSimplex<D>&, double);
+    template Certificate<D> certify_exactly<D>(const QuadraticSimplex<D, D>&, double);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

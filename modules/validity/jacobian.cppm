@@ -1,11 +1,247 @@
 module;
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
 #include <span>
+#include <type_traits>
+#include <utility>
 export module camber.validity:jacobian;
 import camber.core;
 import camber.bezier;
-import :coefficients;
-import :twice;
+
+export namespace camber {
+
+/// A number as the unevaluated sum of two doubles (Dekker 1971): about 104 bits. Needs arithmetic that is not
+/// contracted.
+struct Twice {
+    double high = 0, low = 0;
+
+    constexpr Twice() = default;
+    constexpr Twice(double x) : high(x) {}  // NOLINT(*-explicit-*): doubles are such numbers
+    constexpr Twice(double h, double l) : high(h), low(l) {}
+
+    /// a + b, exactly (Knuth).
+    [[nodiscard]] static constexpr Twice sum(double a, double b) {
+        const double s = a + b;
+        const double t = s - a;
+        return {s, (a - (s - t)) + (b - t)};
+    }
+    /// The same for |a| ≥ |b|.
+    [[nodiscard]] static constexpr Twice quick_sum(double a, double b) {
+        const double s = a + b;
+        return {s, b - (s - a)};
+    }
+    /// a · b, exactly but for underflow (Veltkamp, Dekker).
+    [[nodiscard]] static constexpr Twice product(double a, double b) {
+        const Twice x = halves(a);
+        const Twice y = halves(b);
+        const double p = a * b;
+        return {p, ((x.high * y.high - p) + x.high * y.low + x.low * y.high) + x.low * y.low};
+    }
+
+    friend constexpr Twice operator+(const Twice& a, const Twice& b) {
+        const Twice s = sum(a.high, b.high);
+        const Twice t = sum(a.low, b.low);
+        const Twice u = quick_sum(s.high, s.low + t.high);
+        return quick_sum(u.high, u.low + t.low);
+    }
+    friend constexpr Twice operator-(const Twice& a) { return {-a.high, -a.low}; }
+    friend constexpr Twice operator-(const Twice& a, const Twice& b) { return a + -b; }
+    friend constexpr Twice operator*(const Twice& a, const Twice& b) {
+        const Twice p = product(a.high, b.high);
+        return quick_sum(p.high, p.low + (a.high * b.low + a.low * b.high));
+    }
+    constexpr Twice& operator+=(const Twice& o) { return *this = *this + o; }
+    friend constexpr bool operator<(const Twice& a, const Twice& b) {
+        return a.high < b.high || (a.high == b.high && a.low < b.low);
+    }
+    friend constexpr bool operator>(const Twice& a, const Twice& b) { return b < a; }
+
+  private:
+    /// x as a sum of two numbers of 26 bits.
+    [[nodiscard]] static constexpr Twice halves(double x) {
+        const double c = 134217729.0 * x;  // 2²⁷ + 1
+        const double h = c - (c - x);
+        return {h, x - h};
+    }
+};
+
+/// det J of a P2 simplex has degree D: one linear factor for each of the D columns.
+template <int D>
+inline constexpr int jacobian_coefficients = node_count<D, D>;
+
+/// The multi-indices of the coefficients, in the order of every array of them here.
+template <int D>
+inline constexpr const auto& jacobian_indices = multi_indices<D, D>;
+
+/// Position of the coefficient at each vertex; such a coefficient is a value of det J.
+template <int D>
+inline constexpr std::array<int, D + 1> corner_coefficients = [] {
+    std::array<int, D + 1> corners{};
+    for (int i = 0; i <= D; ++i) {
+        MultiIndex<D> alpha{};
+        alpha[i] = D;
+        corners[i] = position<D, D>(alpha);
+    }
+    return corners;
+}();
+
+}  // namespace camber
+
+namespace camber {
+
+/// What follows is for any kind of number, packs of doubles too (core:tensors): so it is always inlined.
+
+/// d[a−1][i] = P_{e_i+e_a} − P_{e_i+e_0}: column a of J is 2 Σ_i ξ_i d[a−1][i] (a = 1 … D, i = 0 … D).
+template <int D, class Real>
+using ColumnPoints = std::array<std::array<std::array<Real, D>, D + 1>, D>;
+
+/// A bound on |d[a−1][i]|, component by component, the same for all i; and never less than `smallest_bound`.
+template <int D, class Real>
+using ColumnBounds = std::array<std::array<Real, D>, D>;
+
+/// Position of the node of the local edge i–j among the nodes of an element; the vertex when i = j.
+template <int D>
+inline constexpr auto node_between = [] {
+    std::array<std::array<int, D + 1>, D + 1> table{};
+    for (int i = 0; i <= D; ++i) table[i][i] = i;
+    for (int e = 0; e < edges_per_simplex<D>; ++e) {
+        const int a = local_edges<D>[e][0];
+        const int b = local_edges<D>[e][1];
+        table[a][b] = table[b][a] = D + 1 + e;
+    }
+    return table;
+}();
+
+/// u × v, as one number in 2D.
+template <class Real>
+[[nodiscard, gnu::always_inline]] constexpr std::array<Real, 3> product(const std::array<Real, 3>& u,
+                                                                        const std::array<Real, 3>& v) {
+    return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+}
+template <class Real>
+[[nodiscard, gnu::always_inline]] constexpr std::array<Real, 1> product(const std::array<Real, 2>& u,
+                                                                        const std::array<Real, 2>& v) {
+    return {u[0] * v[1] - u[1] * v[0]};
+}
+
+/// Σ over the ordered ways to write β = e_j + e_k of d_{D−1}[j] × d_D[k].
+template <int D, std::size_t B, class Real>
+[[nodiscard, gnu::always_inline]] constexpr auto pair_product(const ColumnPoints<D, Real>& d) {
+    constexpr auto jk = [] {
+        std::array<int, 2> found{-1, -1};
+        for (int i = 0, n = 0; i <= D; ++i)
+            for (int m = 0; m < multi_indices<2, D>[B][i]; ++m) found[n++] = i;
+        return found;
+    }();
+    auto sum = product(d[D - 2][jk[0]], d[D - 1][jk[1]]);
+    if constexpr (jk[0] != jk[1]) {
+        const auto other = product(d[D - 2][jk[1]], d[D - 1][jk[0]]);
+        for (std::size_t c = 0; c < sum.size(); ++c) sum[c] += other[c];
+    }
+    return sum;
+}
+
+/// Σ over the vertices i of α of d_1[i] · (pair product of α − e_i), times 8 / multinomial(α): the mean over the
+/// ordered ways α = e_i + e_j + e_k of 8 det(d_1[i], d_2[j], d_3[k]) (Johnen, Remacle, Geuzaine 2013).
+template <std::size_t A, class Real, class Pairs>
+[[nodiscard, gnu::always_inline]] constexpr Real triple_coefficient(const ColumnPoints<3, Real>& d,
+                                                                    const Pairs& pairs) {
+    constexpr auto alpha = multi_indices<3, 3>[A];
+    Real sum{};
+    const auto add = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) __attribute__((always_inline)) {
+        if constexpr (alpha[I] > 0) {
+            constexpr int beta = [] {
+                auto rest = multi_indices<3, 3>[A];
+                --rest[I];
+                return position<2, 3>(rest);
+            }();
+            const auto& u = d[0][I];
+            const auto& v = pairs[beta];
+            sum += u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+        }
+    };
+    [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
+        (add(std::integral_constant<std::size_t, I>{}), ...);
+    }(std::make_index_sequence<4>{});
+    return sum * (8.0 / multinomial<3>(alpha));
+}
+
+/// The coefficients of det J from its columns: a fixed sum of products, no branches.
+template <int D, class Real>
+[[nodiscard, gnu::always_inline]] inline std::array<Real, jacobian_coefficients<D>> coefficients_of(
+    const ColumnPoints<D, Real>& d) {
+    const auto pairs = [&]<std::size_t... B>(std::index_sequence<B...>) __attribute__((always_inline)) {
+        return std::array{pair_product<D, B>(d)...};
+    }(std::make_index_sequence<node_count<2, D>>{});
+    if constexpr (D == 2)
+        return [&]<std::size_t... A>(std::index_sequence<A...>) __attribute__((always_inline)) {
+            return std::array{pairs[A][0] * (4.0 / multinomial<2>(multi_indices<2, 2>[A]))...};
+        }(std::make_index_sequence<6>{});
+    else
+        return [&]<std::size_t... A>(std::index_sequence<A...>) __attribute__((always_inline)) {
+            return std::array{triple_coefficient<A>(d, pairs)...};
+        }(std::make_index_sequence<20>{});
+}
+
+template <class Real>
+[[nodiscard, gnu::always_inline]] constexpr Real magnitude(Real x) {
+    return x < 0 ? -x : x;
+}
+template <class Real>
+[[nodiscard, gnu::always_inline]] constexpr Real larger(Real a, Real b) {
+    return a > b ? a : b;
+}
+
+/// γ of the bound below: 32 u for doubles, u = 2⁻⁵³, and 32 · 2⁻⁹⁵ for Twice, whose operations err by less than 2⁻¹⁰⁰
+/// (the rounding of its factor and result to doubles is in `rounded`).
+template <class Real>
+inline constexpr double rounding_factor = 0x1p-48;
+template <>
+inline constexpr double rounding_factor<Twice> = 0x1p-90;
+
+/// Added to every w: makes γ w larger than what underflow can take from an entry of d (half an edge between denormal
+/// numbers; in Twice the low part of any product), which then is multiplied by other columns that may be huge.
+template <class Real>
+inline constexpr double smallest_bound = 0x1p-1020;
+template <>
+inline constexpr double smallest_bound<Twice> = 0x1p-970;
+
+/// |coefficient error| ≤ γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w. A coefficient is a mean of
+/// products 2^D d_1 d_2 d_3, each at most 2^D perm(w); of relative roundings a product meets 6 from d (2 for each
+/// factor), and 10 from multiplying, summing and the factor: pair product 2, sum of pairs 1, times d_1 1, sum over
+/// axes 2, over vertices 2, 8/multinomial 2. 16 u of second order 16² u² and the roundings of w and perm themselves
+/// (at most 14, of the bound alone) leave half of γ. On a triangle: 4 from d, 3 from the rest.
+/// The same bound holds for the det of the straight element: its columns are below 2 w, with one rounding each.
+/// The last term covers underflow: less than 2⁻¹⁰⁷⁰ for each of the 64 products, times |d_1|. Sums are made large
+/// first, so that the bound overflows before any partial sum of a coefficient can: then `finite` is false.
+template <int D, class Real>
+[[nodiscard, gnu::always_inline]] constexpr Real error_bound(const ColumnBounds<D, Real>& w) {
+    constexpr double rounding = rounding_factor<Real> * 0x1p-8;
+    constexpr double underflow = 0x1p-1060;
+    if constexpr (D == 2) {
+        return (4 * rounding) * (256 * (w[0][0] * w[1][1] + w[0][1] * w[1][0])) + underflow;
+    } else {
+        const Real permanent = w[0][0] * (w[1][1] * w[2][2] + w[1][2] * w[2][1]) +
+                               w[0][1] * (w[1][2] * w[2][0] + w[1][0] * w[2][2]) +
+                               w[0][2] * (w[1][0] * w[2][1] + w[1][1] * w[2][0]);
+        return (8 * rounding) * (256 * permanent) + underflow * (1 + w[0][0] + w[0][1] + w[0][2]);
+    }
+}
+
+template <int D, class Real>
+[[nodiscard, gnu::always_inline]] inline Real determinant(const std::array<std::array<Real, D>, D>& columns) {
+    if constexpr (D == 2) {
+        return product(columns[0], columns[1])[0];
+    } else {
+        const auto v = product(columns[1], columns[2]);
+        return columns[0][0] * v[0] + columns[0][1] * v[1] + columns[0][2] * v[2];
+    }
+}
+
+}  // namespace camber
 
 export namespace camber {
 
@@ -158,5 +394,201 @@ template <int D>
 [[nodiscard]] inline std::array<double, jacobian_coefficients<D>> jacobian(const QuadraticSimplex<D, D>& element) {
     return bounded_jacobian(element).coefficients;
 }
+
+/// A function affine in x ∈ R^M: gradient · x + offset.
+template <int M>
+struct AffineFunction {
+    Vec<M> gradient;
+    double offset = 0;
+
+    [[nodiscard]] constexpr double operator()(const Vec<M>& x) const { return dot(gradient, x) + offset; }
+    friend bool operator==(const AffineFunction&, const AffineFunction&) = default;
+};
+
+/// All Bézier coefficients of det J of an element as functions of x = P − P_0, P the node of one of its edges and P_0
+/// where it is, divided by `scale`.
+template <int D>
+struct AffineJacobian {
+    std::array<AffineFunction<D>, jacobian_coefficients<D>> coefficients{};
+    double scale = 1;     ///< |det of the straight element|; the largest coefficient where that is flat
+    double straight = 0;  ///< |det of the straight element| / scale: 1, or about 0
+    double error = 0;     ///< of the coefficients at P_0, divided by scale
+};
+
+}  // namespace camber
+
+namespace camber {
+
+/// The element's vertices in an even order that puts a local edge last: edge 2–3 of a tetrahedron, 1–2 of a triangle.
+template <int D>
+[[nodiscard]] constexpr std::array<int, D + 1> edge_last(int edge) {
+    const auto [a, b] = local_edges<D>[edge];
+    if constexpr (D == 2) {
+        const int c = 3 - a - b;
+        return (a + 1) % 3 == b ? std::array{c, a, b} : std::array{c, b, a};
+    } else {
+        std::array<int, 4> order{-1, -1, a, b};
+        for (int i = 0, n = 0; i < 4; ++i)
+            if (i != a && i != b) order[n++] = i;
+        int inversions = 0;
+        for (int i = 0; i < 4; ++i)
+            for (int j = i + 1; j < 4; ++j) inversions += order[i] > order[j];
+        if (inversions % 2 == 1) std::swap(order[0], order[1]);
+        return order;
+    }
+}
+
+/// The derivatives of the coefficients with respect to the node of the last edge, D−1 to D. It enters column D of J at
+/// vertex D−1 and column D−1 at vertex D, twice each; so with the cofactors of these columns, which are products of the
+/// others (J = J_0 + P ⊗ g: what stands beside P does not depend on P).
+template <int D, std::size_t A>
+[[nodiscard]] constexpr Vec<D> coefficient_gradient(const auto& of_last, const auto& of_other) {
+    constexpr auto alpha = jacobian_indices<D>[A];
+    Vec<D> gradient;
+    const auto add = [&]<int I>(std::integral_constant<int, I>, const auto& cofactors) {
+        if constexpr (alpha[I] > 0) {
+            constexpr int beta = [] {
+                auto rest = jacobian_indices<D>[A];
+                --rest[I];
+                return position<D - 1, D>(rest);
+            }();
+            for (int c = 0; c < D; ++c) gradient[c] += cofactors[beta][c];
+        }
+    };
+    add(std::integral_constant<int, D - 1>{}, of_last);
+    add(std::integral_constant<int, D>{}, of_other);
+    return ((D == 2 ? 8.0 : 16.0) / multinomial<D>(alpha)) * gradient;
+}
+
+/// Cofactors of columns D and D−1 of J / 2, as Bézier coefficients of degree D − 1.
+template <int D>
+[[nodiscard]] constexpr auto cofactors_of(const ColumnPoints<D, double>& d) {
+    constexpr int count = node_count<D - 1, D>;
+    std::array<std::array<std::array<double, D>, count>, 2> both{};
+    if constexpr (D == 2) {
+        for (int m = 0; m <= D; ++m) {
+            MultiIndex<2> beta{};
+            ++beta[m];
+            both[0][position<1, 2>(beta)] = {-d[0][m][1], d[0][m][0]};
+            both[1][position<1, 2>(beta)] = {d[1][m][1], -d[1][m][0]};
+        }
+    } else {
+        const ColumnPoints<3, double> last{{{}, d[0], d[1]}};
+        const ColumnPoints<3, double> other{{{}, d[2], d[0]}};
+        [&]<std::size_t... B>(std::index_sequence<B...>) {
+            ((both[0][B] = pair_product<3, B>(last), both[1][B] = pair_product<3, B>(other)), ...);
+        }(std::make_index_sequence<count>{});
+    }
+    return both;
+}
+
+}  // namespace camber
+
+export namespace camber {
+
+/// Of an element, as functions of the node of its local edge `edge`. The order of the coefficients is that of the
+/// element with the edge's vertices last.
+template <int D>
+[[nodiscard]] inline AffineJacobian<D> affine_jacobian(const NodalSimplex<D>& s, int edge) {
+    const auto order = edge_last<D>(edge);
+    const auto node = [&](int i, int j) -> const Vec<D>& { return s.nodes[node_between<D>[order[i]][order[j]]]; };
+    ColumnPoints<D, double> d;
+    ColumnBounds<D, double> w{};
+    std::array<std::array<double, D>, D> straight;
+    for (int a = 1; a <= D; ++a)
+        for (int c = 0; c < D; ++c) {
+            straight[a - 1][c] = node(a, a)[c] - node(0, 0)[c];
+            const double half = 0.5 * straight[a - 1][c];
+            double largest = 0;
+            for (int i = 0; i <= D; ++i) {
+                const double twice = 2 * (node(i, a)[c] - node(i, 0)[c]);
+                d[a - 1][i][c] = twice - half;
+                largest = larger(largest, magnitude(twice));
+            }
+            w[a - 1][c] = largest + magnitude(half);
+        }
+    const auto values = coefficients_of<D, double>(d);
+    const auto cofactors = cofactors_of<D>(d);
+    const double error = error_bound<D, double>(w);
+    const double volume = std::abs(determinant<D, double>(straight));
+
+    AffineJacobian<D> j;
+    j.scale = volume;
+    if (!(volume > 2 * error)) {
+        j.scale = std::numeric_limits<double>::min();
+        for (const double v : values) j.scale = std::max(j.scale, std::abs(v));
+    }
+    j.straight = volume / j.scale;
+    j.error = error / j.scale;
+    [&]<std::size_t... A>(std::index_sequence<A...>) {
+        ((j.coefficients[A] = {coefficient_gradient<D, A>(cofactors[0], cofactors[1]) / j.scale, values[A] / j.scale}),
+         ...);
+    }(std::make_index_sequence<jacobian_coefficients<D>>{});
+    return j;
+}
+
+/// Nodes of eight elements, one a lane; lanes that are not set are of points.
+template <int D>
+struct NodalPack {
+    alignas(64) std::array<std::array<std::array<double, pack_size>, D>, quadratic_nodes<D>> nodes{};
+
+    void set(std::size_t lane, const NodalSimplex<D>& s) {
+        for (int n = 0; n < quadratic_nodes<D>; ++n)
+            for (int c = 0; c < D; ++c) nodes[n][c][lane] = s.nodes[n][c];
+    }
+};
+
+/// What is left of a BoundedJacobian where its lowest coefficient tells all.
+struct LowJacobian {
+    double lowest = 0;           ///< of the coefficients
+    double straight = 0;         ///< as in BoundedJacobian
+    double error = 0;            ///< as there: what rounding may do to both
+    double sum_of_absolute = 0;  ///< of the coefficients: neither infinite nor NaN where none of them is
+
+    [[nodiscard]] bool is_finite() const { return std::isfinite(error + straight + sum_of_absolute); }
+};
+
+[[nodiscard]] inline LowJacobian low_jacobian(const BoundedJacobian<2>& jacobian) {
+    LowJacobian low{jacobian.coefficients[0], jacobian.straight, jacobian.error, 0};
+    for (const double c : jacobian.coefficients) {
+        low.lowest = c < low.lowest ? c : low.lowest;
+        low.sum_of_absolute += std::abs(c);
+    }
+    return low;
+}
+
+/// Of each lane, from the numbers that bounded_jacobian gives, to the last bit, with any instructions.
+template <int D>
+[[nodiscard]] std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>& elements,
+                                                               Instructions set = widest_instructions());
+
+/// Whether the element is valid for certain (`decide_by_coefficients`) and rounding does not blur its scaled Jacobian
+/// (`blurred`).
+[[nodiscard]] bool is_clear(const LowJacobian& jacobian, double bound);
+
+/// As of a BoundedJacobian.
+[[nodiscard]] double smallest_scaled_coefficient(const LowJacobian& jacobian);
+
+/// visit(i, jacobian) for i in [begin, end), of the elements element(i).
+template <int D, class Element, class Visit>
+void each_low_jacobian(std::size_t begin, std::size_t end, const Element& element, const Visit& visit) {
+    NodalPack<D> pack;
+    for (std::size_t first = begin; first < end; first += pack_size) {
+        const std::size_t lanes = end - first < pack_size ? end - first : pack_size;
+        for (std::size_t lane = 0; lane < lanes; ++lane) pack.set(lane, element(first + lane));
+        const auto jacobians = low_jacobians(pack);
+        for (std::size_t lane = 0; lane < lanes; ++lane) visit(first + lane, jacobians[lane]);
+    }
+}
+
+/// Of the straight simplex with these corners: D! times its volume (area in 2D), the sign certain; 0 where the sign is
+/// not to be told, in numbers of twice the digits either.
+template <int D>
+[[nodiscard]] double signed_volume(const std::array<Vec<D>, D + 1>& corners);
+
+/// The same of a curved element: ∫ det J over the reference element's volume; of the straight one where its sign is not
+/// to be told.
+template <int D>
+[[nodiscard]] double signed_volume(const NodalSimplex<D>& element);
 
 }  // namespace camber

@@ -1,15 +1,12 @@
-// Where a point lies, the cavity of its insertion, and its way out again.
-#include <algorithm>
-#include <cmath>
+// The cavity of a point's insertion, and its removal.
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <string>
-#include <vector>
 
 #include "dice.hpp"
 #include "domains.hpp"
 #include "filling.hpp"
+#include "insertion.hpp"
 #include "mesh_laws.hpp"
 #include "property.hpp"
 #include "random_operations.hpp"
@@ -30,7 +27,7 @@ DynamicMesh<D> two_materials() {
     return dynamic_of(with_references<D>(lattice_mesh(options), options.cells, false));
 }
 
-/// What the point's insertion takes out and makes of it; from each element as a hint, it is the same.
+/// The cavity of an insertion, and the new vertex.
 template <int D>
 struct Expected {
     std::size_t elements, facets, lines;
@@ -39,25 +36,23 @@ struct Expected {
 };
 template <int D>
 void expect_insertion(const DynamicMesh<D>& mesh, const Vec<D>& point, const Expected<D>& expected) {
-    for (std::size_t hint = 0; hint < mesh.elements.size(); ++hint) {
-        const Insertion<D> in = must(insertion(mesh, point, ElementId(hint)));
-        CHECK(in.cavity.elements.size() == expected.elements);
-        CHECK(in.cavity.facets.size() == expected.facets);
-        CHECK(in.cavity.lines.size() == expected.lines);
-        CHECK(in.place == expected.place);
-        CHECK(in.site.dimension() == expected.dimension);
-        CHECK(in.is_at_vertex() == (expected.dimension == 0));
-        if (in.is_at_vertex()) {
-            CHECK(mesh.points[in.vertex] == point);
-            continue;
-        }
-        Patch<D> patch{mesh.stamp, {.vertex = {}, .place = point}, in.cavity, {}};
-        StarWorkspace<D> workspace;
-        REQUIRE(star(mesh, in.cavity, {}, workspace, patch.star) == StarFailure::none);
-        CHECK(patch.star.place == in.place);
-        CHECK(fills(mesh, patch));
-        CHECK(unless_all_holds(must(replace_cavities<D>(mesh, {&patch, 1})).mesh, kept_by(mesh)) == std::string());
+    const Insertion<D> in = insertion(mesh, point).value();
+    CHECK(in.cavity.elements.size() == expected.elements);
+    CHECK(in.cavity.facets.size() == expected.facets);
+    CHECK(in.cavity.lines.size() == expected.lines);
+    CHECK(in.place == expected.place);
+    CHECK(in.site.dimension() == expected.dimension);
+    CHECK(in.is_at_vertex() == (expected.dimension == 0));
+    if (in.is_at_vertex()) {
+        CHECK(mesh.points[in.vertex] == point);
+        return;
     }
+    Patch<D> patch{mesh.stamp, {.vertex = {}, .place = point}, in.cavity, {}};
+    StarWorkspace<D> workspace;
+    REQUIRE(star(mesh, in.cavity, {}, workspace, patch.star) == StarFailure::none);
+    CHECK(patch.star.place == in.place);
+    CHECK(fills(mesh, patch));
+    CHECK(unless_all_holds(must(replace_cavities<D>(mesh, {&patch, 1})).mesh, kept_by(mesh)) == std::string());
 }
 
 }  // namespace
@@ -82,47 +77,10 @@ TEST_CASE("a point in a tetrahedron, on a face, an edge, a facet, a line, at a v
     expect_insertion<3>(mesh, {{0.25, 0.25, 0}}, {2, 2, 0, VertexPlace::surface, 1});
     expect_insertion<3>(mesh, {{0.25, 0, 0}}, {2, 2, 1, VertexPlace::line, 1});
     expect_insertion<3>(mesh, {{1, 0.25, 0}}, {3, 3, 1, VertexPlace::line, 1});
-    const Insertion<3> at_vertex = must(insertion<3>(mesh, {{1, 1, 1}}));
+    const Insertion<3> at_vertex = insertion<3>(mesh, {{1, 1, 1}}).value();
     CHECK(at_vertex.is_at_vertex());
     CHECK(at_vertex.place == VertexPlace::surface);
     CHECK(mesh.points[at_vertex.vertex] == Vec<3>{{1, 1, 1}});
-}
-
-TEST_CASE("a point outside of the mesh is an error") {
-    const auto mesh = two_materials<3>();
-    for (std::size_t hint = 0; hint < mesh.elements.size(); ++hint) {
-        const auto out = insertion<3>(mesh, {{0.5, 0.5, -1e-3}}, ElementId(hint));
-        REQUIRE(!out.has_value());
-        CHECK(out.error().kind == ErrorKind::input);
-        CHECK(describe(out.error()) == "the point (0.500000, 0.500000, -0.001000) is not in the mesh");
-    }
-    CHECK(!insertion<3>(mesh, {{0.5, std::numeric_limits<double>::quiet_NaN(), 0.5}}).has_value());
-    CHECK(!insertion<3>(DynamicMesh<3>{}, {{0.5, 0.5, 0.5}}).has_value());
-    CHECK(insertion<3>(mesh, {{0.5, 0.5, 0.5}}, ElementId(100000)).has_value());
-}
-
-TEST_CASE("what is nearer than rounding counts as on it; without a tolerance the signs are exact") {
-    const auto mesh = two_materials<2>();
-    CHECK(must(locate<2>(mesh, {{0.25, 1e-12}})).dimension() == 1);
-    CHECK(must(locate<2>(mesh, {{0.25, -1e-12}})).dimension() == 1);
-    CHECK(!locate<2>(mesh, {{0.25, -1e-6}}).has_value());
-    CHECK(must(locate<2>(mesh, {{0.25, 1e-12}}, {}, 0)).dimension() == 2);
-    CHECK(!locate<2>(mesh, {{0.25, -1e-300}}, {}, 0).has_value());
-    CHECK(must(locate<2>(mesh, {{0.25, 0}}, {}, 0)).dimension() == 1);
-    CHECK(must(locate<2>(mesh, {{0.3, 0.3}}, {}, 0)).dimension() == 1);
-    CHECK(must(locate<2>(mesh, {{0.3, std::nextafter(0.3, 1.0)}}, {}, 0)).dimension() == 2);
-}
-
-TEST_CASE("a point beyond a hole is found, and one in the hole is not in the mesh") {
-    LatticeOptions<2> options;
-    options.cells = {3, 3};
-    options.keep = [](const Cell<2>& c) { return c != Cell<2>{1, 1}; };
-    const auto mesh = dynamic_of(with_references<2>(lattice_mesh(options), options.cells, false));
-    for (std::size_t hint = 0; hint < mesh.elements.size(); ++hint) {
-        CHECK(must(locate<2>(mesh, {{2.5, 1.75}}, ElementId(hint))).dimension() == 2);
-        CHECK(!locate<2>(mesh, {{1.5, 1.5}}, ElementId(hint)).has_value());
-        CHECK(must(locate<2>(mesh, {{1, 1.5}}, ElementId(hint))).dimension() == 1);
-    }
 }
 
 namespace {

@@ -11,6 +11,7 @@
 
 #include "bowed.hpp"
 #include "dice.hpp"
+#include "insertion.hpp"
 #include "random_operations.hpp"
 
 import camber.core;

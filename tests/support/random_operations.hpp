@@ -12,6 +12,7 @@
 
 #include "dice.hpp"
 #include "filling.hpp"
+#include "insertion.hpp"
 #include "meshes.hpp"
 #include "random_cavity.hpp"
 
@@ -168,7 +169,7 @@ class Trying {
     void expect_found() {
         if (spanned_.empty()) return;
         // Elements are no flatter than `fills` lets them be, and the point is in the middle of what it was put in.
-        const PointSite<D> site = must(locate(mesh_, inserted_, any_element(), 1e-6));
+        const PointSite<D> site = locate(mesh_, inserted_, 1e-6).value();
         std::vector<VertexId> found;
         for (int i = 0; i <= D; ++i)
             if (site.spans[i]) found.push_back(mesh_.elements.vertices[site.element][i]);

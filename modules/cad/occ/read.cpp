@@ -1,3 +1,4 @@
+// Reads STEP, IGES and BREP files, and packs shapes for other processes.
 #include "read.hpp"
 
 #include <algorithm>
@@ -7,6 +8,7 @@
 #include <cstddef>
 #include <exception>
 #include <fstream>
+#include <ios>
 #include <iostream>
 #include <mutex>
 #include <new>
@@ -21,6 +23,8 @@
 #include <BRepTools.hxx>
 #include <BRep_Builder.hxx>
 #include <BRep_Tool.hxx>
+#include <BinTools.hxx>
+#include <BinTools_FormatVersion.hxx>
 #include <Bnd_Box.hxx>
 #include <IGESControl_Reader.hxx>
 #include <IGESData_GlobalSection.hxx>
@@ -166,6 +170,36 @@ Read read(const char* path, Format format) {
     if (out.fault.empty()) BRepLib::BuildCurves3d(out.shape);
     if (out.fault.empty()) out.losses.open_shells = open_shells_of(out.shape);
     return out;
+}
+
+// A shape as bytes: a line of what its file said, then OpenCASCADE's binary BREP, whose numbers are exact.
+namespace {
+
+constexpr const char* magic = "camber-cad-1";
+
+}  // namespace
+
+std::string packed(const Read& read) {
+    std::ostringstream out(std::ios::binary);
+    out.precision(17);
+    out << magic << ' ' << read.millimetres << ' ' << read.losses.faces << ' ' << read.losses.entities << ' '
+        << read.losses.open_shells << ' ' << read.unit << '\n';
+    BinTools::Write(read.shape, out, Standard_False, Standard_False, BinTools_FormatVersion_CURRENT);
+    return std::move(out).str();
+}
+
+Read unpacked(const std::string& bytes) {
+    Read read;
+    std::istringstream in(bytes, std::ios::binary);
+    std::string word;
+    in >> word >> read.millimetres >> read.losses.faces >> read.losses.entities >> read.losses.open_shells;
+    if (!in || word != magic || in.get() != ' ' || !std::getline(in, read.unit)) {
+        read.fault = "it was not handed over whole";
+        return read;
+    }
+    BinTools::Read(read.shape, in);
+    if (read.shape.IsNull()) read.fault = "it holds no shape";
+    return read;
 }
 
 }  // namespace camber::occ

@@ -1,0 +1,454 @@
+// Split, collapse, mend, and the loop that brings a mesh to a metric.
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+module camber.adapt;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.metric;
+import camber.surface;
+import camber.operation;
+
+namespace camber {
+
+namespace {
+
+/// Where along an edge half of its length is: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
+double half_of_length(double a, double b) {
+    const double log_ratio = log(b / a);
+    if (!std::isfinite(log_ratio) || std::abs(log_ratio) < 1e-6) return 0.5;
+    return std::clamp(log((1 + b / a) / 2) / log_ratio, 0.2, 0.8);
+}
+
+template <int D>
+class Splits final : public Pass<D> {
+  public:
+    Splits(const AdaptationGoal<D>& goal, const SplitOptions& options) : goal_(goal), options_(options) {}
+
+    [[nodiscard]] double order_of(double length) const { return length > options_.longest ? -length : infinite_order; }
+
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        return candidate_at(r, task, 1);
+    }
+    [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
+                                                        double share) const override {
+        auto candidate = goal_.geometry ? candidate_at(r, task, share) : std::nullopt;
+        if (candidate && candidate->request.cavity.facets.empty()) candidate.reset();
+        return candidate;
+    }
+    [[nodiscard]] static bool has_stood(const Adaptation<D>&, EdgeId) { return false; }  // cavities grow far
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
+    }
+
+  private:
+    /// Edges that are much too long go before those that become short, and edges twice as long before elements that
+    /// become flat: collapses and swaps mend these, and nothing else a long edge. A point that stays off the geometry
+    /// is worth no bad element.
+    [[nodiscard]] SplitLimits limits_of(double length, double share) const {
+        constexpr double much_too_long = 2;
+        SplitLimits limits{options_.shortest, options_.min_quality};
+        if (!(length > much_too_long)) return limits;
+        limits.shortest *= much_too_long / length * (much_too_long / length);
+        if (share == 1 && length > 2 * much_too_long)
+            limits.bad_quality = limits.min_quality = std::min(0.02, options_.min_quality);
+        return limits;
+    }
+
+    /// `share`: how far the point goes to the geometry.
+    [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
+                                                           double share) const {
+        const EdgeId edge(std::size_t{task.id});
+        if (r.mesh.is_free(edge)) return {};
+        const double length = length_of(r, edge);
+        if (!(length > options_.longest)) return {};
+        return split_candidate(r, goal_, edge, share, limits_of(length, share));
+    }
+    const AdaptationGoal<D>& goal_;
+    const SplitOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge,
+                                            double share, const SplitLimits& limits) {
+    constexpr std::size_t max_elements = 64;
+    const auto [element, local] = element_with_edge(r.mesh, edge);
+    if (!element.valid()) return {};
+    Candidate<D> candidate;
+    auto& request = candidate.request;
+    cavity_of_edge(r.mesh, element, local, request.cavity);
+    const auto& [a, b] = r.mesh.edges[edge];
+    const Vec<D> chord = r.mesh.points[b] - r.mesh.points[a];
+    const double t = half_of_length(std::sqrt(r.vertices.metrics[a].measure.length_squared(chord)),
+                                    std::sqrt(r.vertices.metrics[b].measure.length_squared(chord)));
+    request.place = r.mesh.points[a] + t * chord;
+    if (r.mesh.is_curved()) {
+        request.origin = request.place;
+        request.halves = {a, b};
+        request.place = QuadraticEdge<D>{r.mesh.points[a], r.mesh.nodes[edge], r.mesh.points[b]}.point(t);
+    }
+    request.share = share;
+    const SurfacePoint<D> foot = on_geometry_at_edge(goal, r.mesh, edge, request.cavity.facets, request.place);
+    if (share < 1 && foot.point == request.place) return {};  // the geometry is where it is already
+    request.place += share * (foot.point - request.place);
+    request.lies = place_after(share, foot);
+    if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
+    ask_field(r, goal, r.vertices.metrics[a].back, request);
+    request.holders = request.cavity.elements.size();
+    // Too near to a vertex that no growing takes away: rejected as it is.
+    const ConePoint<D> point{request.place, &request.metric, &request.gradient,
+                             request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
+    BentSpokes<D> spokes(r, goal);
+    if (nearest_of_holders(r, request, point, spokes) < limits.shortest) {
+        candidate.rejected = RejectionReason::length;
+        return candidate;
+    }
+    grow_delaunay(r, spokes, max_elements, limits.shortest, request.cavity);
+    spokes.give(request);
+    candidate.limits.corrections = 16;
+    candidate.limits.wall_elements = WallElements::refused;
+    candidate.limits.shortest = limits.shortest;
+    candidate.limits.min_shape = shape_of_quality(limits.min_quality, D);
+    candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+    candidate.limits.bad_quality = limits.bad_quality;
+    return candidate;
+}
+
+template <int D>
+Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
+                          const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return run_on_edges<D>(std::move(state), goal, Splits<D>(goal, options), execution);
+}
+
+namespace {
+
+template <int D>
+class Collapses final : public Pass<D> {
+  public:
+    Collapses(const AdaptationGoal<D>& goal, const CollapseOptions& options) : goal_(goal), options_(options) {}
+
+    [[nodiscard]] double order_of(double length) const { return length < options_.shortest ? length : infinite_order; }
+
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        const EdgeId edge(std::size_t{task.id});
+        if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
+        const auto& [a, b] = r.mesh.edges[edge];
+        // Into the end where the worst element is better, of those where no edge becomes too long.
+        std::optional<Candidate<D>> best;
+        double best_shape = 0;
+        ConeShapes<D> cones(r, goal_);
+        for (const auto& [v, w] : {std::pair{a, b}, std::pair{b, a}}) {
+            Candidate<D> candidate;
+            cavity_around(r.mesh, v, candidate.request.cavity);
+            if (!may_collapse(r.mesh, candidate.request.cavity, v, w)) continue;
+            cones.clear();
+            for (const ElementId e : candidate.request.cavity.elements)
+                cones.add(e, local_vertex(r.mesh.elements.vertices[e], v));
+            cones.place(cone_point(r, w));
+            const bool is_long = makes_long_edge(r, candidate.request.cavity.elements, cones, v, w);
+            if (is_long && best) continue;
+            const double least = best && best->rejected == RejectionReason::none ? best_shape : 0;
+            const double shape = is_long ? 0 : cones.worst(least, w);
+            if (best && best->rejected == RejectionReason::none && !(shape > best_shape)) continue;
+            candidate.request.join_to(r, w);
+            if (is_long)
+                candidate.rejected = RejectionReason::length;
+            else if (!(shape > 0))
+                candidate.rejected = RejectionReason::volume;
+            candidate.limits.longest = options_.longest;
+            candidate.limits.min_shape = shape_of_quality(options_.min_quality, D);
+            candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
+            candidate.limits.corrections = 0;
+            candidate.limits.bend_around = options_.bend_around;
+            candidate.limits.wall_elements = WallElements::refused;
+            candidate.limits.facet_distance = options_.distance;
+            best_shape = shape;
+            best = std::move(candidate);
+        }
+        return best;
+    }
+    [[nodiscard]] static bool has_stood(const Adaptation<D>& r, EdgeId e) {
+        return r.refusals.stands(AskingPass::collapse, e, std::span(r.mesh.edges[e]));
+    }
+    void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
+        refuse<EdgeTag>(r, AskingPass::collapse, tasks, r.mesh.edges.size());
+    }
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        add_edge_tasks(r, changes, [&](double length) { return order_of(length); }, tasks);
+    }
+
+  private:
+    /// From w to a vertex around v that it has no edge to yet.
+    [[nodiscard]] bool makes_long_edge(const Adaptation<D>& r, const std::vector<ElementId>& around,
+                                       ConeShapes<D>& cones, VertexId v, VertexId w) const {
+        std::vector<VertexId> beside{w};
+        for (const ElementId e : around)
+            if (const auto& vertices = r.mesh.elements.vertices[e]; local_vertex(vertices, w) >= 0)
+                for (const VertexId x : vertices)
+                    if (x != v && x != w) beside.push_back(x);
+        const auto corners = cones.vertices();
+        for (std::size_t i = 0; i < corners.size(); ++i)
+            if (!is_among(beside, corners[i].vertex) && cones.length_to(i) > options_.longest) return true;
+        return false;
+    }
+
+    const AdaptationGoal<D>& goal_;
+    const CollapseOptions& options_;
+};
+
+}  // namespace
+
+template <int D>
+Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal, const CollapseOptions& options,
+                             const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    state.refusals.begin(AskingPass::collapse, {options.shortest, options.longest, options.min_quality,
+                                                options.distance, static_cast<double>(options.bend_around)});
+    return run_on_edges<D>(std::move(state), goal, Collapses<D>(goal, options), execution);
+}
+
+namespace {
+
+/// Vertices of bad elements go into a neighbour where that makes the worst element around them better, and those that
+/// cannot come foot to the geometry, where it makes none worse: a vertex too many is what swaps and moves cannot mend.
+template <int D>
+class Removals final : public Pass<D> {
+  public:
+    Removals(const AdaptationGoal<D>& goal, const MendOptions& options, const Column<VertexId>& off_geometry)
+        : goal_(goal),
+          wanted_(shape_of_quality(options.wanted, D)),
+          off_geometry_(off_geometry.begin(), off_geometry.end()) {
+        std::ranges::sort(off_geometry_);
+    }
+
+    /// A vertex of several bad elements is asked once, in the order of the worst; one whose refusal stands is not.
+    [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
+        std::vector<double> orders(r.mesh.points.size(), infinite_order);
+        for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) {
+            if (r.mesh.is_free(ElementId(e))) continue;
+            const double shape = known_shape_of(r, ElementId(e));
+            if (!(shape < wanted_)) continue;
+            for (const VertexId v : r.mesh.elements.vertices[e]) orders[v.index()] = std::min(orders[v.index()], shape);
+        }
+        for (const VertexId v : off_geometry_) orders[v.index()] = std::min(orders[v.index()], 0.0);
+        std::vector<Task> tasks;
+        for (std::size_t i = 0; i < orders.size(); ++i) {
+            const VertexId v(i);
+            if (orders[i] < infinite_order && !r.mesh.is_at_infinity(v) && !stands(r, v))
+                tasks.push_back(task(orders[i], v));
+        }
+        return tasks;
+    }
+    [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
+        const VertexId v(std::size_t{task.id});
+        if (r.mesh.is_free(v) || stands(r, v)) return {};
+        Candidate<D> candidate;
+        auto& [request, limits, rejected] = candidate;
+        cavity_around(r.mesh, v, request.cavity);
+        const double before = worst_shape_of(r, request.cavity.elements);
+        const bool is_off_geometry = std::ranges::binary_search(off_geometry_, v) && is_off(r, request.cavity, v);
+        if (!(before < wanted_) && !is_off_geometry) return {};
+        limits.min_shape = gain * before;
+        if (is_off_geometry) {
+            limits.min_shape = shape_of_quality(min_quality, D);
+            limits.below_least = BelowLeast::accepted_if_no_worse;
+            limits.facet_cosine = 0.2;  // the facets around it are what is wrong
+        }
+        limits.longest = 2 * longest_unit_edge;
+        limits.corrections = 0;
+        limits.wall_elements = WallElements::refused;
+        limits.facet_distance = 0.2;  // as of a collapse
+        // What is looked at of straight elements is what is judged, and of curved ones near to it: nothing worse is
+        // planned.
+        const double nearly = r.mesh.is_curved() ? 0.7 : 1;
+        const double least = is_off_geometry ? 0 : nearly * std::max(limits.min_shape, 0.0);
+        const VertexId into = best_neighbour(r, goal_, request.cavity, v, least);
+        if (!into.valid()) return {};
+        request.join_to(r, into);
+        return candidate;
+    }
+    void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) override {
+        for (const ElementId e : changes.elements.created) add_tasks(r, e, tasks);
+    }
+    void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
+        refuse<VertexTag>(r, AskingPass::remove, tasks, r.mesh.points.size());
+    }
+
+  private:
+    static constexpr double gain = 1.02, min_quality = 0.1;
+
+    [[nodiscard]] static bool stands(const Adaptation<D>& r, VertexId v) {
+        return r.refusals.stands(AskingPass::remove, v, std::span(&v, 1));
+    }
+    void add_tasks(const Adaptation<D>& r, ElementId e, std::vector<Task>& tasks) const {
+        if (r.mesh.is_free(e)) return;
+        const double shape = known_shape_of(r, e);
+        if (!(shape < wanted_)) return;
+        for (const VertexId v : r.mesh.elements.vertices[e])
+            if (!r.mesh.is_at_infinity(v)) tasks.push_back(task(shape, v));
+    }
+    [[nodiscard]] bool is_off(const Adaptation<D>& r, const Cavity<D>& around, VertexId v) const {
+        const VertexPlace place = r.mesh.states[v].place;
+        if (place != VertexPlace::surface && place != VertexPlace::line) return false;
+        const auto foot = foot_of(goal_, r.mesh, around, v, r.vertices.place(v).entity);
+        return foot && !is_at_foot(r.mesh, around, r.mesh.points[v], foot->point);
+    }
+
+    const AdaptationGoal<D>& goal_;
+    double wanted_;
+    std::vector<VertexId> off_geometry_;  ///< rising
+};
+
+template <int D>
+Outcome<Adapted<D>> remove_vertices(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
+                                    const Execution& execution) {
+    state.refusals.begin(AskingPass::remove, {options.wanted});
+    Removals<D> pass(goal, options, state.off_geometry);
+    auto statistics = run_pass<D>(state, goal, pass, pass.tasks(state), execution);
+    if (!statistics) return fail(statistics.error());
+    return Adapted<D>{std::move(state), *statistics};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
+                         const Execution& execution) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    Adapted<D> out{std::move(state), {}};
+    for (int sweep = 0; sweep < options.sweeps; ++sweep) {
+        const std::size_t before = out.statistics.accepted;
+        auto swapped = swap<D>(std::move(out.state), goal, {.wanted = options.wanted}, execution);
+        if (!swapped) return fail(swapped.error());
+        out.statistics += swapped->statistics;
+        auto moved = smooth<D>(std::move(swapped->state), goal, {.wanted = options.wanted}, execution);
+        if (!moved) return fail(moved.error());
+        out.statistics += moved->statistics;
+        auto removed = remove_vertices<D>(std::move(moved->state), goal, options, execution);
+        if (!removed) return fail(removed.error());
+        out.statistics += removed->statistics;
+        out.state = std::move(removed->state);
+        if (out.statistics.accepted == before) break;
+    }
+    return out;
+}
+
+namespace {
+
+/// One pass after another, as long as none fails.
+template <int D>
+class Driving {
+  public:
+    Driving(Adaptation<D> state, const AdaptationGoal<D>& goal, const Around& around)
+        : state_(std::move(state)), goal_(goal), around_(around) {}
+
+    template <class Options>
+    using Verb = Outcome<Adapted<D>> (*)(Adaptation<D>, const AdaptationGoal<D>&, const Options&, const Execution&);
+
+    template <class Options>
+    [[nodiscard]] Outcome<Done> pass(std::string_view name, Verb<Options> verb, const Options& options,
+                                     PassStatistics& statistics) {
+        return run_step(around_, name, [&](const Execution& execution) -> Outcome<Done> {
+            auto done = verb(std::move(state_), goal_, options, execution);
+            if (!done) return fail(done.error());
+            state_ = std::move(done->state);
+            statistics += done->statistics;
+            return Done{};
+        });
+    }
+    [[nodiscard]] Outcome<Done> measure(UnitMeshStatistics& out) const {
+        return run_step(around_, "lengths", [&](const Execution& execution) -> Outcome<Done> {
+            auto measured = unit_mesh_statistics(state_, execution);
+            if (!measured) return fail(measured.error());
+            out = *measured;
+            return Done{};
+        });
+    }
+    [[nodiscard]] Adaptation<D> state() && { return std::move(state_); }
+
+  private:
+    Adaptation<D> state_;
+    const AdaptationGoal<D>& goal_;
+    const Around& around_;
+};
+
+bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
+                   double min_change) {
+    const auto vertices = static_cast<double>(after.edges) / 7;  // of tetrahedra; of triangles fewer edges each
+    return after.unit_share() - before.unit_share() < min_change &&
+           static_cast<double>(changed_vertices) < min_change * vertices;
+}
+
+template <int D>
+Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                                   const Around& around) {
+    Driving<D> driving(std::move(state), goal, around);
+    ToMetricStatistics s;
+    if (auto begin = driving.measure(s.before); !begin) return fail(begin.error());
+    s.after = s.before;
+    bool is_converged = false;
+    CollapseOptions loose = options.collapse;
+    loose.longest = std::max(loose.longest, options.loose_longest);
+    SplitOptions loose_split = options.split;
+    loose_split.longest = std::max(loose_split.longest, options.loose_split);
+    loose_split.shortest = std::max(loose_split.shortest, options.loose_shortest);
+    bool is_last = false;
+    while (!is_last && s.rounds < options.rounds) {
+        is_last = is_converged || s.rounds + 1 == options.rounds;
+        const UnitMeshStatistics before = s.after;
+        const std::size_t changes = s.collapse.accepted + s.split.accepted;
+        const auto done =
+            driving.pass("collapse", &collapse<D>, is_last ? options.collapse : loose, s.collapse)
+                .and_then([&](Done) {
+                    return driving.pass("split", &split<D>, is_last ? options.split : loose_split, s.split);
+                })
+                .and_then([&](Done) { return driving.pass("swap", &swap<D>, options.swap, s.swap); })
+                .and_then([&](Done) { return driving.pass("smooth", &smooth<D>, options.smooth, s.smooth); })
+                .and_then([&](Done) { return driving.measure(s.after); });
+        if (!done) return fail(done.error());
+        ++s.rounds;
+        is_converged =
+            has_converged(before, s.after, s.collapse.accepted + s.split.accepted - changes, options.min_change);
+    }
+    const auto mended =
+        driving.pass("mend", &mend<D>, options.mend, s.mend).and_then([&](Done) { return driving.measure(s.after); });
+    if (!mended) return fail(mended.error());
+    return BroughtToMetric<D>{std::move(driving).state(), s};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
+                                            const ToMetricOptions& options, const Around& around) {
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return guarded([&] { return driven(std::move(state), goal, options, around); });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template std::optional<Candidate<D>> split_candidate<D>(const Adaptation<D>&, const AdaptationGoal<D>&, EdgeId, \
+                                                            double, const SplitLimits&);                            \
+    template Outcome<Adapted<D>> split<D>(Adaptation<D>, const AdaptationGoal<D>&, const SplitOptions&,             \
+                                          const Execution&);                                                        \
+    template Outcome<Adapted<D>> collapse<D>(Adaptation<D>, const AdaptationGoal<D>&, const CollapseOptions&,       \
+                                             const Execution&);                                                     \
+    template Outcome<Adapted<D>> mend<D>(Adaptation<D>, const AdaptationGoal<D>&, const MendOptions&,               \
+                                         const Execution&);                                                         \
+    template Outcome<BroughtToMetric<D>> bring_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&,                \
+                                                            const ToMetricOptions&, const Around&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,192 @@
+// Memory of large arrays, in files or on large pages.
+module;
+#include <atomic>
+#include <cstddef>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <new>
+#include <string>
+#ifdef __linux__
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <cerrno>
+#endif
+module camber.core;
+
+namespace camber {
+
+#ifdef __linux__
+
+namespace {
+
+/// Smaller arrays are not worth a file.
+constexpr std::size_t smallest = std::size_t{1} << 18U;
+
+struct ArrayFiles {
+    std::mutex mutex;
+    std::string folder;                 ///< empty: arrays are made in memory
+    std::atomic<bool> is_used = false;  ///< ever
+    struct Array {
+        std::size_t bytes = 0;
+        int file = -1;
+    };
+    std::map<void*, Array> arrays;
+};
+ArrayFiles& files() {
+    static ArrayFiles all;
+    return all;
+}
+
+/// -1: errno says why.
+int open_nameless(const std::string& folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
+
+/// The blocks of a file: a page that has none when it is first written to ends the process on a full disk (SIGBUS).
+/// Returns 0, or the system's error number.
+int reserve(int file, std::size_t bytes) {
+    int error = EINTR;
+    while (error == EINTR) error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes));
+    return error;
+}
+
+/// Each array keeps its file open.
+void allow_many_files() {
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+    limit.rlim_cur = limit.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+}  // namespace
+
+int keep_arrays_in_files(const std::string& folder) {
+    if (!folder.empty()) {
+        const int file = open_nameless(folder);
+        if (file < 0) return errno;
+        ::close(file);
+        allow_many_files();
+        files().is_used = true;
+    }
+    const std::scoped_lock lock(files().mutex);
+    files().folder = folder;
+    return 0;
+}
+
+void* allocate_in_file(std::size_t bytes) {
+    if (bytes < smallest || !files().is_used) return nullptr;
+    std::string folder;
+    {
+        const std::scoped_lock lock(files().mutex);
+        folder = files().folder;
+    }
+    if (folder.empty()) return nullptr;
+    const int file = open_nameless(folder);
+    if (file < 0) throw NoFileForArray(folder, errno);
+    if (const int error = reserve(file, bytes); error != 0) {
+        ::close(file);
+        throw NoFileForArray(folder, error);
+    }
+    void* const array = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+    if (array == MAP_FAILED) {
+        ::close(file);
+        throw std::bad_alloc();
+    }
+    const std::scoped_lock lock(files().mutex);
+    files().arrays.emplace(array, ArrayFiles::Array{bytes, file});
+    return array;
+}
+
+bool release_in_file(void* array) {
+    if (!files().is_used) return false;
+    ArrayFiles::Array gone;
+    {
+        const std::scoped_lock lock(files().mutex);
+        const auto at = files().arrays.find(array);
+        if (at == files().arrays.end()) return false;
+        gone = at->second;
+        files().arrays.erase(at);
+    }
+    ::munmap(array, gone.bytes);
+    ::close(gone.file);
+    return true;
+}
+
+void fill_bytes(void* array, const void* from, std::size_t bytes) {
+    const auto write_there = [&]() -> bool {
+        if (!files().is_used || bytes < smallest) return false;
+        const std::scoped_lock lock(files().mutex);
+        auto of = files().arrays.upper_bound(array);
+        if (of == files().arrays.begin()) return false;
+        --of;
+        const auto at = static_cast<std::size_t>(static_cast<char*>(array) - static_cast<char*>(of->first));
+        if (at + bytes > of->second.bytes) return false;
+        std::size_t done = 0;
+        while (done < bytes) {
+            const ssize_t n = ::pwrite(of->second.file, static_cast<const char*>(from) + done, bytes - done,
+                                       static_cast<off_t>(at + done));
+            if (n <= 0) return false;
+            done += static_cast<std::size_t>(n);
+        }
+        return true;
+    };
+    if (bytes > 0 && !write_there()) std::memcpy(array, from, bytes);
+}
+
+void give_back_arrays() {
+    const std::scoped_lock lock(files().mutex);
+    for (const auto& [array, of] : files().arrays) {
+        ::madvise(array, of.bytes, MADV_DONTNEED);  // of a file's pages: what is written stays with the file
+        ::sync_file_range(of.file, 0, 0, SYNC_FILE_RANGE_WRITE);
+    }
+}
+
+std::size_t bytes_in_files() {
+    const std::scoped_lock lock(files().mutex);
+    std::size_t sum = 0;
+    for (const auto& [array, of] : files().arrays) sum += of.bytes;
+    return sum;
+}
+
+#else
+
+int keep_arrays_in_files(const std::string&) { return 95; }  // no system but Linux has files without a name
+void* allocate_in_file(std::size_t) { return nullptr; }
+bool release_in_file(void*) { return false; }
+void fill_bytes(void* array, const void* from, std::size_t bytes) {
+    if (bytes > 0) std::memcpy(array, from, bytes);
+}
+void give_back_arrays() {}
+std::size_t bytes_in_files() { return 0; }
+
+#endif
+
+namespace {
+
+/// The large page of x86 and of most of ARM; where it is another, the advice is in vain and harmless.
+constexpr std::size_t large_page = std::size_t{1} << 21U;
+constexpr std::size_t large_array = 4 * large_page;
+
+}  // namespace
+
+void* allocate_array(std::size_t bytes) {
+    if (void* const in_file = allocate_in_file(bytes)) return in_file;
+    if (bytes < large_array) return ::operator new(bytes);
+    void* array = ::operator new(bytes, std::align_val_t{large_page});
+#ifdef __linux__
+    ::madvise(array, bytes, MADV_HUGEPAGE);
+#endif
+    return array;
+}
+
+void release_array(void* array, std::size_t bytes) {
+    if (release_in_file(array)) return;
+    if (bytes < large_array)
+        ::operator delete(array);
+    else
+        ::operator delete(array, std::align_val_t{large_page});
+}
+
+}  // namespace camber

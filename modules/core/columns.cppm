@@ -1,0 +1,482 @@
+module;
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+/// Ids, shared arrays, arrays in files, maps between ids, hash tables.
+export module camber.core:columns;
+
+export namespace camber {
+
+/// A strong index into a column, from 0. Ids of different entities do not mix; `none` is no entity.
+template <class Tag>
+struct Id {
+    std::uint32_t value = 0xffffffffU;
+
+    constexpr Id() = default;
+    explicit constexpr Id(std::size_t i) : value(static_cast<std::uint32_t>(i)) {}
+    [[nodiscard]] constexpr std::size_t index() const { return value; }
+    [[nodiscard]] constexpr bool valid() const { return value != 0xffffffffU; }
+    friend constexpr auto operator<=>(const Id&, const Id&) = default;
+};
+
+struct VertexTag;
+struct EdgeTag;
+struct FacetTag;
+struct ElementTag;
+
+using VertexId = Id<VertexTag>;    ///< a corner of elements
+using EdgeId = Id<EdgeTag>;        ///< a unique edge (EdgeSet)
+using FacetId = Id<FacetTag>;      ///< a boundary or interface facet: triangle in 3D, edge in 2D
+using ElementId = Id<ElementTag>;  ///< tetrahedron in 3D, triangle in 2D
+
+/// A colour: which material, surface or curve an entity belongs to.
+using Reference = std::int32_t;
+
+/// Ids are stored in 32 bits, the last value meaning none.
+inline constexpr std::size_t max_entities = 0xfffffffeU;
+
+}  // namespace camber
+
+namespace camber {
+/// Memory for an array, aligned for any type; a large one on large pages where the system has them, whose first touch
+/// costs a fraction (writing a mesh of 10 million tetrahedra anew 9.4 -> 5.6 s). Throws std::bad_alloc.
+void* allocate_array(std::size_t bytes);
+void release_array(void* array, std::size_t bytes);
+}  // namespace camber
+
+export namespace camber {
+
+/// Leaves new elements of trivial types uninitialised, so that a parallel loop touches each page first and once.
+template <class T>
+struct Uninitialised : std::allocator<T> {
+    template <class U>
+    struct rebind {
+        using other = Uninitialised<U>;
+    };
+    [[nodiscard]] T* allocate(std::size_t n) {
+        static_assert(alignof(T) <= alignof(std::max_align_t));
+        if (n > std::numeric_limits<std::size_t>::max() / sizeof(T)) throw std::bad_array_new_length();
+        return static_cast<T*>(allocate_array(n * sizeof(T)));
+    }
+    void deallocate(T* array, std::size_t n) { release_array(array, n * sizeof(T)); }
+    template <class U, class... Args>
+    void construct(U* p, Args&&... args) {
+        if constexpr (sizeof...(Args) == 0 && std::is_trivially_copyable_v<U>)
+            ;
+        else
+            std::construct_at(p, std::forward<Args>(args)...);
+    }
+};
+
+/// The mutable array that a column is made from; `Buffer<T>(n)` of plain values is uninitialised.
+template <class T>
+using Buffer = std::vector<T, Uninitialised<T>>;
+
+/// An immutable shared array: copying costs a reference count. To change one, `take` its buffer (moved
+/// out when nobody else holds it, copied once otherwise) and make a new column of it.
+template <class T>
+class Column {
+  public:
+    using value_type = T;
+
+    Column() = default;
+    Column(Buffer<T> buffer)  // NOLINT(*-explicit-*)
+        : array_(std::make_shared<Array>(Array{{}, {}, std::move(buffer)})) {
+        array_->items = array_->own;
+    }
+    /// Of an array of somebody else, who leaves it as it is until `owner` is destroyed, in whichever thread that is:
+    /// nothing is copied.
+    Column(std::span<const T> items, std::shared_ptr<const void> owner)
+        : array_(std::make_shared<Array>(Array{items, std::move(owner), {}})) {}
+
+    [[nodiscard]] std::size_t size() const { return array_ ? array_->items.size() : 0; }
+    [[nodiscard]] bool empty() const { return size() == 0; }
+    [[nodiscard]] const T* data() const { return array_ ? array_->items.data() : nullptr; }
+    [[nodiscard]] const T* begin() const { return data(); }
+    [[nodiscard]] const T* end() const { return data() + size(); }
+    [[nodiscard]] std::span<const T> view() const { return {data(), size()}; }
+    [[nodiscard]] const T& operator[](std::size_t i) const { return array_->items[i]; }
+    template <class Tag>
+    [[nodiscard]] const T& operator[](Id<Tag> id) const {
+        return array_->items[id.index()];
+    }
+
+    /// The column's buffer to write on: moved out of a uniquely owned column, copied from a shared one or from an array
+    /// of somebody else.
+    [[nodiscard]] friend Buffer<T> take(Column column) {
+        if (!column.array_) return {};
+        if (column.array_.use_count() == 1 && !column.array_->owner) {
+            // Whoever held it before has finished reading: the count alone is a relaxed load.
+            std::atomic_thread_fence(std::memory_order_acquire);
+            return std::move(column.array_->own);
+        }
+        return Buffer<T>(column.begin(), column.end());
+    }
+
+    friend bool operator==(const Column& a, const Column& b) {
+        if (a.array_ == b.array_) return true;
+        if (a.size() != b.size()) return false;
+        for (std::size_t i = 0; i < a.size(); ++i)
+            if (!(a[i] == b[i])) return false;
+        return true;
+    }
+
+  private:
+    struct Array {
+        std::span<const T> items;
+        std::shared_ptr<const void> owner;  ///< of those, where it is somebody else
+        Buffer<T> own;
+    };
+    std::shared_ptr<Array> array_;
+};
+
+/// From now on large arrays (of a Buffer, or a Column made of one) lie in files of that folder which have no name and
+/// go with the process, so that the system can take their memory and bring back what is looked at. Whoever begins a
+/// program decides it, once, as he does which allocator it has. Returns 0, or the system's error number where no such
+/// file can be made there. An empty folder: from now on they are made in memory again.
+[[nodiscard]] int keep_arrays_in_files(const std::string& folder);
+
+/// Bytes into an array, or a part of one, that nobody has looked at yet: one in a file is written as a file is, which
+/// costs a tenth of touching its pages one after the other.
+void fill_bytes(void* array, const void* from, std::size_t bytes);
+template <class T>
+    requires std::is_trivially_copyable_v<T>
+void fill_array(std::span<T> array, std::span<const std::type_identity_t<T>> from) {
+    fill_bytes(array.data(), from.data(), from.size_bytes());
+}
+
+/// Lets the system have the memory of all arrays in files: what they hold stays.
+void give_back_arrays();
+
+/// Thrown for an array whose file cannot be made or cannot have its size, on a full disk for example.
+class NoFileForArray : public std::bad_alloc {
+  public:
+    NoFileForArray(std::string folder, int error) : folder_(std::move(folder)), error_(error) {}
+    [[nodiscard]] const std::string& folder() const { return folder_; }
+    [[nodiscard]] int error() const { return error_; }  ///< the system's error number
+
+  private:
+    std::string folder_;
+    int error_;
+};
+
+/// Bytes of arrays in files, whether in memory or not.
+[[nodiscard]] std::size_t bytes_in_files();
+
+}  // namespace camber
+
+namespace camber {
+
+/// Memory in such a file; null where arrays do not lie in files, or this one is small. Throws NoFileForArray.
+[[nodiscard]] void* allocate_in_file(std::size_t bytes);
+/// Whether it was one of these.
+[[nodiscard]] bool release_in_file(void* array);
+
+}  // namespace camber
+
+export namespace camber {
+
+/// Where the entities of one kind went when a mesh changed: from their ids before to those after. The identity takes
+/// no memory.
+template <class EntityId>
+class IdMap {
+  public:
+    IdMap() = default;
+    /// Each of `count` entities keeps its id.
+    [[nodiscard]] static IdMap identity(std::size_t count) {
+        IdMap map;
+        map.count_ = count;
+        return map;
+    }
+    /// `after[old]`: invalid where the entity is gone.
+    explicit IdMap(Column<EntityId> after) : after_(std::move(after)), count_(after_.size()), identity_(false) {}
+
+    [[nodiscard]] EntityId operator[](EntityId old) const { return identity_ ? old : after_[old]; }
+    [[nodiscard]] std::size_t size() const { return count_; }  ///< entities before
+
+  private:
+    Column<EntityId> after_;
+    std::size_t count_ = 0;
+    bool identity_ = true;
+};
+
+/// The maps of a commit, old → new, by which fields, metrics and whatever else is kept beside a mesh follow it.
+struct MeshMaps {
+    IdMap<VertexId> vertices;
+    IdMap<EdgeId> edges;
+    IdMap<ElementId> elements;
+    IdMap<FacetId> facets;
+};
+
+// What is known of few rows of a column: its cost goes with these rows, not with the column.
+
+/// A hash of an id: numbers are spread by the golden ratio (Knuth).
+template <class Tag>
+[[nodiscard]] constexpr std::uint64_t hash_of(Id<Tag> id) {
+    return static_cast<std::uint64_t>(id.value) * 0x9e3779b97f4a7c15ULL >> 32U;
+}
+
+/// Values of some ids: a hash table with open addressing. Copying copies what is in it. Not for writing from several
+/// threads.
+template <class Key, class T>
+class SparseMap {
+  public:
+    [[nodiscard]] std::size_t size() const { return size_; }
+    [[nodiscard]] bool empty() const { return size_ == 0; }
+
+    /// Null where nothing is known of it. Valid until the next `at`.
+    [[nodiscard]] const T* find(Key key) const {
+        if (size_ == 0) return nullptr;
+        const std::size_t slot = slot_of(key);
+        return slots_[slot].first == key ? &slots_[slot].second : nullptr;
+    }
+    /// The key's value; a T{} that is new where nothing was known. Valid until the next `at`.
+    [[nodiscard]] T& at(Key key) {
+        if (2 * (size_ + 1) > slots_.size()) grow();
+        auto& [there, value] = slots_[slot_of(key)];
+        if (!there.valid()) {
+            there = key;
+            ++size_;
+        }
+        return value;
+    }
+    /// All keys, rising.
+    [[nodiscard]] std::vector<Key> keys() const {
+        std::vector<Key> all;
+        all.reserve(size_);
+        for (const auto& [key, value] : slots_)
+            if (key.valid()) all.push_back(key);
+        std::sort(all.begin(), all.end());
+        return all;
+    }
+
+  private:
+    /// Where the key is, or the free place for it.
+    [[nodiscard]] std::size_t slot_of(Key key) const {
+        const std::size_t mask = slots_.size() - 1;
+        std::size_t slot = hash_of(key) & mask;
+        while (slots_[slot].first.valid() && slots_[slot].first != key) slot = (slot + 1) & mask;
+        return slot;
+    }
+    void grow() {
+        std::vector<std::pair<Key, T>> old(std::max<std::size_t>(16, 2 * slots_.size()));
+        std::swap(old, slots_);
+        for (auto& [key, value] : old)
+            if (key.valid()) slots_[slot_of(key)] = {key, std::move(value)};
+    }
+
+    std::vector<std::pair<Key, T>> slots_;  ///< a power of two, at most half of them taken
+    std::size_t size_ = 0;
+};
+
+/// Some ids.
+template <class Key>
+class SparseSet {
+  public:
+    [[nodiscard]] bool contains(Key key) const { return members_.find(key) != nullptr; }
+    void insert(Key key) { members_.at(key) = 1; }
+
+  private:
+    SparseMap<Key, std::uint8_t> members_;
+};
+
+/// Values of some ids that are cleared again and again: a hash table with open addressing.
+template <class Key, class T>
+class ScratchMap {
+  public:
+    /// `slots`: a power of two. The table is at most half full, and grows.
+    explicit ScratchMap(std::size_t slots = 64) : slots_(slots) {}
+
+    [[nodiscard]] std::size_t size() const { return size_; }
+    /// Removes all keys in constant time. The memory stays.
+    void clear() {
+        size_ = 0;
+        if (++stamp_ != 0) return;
+        slots_.assign(slots_.size(), {});  // the stamps have gone round
+        stamp_ = 1;
+    }
+    /// The key's value; null if there is none. Valid until the next insertion.
+    [[nodiscard]] const T* find(Key key) const {
+        const Slot& slot = slots_[slot_of(key)];
+        return slot.stamp == stamp_ ? &slot.value : nullptr;
+    }
+    [[nodiscard]] bool contains(Key key) const { return find(key) != nullptr; }
+    /// The key's value, which is `value` if the key is new. Valid until the next insertion.
+    T& insert(Key key, const T& value) {
+        if (2 * (size_ + 1) > slots_.size()) grow();
+        Slot& slot = slots_[slot_of(key)];
+        if (slot.stamp != stamp_) {
+            slot = {key, stamp_, value};
+            ++size_;
+        }
+        return slot.value;
+    }
+
+  private:
+    struct Slot {
+        Key key{std::size_t{0}};
+        std::uint32_t stamp = 0;  ///< another one than the table's: the slot is free
+        [[no_unique_address]] T value{};
+    };
+    /// The slot of the key, or the free one for it.
+    [[nodiscard]] std::size_t slot_of(Key key) const {
+        const std::size_t mask = slots_.size() - 1;
+        std::size_t at = hash_of(key) & mask;
+        while (slots_[at].stamp == stamp_ && slots_[at].key != key) at = (at + 1) & mask;
+        return at;
+    }
+    void grow() {
+        std::vector<Slot> old(2 * slots_.size());
+        std::swap(old, slots_);
+        for (const Slot& slot : old)
+            if (slot.stamp == stamp_) slots_[slot_of(slot.key)] = slot;
+    }
+
+    std::vector<Slot> slots_;
+    std::size_t size_ = 0;
+    std::uint32_t stamp_ = 1;
+};
+
+/// Some ids that are cleared again and again.
+template <class Key>
+class ScratchSet {
+  public:
+    explicit ScratchSet(std::size_t slots = 64) : members_(slots) {}
+
+    void clear() { members_.clear(); }
+    /// Returns false if it is there already.
+    bool insert(Key key) {
+        const std::size_t before = members_.size();
+        members_.insert(key, {});
+        return members_.size() != before;
+    }
+
+  private:
+    struct Nothing {};
+    ScratchMap<Key, Nothing> members_;
+};
+
+/// The finaliser of the 64-bit mixer SplitMix64: a permutation of the numbers, each bit depends on all bits.
+[[nodiscard]] constexpr std::uint64_t mixed_bits(std::uint64_t z) {
+    z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
+    return z ^ (z >> 31U);
+}
+
+/// A hash of some words.
+template <std::size_t N>
+[[nodiscard]] constexpr std::uint64_t hash_of(const std::array<std::uint64_t, N>& words) {
+    std::uint64_t z = 0;
+    for (const std::uint64_t word : words) z = mixed_bits((z ^ word) + 0x9e3779b97f4a7c15ULL);
+    return z;
+}
+
+/// Rows of an array by their keys: a hash table with open addressing. The caller has the keys and compares them.
+class RowTable {
+  public:
+    static constexpr std::uint32_t none = 0xffffffffU;
+
+    /// Makes an empty table for up to `rows` rows.
+    explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), none) {}
+
+    /// Returns the row with this hash that `is_same(row)` accepts, or `none`. For any number of threads.
+    template <class IsSame>
+    [[nodiscard]] std::uint32_t find(std::uint64_t hash, const IsSame& is_same) const {
+        return slots_[slot_of(hash, is_same)];
+    }
+    /// Returns that row; if there is none, enters `row` and returns it.
+    template <class IsSame>
+    std::uint32_t insert(std::uint64_t hash, std::uint32_t row, const IsSame& is_same) {
+        std::uint32_t& slot = slots_[slot_of(hash, is_same)];
+        if (slot == none) slot = row;
+        return slot;
+    }
+
+  private:
+    [[nodiscard]] std::size_t slot_of(std::uint64_t hash, const auto& is_same) const {
+        const std::size_t mask = slots_.size() - 1;
+        std::size_t at = hash & mask;
+        while (slots_[at] != none && !is_same(slots_[at])) at = (at + 1) & mask;
+        return at;
+    }
+
+    Buffer<std::uint32_t> slots_;  ///< a power of two, at most half of them taken
+};
+
+/// A column some of whose rows are otherwise.
+template <class Key, class T>
+class Overlay {
+  public:
+    Overlay() = default;
+    Overlay(Column<T> base) : base_(std::move(base)) {}  // NOLINT(*-explicit-*)
+
+    [[nodiscard]] std::size_t size() const { return base_.size(); }
+    [[nodiscard]] const Column<T>& base() const { return base_; }
+    [[nodiscard]] const T& operator[](Key key) const {
+        const T* other = others_.find(key);
+        return other ? *other : base_[key];
+    }
+    void set(Key key, const T& value) { others_.at(key) = value; }
+    /// The rows that were set, rising; some may have their value of before again.
+    [[nodiscard]] std::vector<Key> set_rows() const { return others_.keys(); }
+
+    /// All of it as a column; the base itself when nothing was set.
+    [[nodiscard]] Column<T> column() const {
+        if (others_.empty()) return base_;
+        Buffer<T> rows(base_.begin(), base_.end());
+        for (const Key key : others_.keys()) rows[key.index()] = *others_.find(key);
+        return rows;
+    }
+
+  private:
+    Column<T> base_;
+    SparseMap<Key, T> others_;
+};
+
+/// The values of a pure function that were asked for: each is made at the first question, by whichever thread asks.
+/// From several threads; copies share what is known.
+template <class Key, class T>
+class Memo {
+  public:
+    explicit Memo(std::function<T(Key)> make) : make_(std::move(make)), shards_(std::make_shared<Shards>()) {}
+
+    [[nodiscard]] T operator[](Key key) const {
+        Shard& shard = (*shards_)[key.index() % shards];
+        {
+            const std::scoped_lock lock(shard.mutex);
+            if (const T* known = shard.values.find(key)) return *known;
+        }
+        // Not under the lock: two threads may both make it, and make the same.
+        T value = make_(key);
+        const std::scoped_lock lock(shard.mutex);
+        shard.values.at(key) = value;
+        return value;
+    }
+
+  private:
+    static constexpr std::size_t shards = 64;
+    struct Shard {
+        std::mutex mutex;
+        SparseMap<Key, T> values;
+    };
+    using Shards = std::array<Shard, shards>;
+
+    std::function<T(Key)> make_;
+    std::shared_ptr<Shards> shards_;
+};
+
+}  // namespace camber

@@ -1,0 +1,149 @@
+// Texts of messages, limits of options, errors of failed allocations, and parallel loops.
+module;
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <mutex>
+#include <new>
+#include <string>
+#include <string_view>
+#include <system_error>
+module camber.core;
+
+namespace camber {
+
+namespace {
+
+/// Whether a byte goes on with a letter of UTF-8.
+bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
+
+}  // namespace
+
+std::string shortened(std::string_view text, std::size_t longest) {
+    constexpr std::string_view gap = "…";
+    if (text.size() <= longest) return std::string(text);
+    const std::size_t room = longest > gap.size() ? longest - gap.size() : 0;
+    std::size_t begin = room - room / 4, end = text.size() - room / 4;
+    while (begin > 0 && continues(text[begin])) --begin;
+    while (end < text.size() && continues(text[end])) ++end;
+    return std::string(text.substr(0, begin)).append(gap).append(text.substr(end));
+}
+
+std::string in_quotes(std::string_view text) {
+    std::string one_line = shortened(text);
+    for (char& c : one_line)
+        if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+    return "\"" + one_line + "\"";
+}
+
+namespace {
+
+/// The shortest digits that give the same number back.
+std::string number(double x) {
+    if (x == std::round(x) && std::abs(x) < 1e15) return std::to_string(static_cast<long>(x));
+    std::array<char, 32> digits{};
+    return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), x).ptr};
+}
+
+}  // namespace
+
+std::string Limits::text() const {
+    std::string text;
+    if (std::isfinite(low)) text = (low_open ? "above " : "at least ") + number(low);
+    if (std::isfinite(high))
+        text += (text.empty() ? "" : " and ") + std::string(high_open ? "below " : "at most ") + number(high);
+    return text;
+}
+
+std::string Limits::interval() const {
+    const bool below_all = !std::isfinite(low);
+    const bool above_all = !std::isfinite(high);
+    return (low_open || below_all ? "(" : "[") + (below_all ? "-inf" : number(low)) + ", " +
+           (above_all ? "inf" : number(high)) + (high_open || above_all ? ")" : "]");
+}
+
+std::string out_of_limits(const Limits& limits, std::string_view got) {
+    return "must be " + limits.text() + ", got " + shortened(got);
+}
+
+Outcome<Done> check_limits(std::string_view name, double value, const Limits& limits) {
+    if (!std::isfinite(value)) return fail(ErrorKind::usage, std::string(name) + " must be a finite number");
+    if (limits.hold(value)) return Done{};
+    return fail(ErrorKind::usage, std::string(name) + " " + out_of_limits(limits, number(value)));
+}
+
+Error out_of_memory(const std::bad_alloc& failure) {
+    const auto* const file = dynamic_cast<const NoFileForArray*>(&failure);
+    if (file == nullptr)
+        return {ErrorKind::memory, "not enough memory", {}, {}, "give it more memory, or a smaller mesh"};
+    return {ErrorKind::write,
+            "temporary files of arrays cannot be written: " + std::generic_category().message(file->error()),
+            file->folder(),
+            {},
+            file->error() == EFBIG ? "raise the limit (ulimit -f)" : "make room, or take another place for the output"};
+}
+
+namespace {
+
+/// Ticks of one loop, passed on from one thread at a time, in rising order; the last one says that all is done.
+class Ticker {
+  public:
+    Ticker(const Execution& execution, std::size_t total) : execution_(execution), total_(total) {}
+    void add(std::size_t items) {
+        done_.fetch_add(items);
+        if (!execution_.progress) return;
+        // A tick that finds another under way is dropped, unless it is the last.
+        std::unique_lock lock(mutex_, std::try_to_lock);
+        if (!lock && done_.load() == total_) lock.lock();
+        if (!lock) return;
+        // Read under the lock: a count taken before it could be older than one already told.
+        const std::size_t done = done_.load();
+        if (done == told_) return;
+        told_ = done;
+        execution_.progress(done, total_);
+    }
+
+  private:
+    const Execution& execution_;
+    std::size_t total_;
+    std::size_t told_ = 0;
+    std::atomic<std::size_t> done_{0};
+    std::mutex mutex_;
+};
+
+}  // namespace
+
+Outcome<Done> run_chunks(const Execution& execution, std::size_t n, std::size_t grain, void* context,
+                         void (*body)(void*, std::size_t, std::size_t)) {
+    return guarded([&]() -> Outcome<Done> {
+        const std::size_t chunks = (n + grain - 1) / grain;
+        Ticker ticker(execution, n);
+        const auto run_chunk = [&](std::size_t chunk) {
+            if (execution.stop.stop_requested()) return;
+            const std::size_t begin = chunk * grain;
+            const std::size_t end = std::min(n, begin + grain);
+            body(context, begin, end);
+            ticker.add(end - begin);
+        };
+        if (execution.threads == 1 || chunks < 2) {
+            for (std::size_t chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
+        } else {
+            // More threads than the machine has would not run, but make the library print a warning.
+            const int threads = std::min(execution.threads, tbb::info::default_concurrency());
+            tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
+            arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });
+        }
+        if (execution.stop.stop_requested()) return stopped();
+        return Done{};
+    });
+}
+
+}  // namespace camber

@@ -1,0 +1,503 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+module camber.edge_optimisation;
+import camber.core;
+import camber.metric;
+
+namespace camber {
+
+double share_of_sizes(const EdgeAccuracyOptions& options, int dimension) {
+    if (options.size_share > 0) return options.size_share;
+    const auto of_degree = [&](int degree) {
+        const double p = options.metric_norm * (degree + 1);
+        return (degree + 1) / 3.0 * (options.metric_norm > 0 ? (p + dimension) / p : 1);
+    };
+    switch (options.metric_kind) {
+        case MetricKind::automatic: return 2.0 / 3;
+        case MetricKind::hessian: return of_degree(1);
+        case MetricKind::third_derivatives: return of_degree(2);
+        case MetricKind::geometry: return 0;
+        case MetricKind::natural: return 1;
+    }
+    return 0;
+}
+
+namespace {
+
+// The axes and sizes that eight edges see of a field, in the frame of its axes at their middles.
+
+template <int D>
+using GradientPack = std::array<SymPack<D>, D>;
+
+/// The field as the straight edge sees it, at one of its ends or at its middle.
+template <int D>
+struct EdgeSight {
+    SymPack<D> log_metric;     ///< log M̂, M̂ = Fᵀ M F
+    GradientPack<D> gradient;  ///< in the reference
+    MatPack<D> jacobian;       ///< F
+    SymPack<D> change = {};    ///< of the middle: of log M̂ from one end to the other
+};
+
+/// The field at an end as the straight edge sees it, where that is bent.
+template <int D>
+[[gnu::always_inline]] inline void see_through_map(EdgeSight<D>& sight, Mask bent) {
+    const SeenPack<D> seen = seen_through<D>(sight.log_metric, sight.jacobian);
+    GradientPack<D> turned;
+    for (int j = 0; j < D; ++j) turned[j] = congruence_transposed(seen.axes, sight.gradient[j]);
+    for (int i = 0; i < D; ++i)
+        for (int k = 0; k < sym_size<D>; ++k) {
+            Pack along = sight.jacobian(0, i) * turned[0].c[k];
+            for (int j = 1; j < D; ++j) along += sight.jacobian(j, i) * turned[j].c[k];
+            sight.gradient[i].c[k] = select(bent, along, sight.gradient[i].c[k]);
+        }
+    for (int k = 0; k < sym_size<D>; ++k)
+        sight.log_metric.c[k] = select(bent, seen.log_metric.c[k], sight.log_metric.c[k]);
+}
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EdgeEnds<D>> edges,
+                                                                    std::size_t begin, EdgeEnd<D> EdgeEnds<D>::* end) {
+    using Ends = EdgeEnds<D>;
+    EdgeSight<D> seen{};
+    seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
+        return (e.*end).log_metric.l;
+    });
+    for (int i = 0; i < D; ++i)
+        seen.gradient[i] = gathered_sym<D>(
+            edges, begin,
+            [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (e.*end).gradient[i]; });
+    seen.jacobian = gathered_mat<D>(
+        edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Mat<D>& { return (e.*end).jacobian; });
+    return seen;
+}
+/// Whether all lanes have one end, as edges from one point have: it need not be gathered.
+template <int D>
+[[nodiscard]] inline bool is_one_end(std::span<const EndSights<D>> edges, std::size_t begin, std::size_t end) {
+    const std::size_t last = std::min<std::size_t>(begin + pack_size, edges.size());
+    for (std::size_t lane = begin + 1; lane < last; ++lane)
+        if (edges[lane][end].gradient != edges[begin][end].gradient ||
+            edges[lane][end].log_metric != edges[begin][end].log_metric)
+            return false;
+    return true;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> in_all_lanes(const Sym<D>& one) {
+    SymPack<D> all;
+    for (int k = 0; k < sym_size<D>; ++k) all.c[k] = packed(one.c[k]);
+    return all;
+}
+/// Of edges that nothing of the mesh itself bends: F is the identity.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EndSights<D>> edges,
+                                                                    std::size_t begin, std::size_t end) {
+    using Ends = EndSights<D>;
+    EdgeSight<D> seen{};
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) seen.jacobian(i, j) = packed(i == j ? 1 : 0);
+    if (is_one_end(edges, begin, end)) {
+        const EndSight<D>& one = edges[begin][end];
+        seen.log_metric = in_all_lanes(one.log_metric->l);
+        for (int i = 0; i < D; ++i) seen.gradient[i] = in_all_lanes((*one.gradient)[i]);
+        return seen;
+    }
+    seen.log_metric = gathered_sym<D>(edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& {
+        return e[end].log_metric->l;
+    });
+    for (int i = 0; i < D; ++i)
+        seen.gradient[i] = gathered_sym<D>(
+            edges, begin,
+            [&](const Ends& e) __attribute__((always_inline)) -> const Sym<D>& { return (*e[end].gradient)[i]; });
+    return seen;
+}
+
+/// The mean of both ends.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> middle_of(EdgeSight<D> a, const EdgeSight<D>& b) {
+    for (int k = 0; k < sym_size<D>; ++k) {
+        a.change.c[k] = b.log_metric.c[k] - a.log_metric.c[k];
+        a.log_metric.c[k] = (a.log_metric.c[k] + b.log_metric.c[k]) / 2;
+        for (int i = 0; i < D; ++i) a.gradient[i].c[k] = (a.gradient[i].c[k] + b.gradient[i].c[k]) / 2;
+    }
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) a.jacobian(i, j) = (a.jacobian(i, j) + b.jacobian(i, j)) / 2;
+    return a;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_middle(std::span<const EdgeEnds<D>> edges,
+                                                                       std::size_t begin) {
+    using Ends = EdgeEnds<D>;
+    const Pack bent =
+        gathered(edges, begin, [](const Ends& e) __attribute__((always_inline)) { return e.is_bent ? 1.0 : 0.0; });
+    EdgeSight<D> a = seen_from_end(edges, begin, &Ends::a);
+    EdgeSight<D> b = seen_from_end(edges, begin, &Ends::b);
+    if (any(bent != 0)) {
+        see_through_map(a, bent != 0);
+        see_through_map(b, bent != 0);
+    }
+    return middle_of(a, b);
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_middle(std::span<const EndSights<D>> edges,
+                                                                       std::size_t begin) {
+    return middle_of(seen_from_end(edges, begin, 0), seen_from_end(edges, begin, 1));
+}
+
+/// ∂_v of a field with this gradient.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> derivative(const GradientPack<D>& gradient, const VecPack<D>& v) {
+    SymPack<D> along;
+    for (int k = 0; k < sym_size<D>; ++k) {
+        along.c[k] = v[0] * gradient[0].c[k];
+        for (int a = 1; a < D; ++a) along.c[k] += v[a] * gradient[a].c[k];
+    }
+    return along;
+}
+
+/// aᵀ m b.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack bilinear(const SymPack<D>& m, const VecPack<D>& a, const VecPack<D>& b) {
+    Pack sum = packed(0);
+    for (int i = 0; i < D; ++i) {
+        Pack row = m(i, 0) * b[0];
+        for (int j = 1; j < D; ++j) row += m(i, j) * b[j];
+        sum += a[i] * row;
+    }
+    return sum;
+}
+
+/// What an edge sees in the frame of the axes at its middle.
+template <int D>
+struct EdgeFrame {
+    EigenPack<D> log_metric;
+    VecPack<D> sizes;                        ///< e^{λ_i}
+    VecPack<D> chord;                        ///< c
+    SymPack<D> along_chord;                  ///< A
+    std::array<std::array<Pack, D>, D> x{};  ///< x_ij = λ_i − λ_j
+    SymPack<D> likeness;                     ///< K_ij
+};
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline EdgeFrame<D> edge_frame(const VecPack<D>& chord, const EdgeSight<D>& middle,
+                                                                 ChangeAlong change) {
+    EdgeFrame<D> f{};
+    f.log_metric = eigen_system<D>(middle.log_metric);
+    f.chord = times_transposed(f.log_metric.vectors, chord);
+    const SymPack<D> along =  // ∂_e L
+        change == ChangeAlong::of_ends ? middle.change : derivative<D>(middle.gradient, chord);
+    f.along_chord = congruence_transposed(f.log_metric.vectors, along);
+    for (int i = 0; i < D; ++i) {
+        f.sizes[i] = exp(f.log_metric.values[i]);
+        for (int j = 0; j < D; ++j) f.x[i][j] = f.log_metric.values[i] - f.log_metric.values[j];
+        for (int j = 0; j < i; ++j) f.likeness(i, j) = exp(-abs(f.x[i][j]));
+        f.likeness(i, i) = packed(1);
+    }
+    return f;
+}
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack metric_length(const EdgeFrame<D>& f, const VecPack<D>& v) {
+    Pack q = f.sizes[0] * v[0] * v[0];
+    for (int j = 1; j < D; ++j) q += f.sizes[j] * v[j] * v[j];
+    return sqrt(q);
+}
+
+// The offset for accuracy of eight edges, by the axes and the sizes that they see.
+
+/// What changes by more than this within an edge is not resolved by it: the angle by which axes turn, in radians, and
+/// the change of log M by sizes (a factor of 7 of a size).
+constexpr double max_turn = 1;
+constexpr double max_turn_of_ends = 1.2;
+constexpr double max_resolved_change = 4;
+/// The longest edge of a mesh that is unit for the metric has length √2; functions are not resolved by longer ones.
+constexpr double unit_length_squared = 2;
+/// The most that a node is shifted along its chord; at 1/4 the edge folds.
+constexpr double max_shift = 0.2;
+
+/// 1 where `change` is small beside `most`, 0 far beyond.
+[[nodiscard, gnu::always_inline]] inline Pack resolved(Pack change, double most) {
+    const Pack share = change / most;
+    return 1 / (1 + share * share * share * share);
+}
+
+/// w(x): 1/|x| turns a change of L into an angle, where axis j is the finer one; nothing where both are alike, since
+/// what turns there are no axes.
+[[nodiscard, gnu::always_inline]] inline Pack turning(Pack x, Pack likeness) {
+    const Pack unlike = 1 - likeness;
+    return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, likeness, packed(1)));
+}
+
+/// Level sets of the coordinates whose gradients the axes are: r_j·d = (change of r_j along e)·e/8. By both ends, whose
+/// change is x tan α for axes that turn by α, as far as the tangents there ask for: (e/4) tan(α/2).
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f, ChangeAlong change) {
+    VecPack<D> d;
+    for (int j = 0; j < D; ++j) {
+        d[j] = packed(0);
+        for (int i = 0; i < D; ++i) {
+            if (i == j) continue;
+            Pack part = turning(f.x[i][j], f.likeness(i, j)) * f.along_chord(i, j) * f.chord[i] / 8;
+            if (change == ChangeAlong::of_ends) {
+                const Pack tangent = select(f.x[i][j] == 0, packed(0), f.along_chord(i, j) / f.x[i][j]);
+                part *= 2 / (1 + sqrt(1 + tangent * tangent));
+            }
+            d[j] += part;
+        }
+    }
+    // 8 |d|/|e| is the angle by which the axes turn. Where that is of both ends it is known as far as it is told from
+    // one by which other axes came there.
+    const Pack turn = 8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord));
+    const Pack kept = change == ChangeAlong::of_ends ? resolved(turn * turn, max_turn_of_ends * max_turn_of_ends)
+                                                     : resolved(turn, max_turn);
+    for (int j = 0; j < D; ++j) d[j] *= kept;
+    return d;
+}
+
+/// Sizes of a Hessian, or of third derivatives: the geodesic's first step, [(∂_u L) u − ½ ∇(uᵀ L u)]/8, for each axis j
+/// of what the chord has along axes that are like it, u = R K_j∘c: 8 d_j = r_jᵀ (∂_u L) u − ½ uᵀ (∂_{r_j} L) u.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_derivatives(const EdgeFrame<D>& f,
+                                                                   const GradientPack<D>& gradient) {
+    const MatPack<D>& r = f.log_metric.vectors;
+    VecPack<D> d;
+    for (int j = 0; j < D; ++j) {
+        VecPack<D> like;
+        for (int a = 0; a < D; ++a) like[a] = f.likeness(j, a) * f.chord[a];
+        const VecPack<D> u = times(r, like);
+        const Pack along = bilinear<D>(derivative<D>(gradient, u), r.column[j], u);
+        const Pack across = bilinear<D>(derivative<D>(gradient, r.column[j]), u, u);
+        d[j] = (along - across / 2) / 8;
+    }
+    return d;
+}
+
+/// Sizes that grow away from something: of u = f(φ), φ along the gradient γ of the mean log size of the axes that are
+/// like axis j, as far as it is along such axes; 16 d_j = (γ·c)² γ_j/|γ|².
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_layers(const EdgeFrame<D>& f, const GradientPack<D>& gradient) {
+    const MatPack<D>& r = f.log_metric.vectors;
+    std::array<VecPack<D>, D> growth;  // growth[k][i]: of λ_i along axis k
+    for (int k = 0; k < D; ++k) {
+        const SymPack<D> along = derivative<D>(gradient, r.column[k]);
+        for (int i = 0; i < D; ++i) growth[k][i] = bilinear<D>(along, r.column[i], r.column[i]);
+    }
+    VecPack<D> d;
+    for (int j = 0; j < D; ++j) {
+        Pack alike = packed(0), square = packed(0), along = packed(0), own = packed(0);
+        for (int i = 0; i < D; ++i) alike += f.likeness(i, j);
+        for (int k = 0; k < D; ++k) {
+            Pack mean = packed(0);
+            for (int i = 0; i < D; ++i) mean += f.likeness(i, j) * growth[k][i];
+            mean *= f.likeness(j, k) / alike;
+            square += mean * mean;
+            along += mean * f.chord[k];
+            if (k == j) own = mean;
+        }
+        d[j] = select(square > 0, along * along / square * own / 16, packed(0));
+    }
+    return d;
+}
+
+/// The part that sizes ask for, as far as it is resolved.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> by_sizes(const EdgeFrame<D>& f, const GradientPack<D>& gradient,
+                                                             MetricKind kind) {
+    VecPack<D> d = kind == MetricKind::natural ? by_layers<D>(f, gradient) : by_derivatives<D>(f, gradient);
+    const Pack length = metric_length(f, f.chord);
+    const Pack unit = min(unit_length_squared / (length * length), packed(1));
+    // In one direction d = Δλ e/16.
+    const Pack kept = unit * resolved(16 * metric_length(f, d) / length, max_resolved_change);
+    for (int j = 0; j < D; ++j) d[j] *= kept;
+    return d;
+}
+
+/// The recovered gradient, with the change along the chord that the ends tell: the least change of it, in the metric.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline GradientPack<D> agreeing_with_ends(const EdgeFrame<D>& f,
+                                                                            const EdgeSight<D>& middle,
+                                                                            const VecPack<D>& chord) {
+    VecPack<D> scaled;
+    Pack square = packed(0);
+    for (int j = 0; j < D; ++j) {
+        scaled[j] = f.sizes[j] * f.chord[j];
+        square += scaled[j] * f.chord[j];
+    }
+    const VecPack<D> covector = times(f.log_metric.vectors, scaled);
+    const SymPack<D> along = derivative<D>(middle.gradient, chord);
+    GradientPack<D> gradient = middle.gradient;
+    for (int k = 0; k < sym_size<D>; ++k) {
+        const Pack missing = (middle.change.c[k] - along.c[k]) / square;
+        for (int i = 0; i < D; ++i) gradient[i].c[k] += missing * covector[i];
+    }
+    return gradient;
+}
+
+/// F R (by_axes + σ by_sizes), not further along the chord than `max_shift`; nothing where that is no number.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const EdgeFrame<D>& f, const VecPack<D>& chord,
+                                                                    const EdgeSight<D>& middle,
+                                                                    const EdgeAccuracyOptions& options) {
+    const VecPack<D> axes = by_axes(f, options.change);
+    const bool by_ends = options.change == ChangeAlong::of_ends;
+    const VecPack<D> sizes =
+        by_sizes<D>(f, by_ends ? agreeing_with_ends(f, middle, chord) : middle.gradient, options.metric_kind);
+    const double share = share_of_sizes(options, D);
+    VecPack<D> in_frame;
+    for (int j = 0; j < D; ++j) in_frame[j] = axes[j] + share * sizes[j];
+    VecPack<D> d = times(f.log_metric.vectors, in_frame);
+    const Pack shift = abs(dot(d, chord)) / dot(chord, chord);
+    const Pack kept = select(shift > max_shift, max_shift / shift, packed(1));
+    Pack largest = packed(0);
+    for (int j = 0; j < D; ++j) {
+        d[j] *= kept;
+        largest += abs(d[j]);
+    }
+    VecPack<D> offset = times(middle.jacobian, d);
+    for (int j = 0; j < D; ++j) offset[j] = select(largest < 1e300, offset[j], packed(0));
+    return offset;
+}
+
+/// sqrt(n Σ(x − mean)²/n) of the log sizes of a metric, see frame_mean.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack unlikeness(const VecPack<D>& sizes) {
+    Pack sum = sizes[0], squares = sizes[0] * sizes[0];
+    for (int i = 1; i < D; ++i) {
+        sum += sizes[i];
+        squares += sizes[i] * sizes[i];
+    }
+    return sqrt(max(squares - sum * sum / D, packed(0)));
+}
+
+/// |e| in frame_mean of the ends' metrics, whose log sizes rise.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack middle_speed(const EdgeFrame<D>& f, const VecPack<D>& a,
+                                                           const VecPack<D>& b) {
+    const VecPack<D>& values = f.log_metric.values;
+    const Pack most = (unlikeness<D>(a) + unlikeness<D>(b)) / 2;
+    const Pack ratio = select(most > 0, unlikeness<D>(values) / most, packed(0));
+    const Pack share = min(max((ratio - 0.5) / 0.3, packed(0)), packed(1));
+    Pack sum = packed(0);
+    for (int i = 0; i < D; ++i) {
+        Pack rank = packed(0);  // among the values
+        for (int k = 0; k < D; ++k)
+            if (k != i) rank += select(k < i ? values[k] <= values[i] : values[k] < values[i], packed(1), packed(0));
+        Pack mean = packed(0);
+        for (int k = 0; k < D; ++k) mean = select(rank == packed(k), (a[k] + b[k]) / 2, mean);
+        sum += exp(values[i] + share * (mean - values[i])) * f.chord[i] * f.chord[i];
+    }
+    return sqrt(sum);
+}
+
+/// logarithmic_mean.
+[[nodiscard, gnu::always_inline]] inline Pack mean_of_speeds(Pack a, Pack b) {
+    const Pack sum = a + b, d = (a - b) / sum;
+    const Pack near = sum / 2 * (1 - d * d / 3);
+    return select(sum > 0, select(abs(d) < 1e-3, near, (a - b) / log(a / b)), packed(0));
+}
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Pack speed_at(std::span<const EndSights<D>> ends, std::size_t begin,
+                                                       std::size_t end, const VecPack<D>& v) {
+    Pack sum = packed(0);
+    for (int k = 0; k < D; ++k) {
+        const VecPack<D> row =
+            gathered_vec<D>(ends, begin, [&](const EndSights<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
+                return e[end].measure->rows[static_cast<std::size_t>(k)];
+            });
+        const Pack w = dot(row, v);
+        sum += w * w;
+    }
+    return sqrt(sum);
+}
+
+/// Whether the ends tell of one metric all along but for rounding, in which the edge is straight and as long as that
+/// says: its node would leave the chord's middle by less than 1e-13 of that.
+template <int D>
+[[nodiscard]] bool sees_one_metric(const EndSights<D>& ends, const Vec<D>& chord) {
+    constexpr double rounding = 1e-12;  // of log M, within the edge
+    const auto changes = [](double change) { return !(std::abs(change) <= rounding); };
+    for (int k = 0; k < sym_size<D>; ++k)
+        if (changes(ends[0].log_metric->l.c[k] - ends[1].log_metric->l.c[k])) return false;
+    const double length = norm(chord);
+    for (const EndSight<D>& end : ends)
+        for (const Sym<D>& along : *end.gradient)
+            if (std::ranges::any_of(along.c, [&](double slope) { return changes(slope * length); })) return false;
+    return true;
+}
+
+}  // namespace
+
+template <int D>
+void accurate_offsets(std::span<const Vec<D>> chords, std::span<const EdgeEnds<D>> ends,
+                      const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets, Instructions set) {
+    with_instructions(set, [&]() __attribute__((always_inline)) {
+        for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
+            const VecPack<D> chord = gathered_vec<D>(
+                chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
+            const EdgeSight<D> middle = seen_from_middle<D>(ends, begin);
+            scatter<D>(accurate_offset<D>(edge_frame(chord, middle, options.change), chord, middle, options), begin,
+                       offsets);
+        }
+    });
+}
+
+template <int D>
+void bent_edges(std::span<const Vec<D>> chords, std::span<const EndSights<D>> ends, const EdgeAccuracyOptions& options,
+                std::span<Vec<D>> offsets, std::span<double> lengths, Instructions set) {
+    with_instructions(set, [&]() __attribute__((always_inline)) {
+        for (std::size_t begin = 0; begin < offsets.size(); begin += pack_size) {
+            const std::size_t n = std::min<std::size_t>(pack_size, offsets.size() - begin);
+            std::array<bool, pack_size> is_straight{};
+            for (std::size_t lane = 0; lane < n; ++lane)
+                is_straight[lane] = sees_one_metric<D>(ends[begin + lane], chords[begin + lane]);
+            const auto straighten = [&] {
+                for (std::size_t lane = 0; lane < n; ++lane) {
+                    if (!is_straight[lane]) continue;
+                    offsets[begin + lane] = {};
+                    lengths[begin + lane] =
+                        std::sqrt(ends[begin + lane][0].measure->length_squared(chords[begin + lane]));
+                }
+            };
+            if (std::all_of(is_straight.begin(), is_straight.begin() + n, [](bool is) { return is; })) {
+                straighten();
+                continue;
+            }
+            const VecPack<D> chord = gathered_vec<D>(
+                chords, begin, [](const Vec<D>& v) __attribute__((always_inline)) -> const Vec<D>& { return v; });
+            const EdgeSight<D> middle = seen_from_middle<D>(ends, begin);
+            const EdgeFrame<D> f = edge_frame(chord, middle, options.change);
+            const VecPack<D> offset = accurate_offset<D>(f, chord, middle, options);
+            scatter<D>(offset, begin, offsets);
+            VecPack<D> leaving, arriving;
+            for (int k = 0; k < D; ++k) {
+                leaving[k] = chord[k] + 4 * offset[k];
+                arriving[k] = chord[k] - 4 * offset[k];
+            }
+            const auto sizes_at = [&](std::size_t end) __attribute__((always_inline)) {
+                return gathered_vec<D>(ends, begin,
+                                       [&](const EndSights<D>& e) __attribute__((always_inline)) -> const Vec<D>& {
+                                           return e[end].measure->log_sizes;
+                                       });
+            };
+            const Pack l_a = speed_at<D>(ends, begin, 0, leaving), l_b = speed_at<D>(ends, begin, 1, arriving);
+            const Pack l_m = middle_speed<D>(f, sizes_at(0), sizes_at(1));
+            const Pack length = mean_of_speeds(l_a, l_b) + 2.0 / 3.0 * (l_m - sqrt(l_a * l_b));
+            for (std::size_t lane = 0; lane < n; ++lane) lengths[begin + lane] = length[lane];
+            straighten();
+        }
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template void accurate_offsets<D>(std::span<const Vec<D>>, std::span<const EdgeEnds<D>>,                        \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>, Instructions);                 \
+    template void bent_edges<D>(std::span<const Vec<D>>, std::span<const EndSights<D>>, const EdgeAccuracyOptions&, \
+                                std::span<Vec<D>>, std::span<double>, Instructions);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,500 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <tuple>
+#include <utility>
+export module camber.edge_optimisation:edge_minimiser;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+
+namespace camber {
+
+/// A rule's points along an edge are sampled in packs of this many.
+inline constexpr std::size_t edge_pack = 12;
+
+/// sampled(points, hint, samples), a pack at a time, then use(q, sample) for each point of the rule in turn.
+template <int D, class Sampled, class Use>
+void each_along(const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint, Sampled&& sampled, Use&& use) {
+    std::array<Vec<D>, edge_pack> points;
+    std::array<FieldSample<D>, edge_pack> samples;
+    for (std::size_t begin = 0; begin < rule.size(); begin += edge_pack) {
+        const std::size_t n = std::min(edge_pack, rule.size() - begin);
+        for (std::size_t i = 0; i < n; ++i) points[i] = edge.point(rule.t[begin + i]);
+        sampled(std::span<const Vec<D>>(points.data(), n), hint, std::span<FieldSample<D>>(samples.data(), n));
+        hint = samples[n - 1].location.element;
+        for (std::size_t i = 0; i < n; ++i) use(begin + i, samples[i]);
+    }
+}
+
+/// use(q, sample) with log M at each point of the rule.
+template <int D, class Use>
+void each_value_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
+                      Use&& use) {
+    each_along(
+        edge, rule, hint, [&](auto points, ElementId from, auto out) { back->sample_values(points, from, out); }, use);
+}
+
+/// The same with gradients.
+template <int D, class Use>
+void each_gradient_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
+                         Use&& use) {
+    each_along(
+        edge, rule, hint,
+        [&](auto points, ElementId from, auto out) { back->sample_with_gradients(points, from, out); }, use);
+}
+
+}  // namespace camber
+
+export namespace camber {
+
+/// A Riemannian length, and how many of its samples lay beyond the back mesh.
+struct EdgeLength {
+    double length = 0;
+    int outside = 0;
+    int lost = 0;
+};
+
+/// ∫ sqrt(l'ᵀ M(l) l') dt on the true field, that of the back mesh at the points of the curve. `hint`: an element near
+/// the edge's first vertex.
+template <int D>
+[[nodiscard]] EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge,
+                                           const Quadrature& rule, ElementId hint);
+
+/// The metric along a P2 edge as the paper has it (§2.1, eq. 3 and 4): log M(t) quadratic through log M_20, log M(P^l),
+/// log M_02.
+template <int D>
+struct EdgeField {
+    LogMetric<D> l20, mid, l02;
+
+    [[nodiscard]] LogMetric<D> at(double t) const {
+        return {(1 - t) * (1 - 2 * t) * l20.l + 4 * t * (1 - t) * mid.l + t * (2 * t - 1) * l02.l};
+    }
+    /// The virtual log-metric of eq. (4): log M_11 = (4 log M(P^l) − log M_20 − log M_02)/2.
+    [[nodiscard]] LogMetric<D> virtual_mid() const { return {2.0 * mid.l - 0.5 * (l20.l + l02.l)}; }
+};
+
+/// The field along an edge of which the end vertices' log-metrics and the middle node's place are known.
+template <int D>
+[[nodiscard]] EdgeField<D> edge_field(const BackMesh<D>& back, const QuadraticEdge<D>& edge, ElementId hint);
+
+/// ∫ sqrt(l'ᵀ M(t) l') dt with the field of the three nodes.
+template <int D>
+[[nodiscard]] double riemannian_length(const EdgeField<D>& field, const QuadraticEdge<D>& edge, const Quadrature& rule);
+
+/// What an edge's node minimises. Length does not change under reparametrisation, so its Hessian is singular along the
+/// edge and a quadrature rule turns that into false minima; the energy ∫ l'ᵀ M l' dt has the same curves as minimisers,
+/// at constant speed, and a regular Hessian.
+enum class EdgeObjectiveKind : std::uint8_t { energy, length };
+[[nodiscard]] constexpr auto words(EdgeObjectiveKind) {
+    return words_of(Word{EdgeObjectiveKind::energy, "energy"}, Word{EdgeObjectiveKind::length, "length"});
+}
+
+/// Which field the objective sees along the edge.
+enum class EdgeFieldKind : std::uint8_t {
+    back,  ///< the back mesh's at each quadrature point: the true field
+    edge,  ///< the quadratic through the three nodes' log-metrics (paper §2.2.1, eq. 7)
+};
+[[nodiscard]] constexpr auto words(EdgeFieldKind) {
+    return words_of(Word{EdgeFieldKind::back, "back"}, Word{EdgeFieldKind::edge, "edge"});
+}
+
+/// The objective at one node.
+template <int D>
+struct ObjectiveSample {
+    double value = 0;
+    Vec<D> gradient;  ///< with respect to P^l, in physical coordinates
+    Sym<D> hessian;   ///< the SPD model: second derivative with the metric frozen (energy), or its Gauss–Newton kin
+                      ///< (length)
+};
+
+/// One edge's objective as a function of its mid node.
+template <int D>
+struct EdgeObjective {
+    const BackMesh<D>* back = nullptr;
+    const Quadrature* rule = nullptr;
+    EdgeObjectiveKind kind = EdgeObjectiveKind::energy;
+    EdgeFieldKind field = EdgeFieldKind::back;
+    Vec<D> p20, p02;
+    LogMetric<D> l20, l02;  ///< at the ends; used by EdgeFieldKind::edge only
+    ElementId hint;
+
+    [[nodiscard]] double value(const Vec<D>& node) const;
+    /// Value, exact gradient wherever no sample lies on a face of the back mesh, and the Hessian model. One
+    /// decomposition a quadrature point.
+    [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const;
+};
+
+/// The objective of the edge from p20 to p02; the ends are located from `hint`. It refers to `back` and `rule`, which
+/// must outlive it.
+template <int D>
+[[nodiscard]] EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule, EdgeObjectiveKind kind,
+                                              EdgeFieldKind field, const Vec<D>& p20, const Vec<D>& p02,
+                                              ElementId hint);
+
+/// How an edge's node is searched for.
+struct EdgeMinimiserOptions {
+    EdgeObjectiveKind objective = EdgeObjectiveKind::energy;
+    EdgeFieldKind field = EdgeFieldKind::back;
+    int quadrature_points = 4;
+    int max_iterations = 30;
+    /// Ends when the model promises to lower the objective by less than this, relatively.
+    double tolerance = 1e-7;
+    double length_tolerance = 1e-3;     ///< of the length's model
+    double max_tangential_shift = 0.2;  ///< at 1/4 the edge folds (l' = 0 at an end)
+    double max_offset = 4;              ///< an edge of a mesh that is unit for the metric has length 1
+
+    /// All that a user may set; `objective` is named by whoever offers more than these two.
+    [[nodiscard]] static constexpr auto options() {
+        using S = EdgeMinimiserOptions;
+        return std::tuple(
+            option("field", &S::field,
+                   "energy and length: metric along the edge: back, from the mesh's vertices all the way; edge, from "
+                   "the edge's own three "
+                   "values"),
+            option("quadrature_points", &S::quadrature_points, "energy and length: Gauss points along an edge")
+                .at_least(2)
+                .at_most(12),
+            option("iterations", &S::max_iterations, "energy and length: largest number of quasi-Newton steps an edge")
+                .at_least(0)
+                .at_most(1000),
+            option("length_tolerance", &S::length_tolerance,
+                   "energy only: from its minimum the length is lowered while that promises more than this share; 0: "
+                   "never")
+                .at_least(0)
+                .at_most(1),
+            option("max_tangential_shift", &S::max_tangential_shift,
+                   "energy and length: how far a node may slide along its edge")
+                .unit("chord lengths")
+                .at_least(0)
+                .below(0.25),
+            option("max_offset", &S::max_offset,
+                   "energy and length: how far a volume node may leave the middle of its chord")
+                .unit("lengths in the metric")
+                .above(0));
+    }
+    friend bool operator==(const EdgeMinimiserOptions&, const EdgeMinimiserOptions&) = default;
+};
+
+/// How the node of an edge was found.
+enum class EdgeSearch : std::uint8_t {
+    converged,  ///< the model's decrease fell below the tolerance
+    polished,   ///< stopped at a kink of the back mesh's field, then a pattern search ended it
+    exhausted,  ///< out of iterations
+};
+
+/// The node found for one edge, and what it makes of its length.
+template <int D>
+struct EdgeMinimum {
+    LagrangeNode<D> node;
+    double straight_length = 0;  ///< of the chord, on the true field by report_points
+    double length = 0;           ///< of the edge with `node`, likewise; never above straight_length
+    EdgeSearch search = EdgeSearch::converged;
+    bool shortened = false;  ///< the finer rule found the minimiser's edge longer: its offset was reduced
+    bool outside = false;    ///< some sample of the curve lay beyond the back mesh
+    bool lost = false;       ///< some sample of the curve was not found in the back mesh
+};
+
+/// Rules shared by all edges of a run.
+struct EdgeRules {
+    Quadrature objective, report;
+};
+/// The rules that the options ask for: quadrature_points for the search, report_points for the judgement.
+[[nodiscard]] EdgeRules edge_rules(const EdgeMinimiserOptions& options);
+
+/// The middle node of P^l = mid + Γ(e, e)/8, Γ(e, e) = M⁻¹[(∂_e M) e − ½ eᵀ(∂M) e]: the first Newton step of the energy
+/// from the straight edge (the geodesic equation x'' = −Γ(x', x')), with the recovered gradient of the field at the
+/// middle, which does not depend on the back element.
+template <int D>
+[[nodiscard]] Vec<D> geodesic_start(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint);
+
+/// The node that makes the edge from p20 to p02 shortest, an edge anywhere in the back mesh: from the better of the
+/// straight edge and geodesic_start, BFGS in the metric's own frame, a pattern search where a kink of the field stops
+/// it; judged on the true field by the finer rule, by which the result is never longer than the straight edge. `hint`:
+/// an element near p20.
+template <int D>
+[[nodiscard]] EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02,
+                                           ElementId hint, const EdgeRules& rules, const EdgeMinimiserOptions& options);
+
+/// The same for an edge (a, b) of the back mesh itself, with its shell (not empty). Such a chord lies on kinks of the
+/// field: the search starts from the best of the closed-form minima of the shell's sectors, and so does not depend on
+/// an order; or from the node that the edge has, where the objective is lower still: it is never longer than that.
+template <int D>
+[[nodiscard]] EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b,
+                                                const LagrangeNode<D>& present, std::span<const ElementId> shell,
+                                                const EdgeRules& rules, const EdgeMinimiserOptions& options);
+
+/// What the searches of some edges took.
+struct EdgeSearchWork {
+    std::size_t single = 0;          ///< edges that were searched alone
+    std::size_t judged = 0;          ///< edges of which the finer rule had to say whether they are shorter
+    std::size_t decompositions = 0;  ///< of M, of the others
+    EdgeSearchWork& operator+=(const EdgeSearchWork& o) {
+        single += o.single;
+        judged += o.judged;
+        decompositions += o.decompositions;
+        return *this;
+    }
+};
+
+/// minimise_back_edge of each edge, in packs, without the lengths, which stay 0: minima[i] of edges[i] with present[i].
+/// An edge has the same bytes in any company and with any instructions.
+template <int D>
+EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const BackEdge> edges,
+                                   std::span<const LagrangeNode<D>> present, const EdgeRules& rules,
+                                   const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
+                                   Instructions set = widest_instructions());
+
+/// An edge anywhere in a back mesh: its ends, with the field there.
+template <int D>
+struct FreeEdge {
+    BackVertex<D> a, b;
+    ElementId hint;  ///< an element near a
+};
+
+/// minimise_edge of each edge, likewise. From the chord, whose energy has its gradient from the elements that it
+/// passes; by the search alone where the field goes along with curves there, or the chord leaves the mesh.
+template <int D>
+EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<D>> edges, const EdgeRules& rules,
+                              const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
+                              Instructions set = widest_instructions());
+
+}  // namespace camber
+
+namespace camber {
+
+/// The metric at the middle of the chord as a change of variables: P = mid + S y, in which the frozen-metric Hessian of
+/// the objective is the identity.
+template <int D>
+struct UnitFrame {
+    Vec<D> origin;
+    Mat<D> s;              ///< columns r_k (H scale · e^{λ_k})^{-1/2}
+    Vec<D> metric_weight;  ///< |S y|²_M = Σ weight_k y_k²
+    Vec<D> chord;
+    double max_shift = 0, max_offset = 0;
+
+    [[nodiscard]] Vec<D> node(const Vec<D>& y) const { return origin + s * y; }
+    [[nodiscard]] Vec<D> gradient(const Vec<D>& g) const { return transposed_times(s, g); }
+
+    /// The coordinates of a node.
+    [[nodiscard]] Vec<D> coordinates(const Vec<D>& node) const {
+        Vec<D> y;
+        const Vec<D> offset = node - origin;
+        for (int k = 0; k < D; ++k) y[k] = dot(s.column[k], offset) / norm_squared(s.column[k]);
+        return y;
+    }
+
+    /// y moved into the bounds on the tangential shift (in chords) and on the offset (in metric lengths).
+    [[nodiscard]] Vec<D> bounded(Vec<D> y) const {
+        double length = 0;
+        for (int k = 0; k < D; ++k) length += metric_weight[k] * y[k] * y[k];
+        length = std::sqrt(length);
+        if (length > max_offset) y *= max_offset / length;
+        // The shift a·y is linear: the nearest y of the slab |a·y| ≤ max_shift is nearer to 0 too, so both bounds hold.
+        const Vec<D> a = transposed_times(s, chord) / norm_squared(chord);
+        const double shift = dot(a, y);
+        if (std::abs(shift) <= max_shift) return y;
+        return y - (shift - std::copysign(max_shift, shift)) / norm_squared(a) * a;
+    }
+};
+
+template <int D>
+UnitFrame<D> unit_frame(const BackMesh<D>& back, const EdgeObjective<D>& objective, double max_tangential_shift,
+                        double max_offset) {
+    UnitFrame<D> frame;
+    frame.origin = midpoint(objective.p20, objective.p02);
+    frame.chord = objective.p02 - objective.p20;
+    frame.max_shift = max_tangential_shift;
+    frame.max_offset = max_offset;
+    const SpectralMetric<D> metric(sample_value(back, frame.origin, objective.hint).log_metric);
+    // ∫ 2·16(1−2t)² dt = 32/3 for the energy; the length's is that over 2 sqrt(q).
+    double curvature = 32.0 / 3;
+    if (objective.kind == EdgeObjectiveKind::length)
+        curvature /= 2 * std::sqrt(std::max(metric.length_squared(frame.chord), 1e-300));
+    for (int k = 0; k < D; ++k) {
+        frame.s.column[k] = metric.vectors.column[k] / std::sqrt(curvature * metric.values[k]);
+        frame.metric_weight[k] = 1 / curvature;
+    }
+    return frame;
+}
+
+/// When the chord is an edge of the back mesh, it lies on kinks of the field: each element of its shell has a gradient
+/// of its own, and the objective a local minimum of its own in the sector (the wedge of that element around the chord)
+/// or on a face between two. As long as the node stays in one sector the whole parabola does, so there the objective is
+/// smooth, and its model from the chord, value + gᵀy + |y|²/2 in the unit frame, is exact to second order.
+///
+/// best_sector_start: of the minimisers y of each element's model over its sector, the lowest.
+
+/// The gradient at the chord, split in what all sectors share and what the field's gradient of each adds:
+/// ∂_i = common_i + ⟨adjoint, G_i⟩.
+template <int D>
+struct ChordGradient {
+    Vec<D> common;
+    Sym<D> adjoint;
+};
+
+template <int D>
+ChordGradient<D> chord_gradient(const BackMesh<D>& back, const EdgeObjective<D>& objective, VertexId a, VertexId b) {
+    ChordGradient<D> out;
+    const Vec<D> chord = objective.p02 - objective.p20;
+    const LogMetric<D> at_a = back->vertex(a).log_metric, at_b = back->vertex(b).log_metric;
+    for (std::size_t k = 0; k < objective.rule->size(); ++k) {
+        const double t = objective.rule->t[k];
+        const SpectralMetric<D> metric(LogMetric<D>{(1 - t) * at_a.l + t * at_b.l});
+        double w = objective.rule->w[k];
+        if (objective.kind == EdgeObjectiveKind::length) w *= 0.5 / std::sqrt(metric.length_squared(chord));
+        out.common += w * 8 * (1 - 2 * t) * metric.times(chord);
+        out.adjoint += w * 4 * t * (1 - t) * length_squared_adjoint(metric, chord);
+    }
+    return out;
+}
+
+/// The point of the cone { y : a_k·y ≥ 0 } nearest to y: inside, on one wall, or on the line where two meet.
+template <int D>
+Vec<D> nearest_in_sector(const Vec<D>& y, const std::array<Vec<D>, D - 1>& walls) {
+    const auto onto = [](const Vec<D>& p, const Vec<D>& wall) { return p - dot(p, wall) / norm_squared(wall) * wall; };
+    const auto behind = [](const Vec<D>& p, const Vec<D>& wall) {
+        return dot(p, wall) < -1e-12 * norm(p) * norm(wall);
+    };
+    if constexpr (D == 2) {
+        return behind(y, walls[0]) ? onto(y, walls[0]) : y;
+    } else {
+        const bool hidden0 = behind(y, walls[0]);
+        const bool hidden1 = behind(y, walls[1]);
+        if (!hidden0 && !hidden1) return y;
+        if (hidden0)
+            if (const Vec<D> p = onto(y, walls[0]); !behind(p, walls[1])) return p;
+        if (hidden1)
+            if (const Vec<D> p = onto(y, walls[1]); !behind(p, walls[0])) return p;
+        const Vec<D> line = cross(walls[0], walls[1]);
+        return dot(y, line) / norm_squared(line) * line;
+    }
+}
+
+/// The start of the sector whose model promises most; the zero vector where none promises anything. The result depends
+/// on the shell as a set, not on its order.
+template <int D>
+Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
+                         VertexId a, VertexId b, std::span<const ElementId> shell) {
+    const ChordGradient<D> chord = chord_gradient(back, objective, a, b);
+    Vec<D> best;
+    for (const ElementId e : shell) {
+        auto [field, walls] = back->sector(e, a, b);
+        Vec<D> g = chord.common;
+        for (int i = 0; i < D; ++i) g[i] += inner(chord.adjoint, field[i]);
+        for (Vec<D>& wall : walls) wall = frame.gradient(wall);
+        // The model's decrease at the projection y of −g onto the cone is |y|²/2.
+        const Vec<D> y = nearest_in_sector<D>(-frame.gradient(g), walls);
+        // On the wall between two sectors both find the same point, but for its last bits.
+        if (norm_squared(y) > norm_squared(best) || (norm_squared(y) == norm_squared(best) && y.c > best.c)) best = y;
+    }
+    return best;
+}
+
+}  // namespace camber
+
+/// What the searches for an edge's node share, whatever their unknowns are.
+namespace camber {
+
+template <int D>
+struct Iterate {
+    Vec<D> y;
+    double value = 0;
+    Vec<D> gradient;  ///< in the frame
+    Sym<D> hessian;   ///< the model, in the frame
+};
+
+template <int D>
+Iterate<D> evaluated(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& y) {
+    const ObjectiveSample<D> sample = objective.evaluate(frame.node(y));
+    return {y, sample.value, frame.gradient(sample.gradient), congruence(transposed(frame.s), sample.hessian)};
+}
+
+/// H⁻¹ of a well-conditioned symmetric matrix, as those of the unit frame are; the identity where it is not.
+template <int D>
+Sym<D> inverse_of(const Sym<D>& h) {
+    Mat<D> m;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j < D; ++j) m(i, j) = h(i, j);
+    const Mat<D> r = inverse(m);
+    Sym<D> out;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) out(i, j) = 0.5 * (r(i, j) + r(j, i));
+    return out;
+}
+
+/// The BFGS update of an inverse Hessian by a step s and a change of gradient d; skipped where curvature is not
+/// positive.
+template <int D>
+void update_inverse_hessian(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
+    const double sd = dot(s, d);
+    if (!(sd > 1e-10 * norm(s) * norm(d))) return;
+    const Vec<D> hd = h * d;
+    const double factor = (1 + dot(d, hd) / sd) / sd;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) h(i, j) += factor * s[i] * s[j] - (hd[i] * s[j] + s[i] * hd[j]) / sd;
+}
+
+/// A pattern search along the frame's axes with falling radius: it needs no gradient, so a kink does not stop it.
+template <int D>
+void polish(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, Iterate<D>& best) {
+    const double scale = std::sqrt(std::max(best.value, 0.0));
+    double radius = 0.05 * scale;
+    for (int round = 0; round < 12 && radius > 1e-3 * scale; ++round) {
+        bool moved = false;
+        for (int k = 0; k < D; ++k)
+            for (const double side : {-1.0, 1.0}) {
+                Vec<D> y = best.y;
+                y[k] += side * radius;
+                y = frame.bounded(y);
+                const double value = objective.value(frame.node(y));
+                if (!(value < best.value)) continue;
+                best.y = y;
+                best.value = value;
+                moved = true;
+            }
+        if (!moved) radius *= 0.3;
+    }
+}
+
+/// The predicted node, halved until it beats the straight edge; the straight edge itself where it never does.
+template <int D>
+Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& predicted) {
+    const Iterate<D> straight = evaluated(objective, frame, Vec<D>{});
+    Vec<D> y = frame.bounded(predicted);
+    for (int halving = 0; halving < 4 && norm(y) > 1e-6; ++halving, y *= 0.5) {
+        const Iterate<D> trial = evaluated(objective, frame, y);
+        if (trial.value < straight.value) return trial;
+    }
+    return straight;
+}
+
+/// Lengths by the finer rule; the offset is halved until the edge is no longer than its chord.
+template <int D>
+void judge(const BackMesh<D>& back, const EdgeObjective<D>& objective, const Quadrature& rule,
+           EdgeMinimum<D>& minimum) {
+    const auto measure = [&](const Vec<D>& node) {
+        const EdgeLength measured =
+            riemannian_length(back, QuadraticEdge<D>{objective.p20, {node}, objective.p02}, rule, objective.hint);
+        minimum.outside = measured.outside > 0;
+        minimum.lost = measured.lost > 0;
+        return measured.length;
+    };
+    const Vec<D> middle = midpoint(objective.p20, objective.p02);
+    minimum.straight_length = minimum.length = measure(middle);
+    if (minimum.node.point == middle) return;
+    for (int halving = 0; halving < 6; ++halving) {
+        minimum.length = measure(minimum.node.point);
+        if (minimum.length < minimum.straight_length) return;
+        minimum.shortened = true;
+        minimum.node.point = midpoint(minimum.node.point, middle);
+    }
+    minimum.node.point = middle;
+    minimum.length = measure(middle);
+}
+
+}  // namespace camber

@@ -1,0 +1,557 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <vector>
+module camber.edge_optimisation:edge_pack_step;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import :edge_minimiser;
+import :edge_pack_lanes;
+import :edge_pack_location;
+import :edge_pack_objective;
+
+/// From near the energy's minimum on to the length's. The Hessian of the length is all but singular along the edge: to
+/// learn it from gradients takes a search long. But there the points tell it, of q = l'ᵀ M l': ∂²√q = ∂²q/(2√q) − ∂q
+/// ∂qᵀ/(4 q^{3/2}), the first with the metric frozen.
+namespace camber {
+
+/// What makes the Hessian of the length regular, as a share of its first part.
+inline constexpr double length_stiffness = 0.01;
+/// Of a matrix that is further from the identity, by products of its diagonal and its inverse's, steps are not taken.
+inline constexpr double max_length_condition = 1e4;
+
+/// H⁻¹ by Cholesky's factors: H is as badly conditioned as a metric.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_of(const SymPack<D>& h) {
+    MatPack<D> root;      // H = root rootᵀ
+    MatPack<D> inverted;  // root⁻¹
+    for (int j = 0; j < D; ++j) {
+        Pack pivot = h(j, j);
+        for (int k = 0; k < j; ++k) pivot -= root(j, k) * root(j, k);
+        root(j, j) = sqrt(max(pivot, 1e-15 * h(j, j)));
+        for (int i = j + 1; i < D; ++i) {
+            Pack sum = h(i, j);
+            for (int k = 0; k < j; ++k) sum -= root(i, k) * root(j, k);
+            root(i, j) = sum / root(j, j);
+        }
+    }
+    for (int j = 0; j < D; ++j) {
+        inverted(j, j) = 1 / root(j, j);
+        for (int i = j + 1; i < D; ++i) {
+            Pack sum = packed(0);
+            for (int k = j; k < i; ++k) sum -= root(i, k) * inverted(k, j);
+            inverted(i, j) = sum / root(i, i);
+        }
+    }
+    SymPack<D> out;
+    for (int i = 0; i < D; ++i)
+        for (int j = 0; j <= i; ++j) {
+            out(i, j) = packed(0);
+            for (int k = i; k < D; ++k) out(i, j) += inverted(k, i) * inverted(k, j);
+        }
+    return out;
+}
+
+/// Both parts, point by point, in the unit frame.
+template <int D>
+struct LengthHessian {
+    SymPack<D> frozen{}, spread{};
+
+    /// A point at t of that weight; slope: ∂q.
+    [[gnu::always_inline]] inline void add(const ChordFrame<D>& f, const PointPack<D>& point, double weight, double t,
+                                           const VecPack<D>& slope) {
+        const Pack root = sqrt(point.squared);
+        const Pack half = select(root > 0, 0.5 / root, packed(0));
+        const Pack by_slope = (2 * weight) * half * half * half;
+        const double c = 4 * (1 - 2 * t);
+        const Pack by_metric = (2 * c * c * weight) * half;
+        const SymPack<D> metric = composed(point.log_metric.vectors, point.values);
+        for (int i = 0; i < D; ++i) {
+            const Pack metric_row = by_metric * f.scale[i];
+            const Pack slope_row = by_slope * slope[i];
+            for (int j = 0; j <= i; ++j) {
+                frozen(i, j) += metric_row * f.scale[j] * metric(i, j);
+                spread(i, j) += slope_row * slope[j];
+            }
+        }
+    }
+
+    /// Its inverse; where it is not positive that of the energy's, of a curve as long as that at constant speed.
+    [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse(Pack length) const {
+        SymPack<D> h;
+        for (int k = 0; k < sym_size<D>; ++k) h.c[k] = (1 + length_stiffness) * frozen.c[k] - spread.c[k];
+        SymPack<D> out = inverse_of(h);
+        Mask positive(-1);
+        for (int i = 0; i < D; ++i) positive &= (h(i, i) > 0) & (h(i, i) * out(i, i) < max_length_condition);
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j) out(i, j) = select(positive, out(i, j), i == j ? 2 * length : packed(0));
+        return out;
+    }
+};
+
+}  // namespace camber
+
+/// One evaluation of eight searches, within an element of the shell or anywhere in the mesh.
+namespace camber {
+
+/// The element of the shell across the wall that holds a lane, from its other vertex off the edge; none at the
+/// boundary.
+template <int D>
+[[nodiscard]] ElementId across(const PackedEdges<D>& all, std::uint32_t edge, ElementId element, int wall) {
+    const auto& [a, b, shell] = all.edges[edge];
+    VertexId kept;
+    int n = 0;
+    for (const VertexId v : all.back.mesh.elements.vertices[element]) {
+        if (v == a || v == b) continue;
+        if (n++ != wall) kept = v;
+    }
+    for (const ElementId e : shell) {
+        if (e == element) continue;
+        const auto& v = all.back.mesh.elements.vertices[e];
+        if (D == 2 || std::ranges::find(v, kept) != v.end()) return e;
+    }
+    return {};
+}
+
+/// Lanes that ended on one wall go on beyond it where that promises something; those that do.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Mask crossed(const PackedEdges<D>& all, SearchLanes<D>& lanes,
+                                                      const WallStep<D>& held, Mask ended) {
+    SearchPack<D>& s = lanes.pack;
+    Mask wanted = ended & (s.crossings < max_crossings);
+    if constexpr (D == 2)
+        wanted &= held.held[0];
+    else
+        wanted &= held.held[0] ^ held.held[1];
+    if (!any(wanted)) return wanted;
+    std::array<ElementId, pack_size> elements = lanes.element;
+    std::array<VertexId, pack_size> a;
+    std::array<VertexId, pack_size> b;
+    for (int lane = 0; lane < pack_size; ++lane) {
+        a[lane] = all.edges[lanes.edge[lane]].a;
+        b[lane] = all.edges[lanes.edge[lane]].b;
+        if (wanted[lane] == 0) continue;
+        const ElementId next = across(all, lanes.edge[lane], elements[lane], held.held[0][lane] != 0 ? 0 : 1);
+        if (next.valid())
+            elements[lane] = next;
+        else
+            wanted[lane] = 0;
+    }
+    const ChordPack<D> chords = chords_of(all.back, a, b);
+    const WedgePack<D> wedge = wedge_of(s.frame, shell_elements(all.back, chords, elements));
+    const Mask by_length = s.by_length != 0;
+    const EdgeValues<D> at = values_in(s.frame, wedge, s.sums);
+    const VecPack<D> gradient = gradient_of(at, by_length);
+    SymPack<D> inverse_hessian = multiple_of_identity<D>(2 * s.at.length);
+    choose(~by_length, inverse_hessian, inverse_hessian_at_chord(s.frame, wedge));
+    const WallStep<D> step =
+        step_within(wedge.rise, free_part(s, inverse_hessian, gradient, all.options), gradient, s.y);
+    wanted &= -step.slope > all.options.tolerance * value_of(s.at, by_length);
+    choose(wanted, s.wedge, wedge);
+    choose(wanted, s.at, at);
+    choose(wanted, s.inverse_hessian, inverse_hessian);
+    choose(wanted, s.direction, step.step);
+    s.slope = select(wanted, step.slope, s.slope);
+    s.crossings += select(wanted, packed(1), packed(0));
+    for (int lane = 0; lane < pack_size; ++lane)
+        if (wanted[lane] != 0) lanes.element[lane] = elements[lane];
+    return wanted;
+}
+
+/// The parabola in one element of the shell: nothing is located.
+template <int D>
+struct WithinWedge {
+    EdgeSums<D> sums;
+    LengthHessian<D> length_hessian;  ///< of the curve that was looked at, where the length is asked for
+
+    [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all,
+                                                                  const SearchLanes<D>& lanes, const VecPack<D>& y,
+                                                                  WalkMarks&) {
+        const SearchPack<D>& s = lanes.pack;
+        const Quadrature& rule = all.rules.objective;
+        const bool is_length = all.options.objective == EdgeObjectiveKind::length;
+        sums = sums_along(
+            s.frame, parabola(s.frame, s.wedge, y), rule,
+            [&](std::size_t q, const auto& point, auto moved, auto adjoint) __attribute__((always_inline)) {
+                if (!is_length) return;
+                const double t = rule.t[q];
+                for (int i = 0; i < D; ++i) moved[i] *= 8 * (1 - 2 * t);
+                for (int k = 0; k < sym_size<D>; ++k) adjoint.c[k] *= 4 * t * (1 - t);
+                length_hessian.add(s.frame, point, rule.w[q], t, gradient_in(s.frame, s.wedge, moved, adjoint));
+            });
+        return values_in(s.frame, s.wedge, sums);
+    }
+    [[gnu::always_inline]] inline void keep(SearchLanes<D>& lanes, Mask accepted) const {
+        choose(accepted, lanes.pack.sums.energy, sums.energy);
+        choose(accepted, lanes.pack.sums.length, sums.length);
+        lanes.pack.sums.second = select(accepted, sums.second, lanes.pack.sums.second);
+        lanes.pack.sums.third = select(accepted, sums.third, lanes.pack.sums.third);
+    }
+    /// How far the parabola's bulge changes log M.
+    [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
+        const SymPack<D> change = parabola(lanes.pack.frame, lanes.pack.wedge, lanes.pack.y).change;
+        return sqrt(inner(change, change));
+    }
+    /// A gain by the search's own rule above this is one by any finer rule.
+    [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
+                                                                   const SearchLanes<D>& lanes) {
+        const SearchPack<D>& s = lanes.pack;
+        if (all.rules.objective.size() < min_points) return packed(1e300);
+        return min_gain * s.chord_length + s.chord_unsure + unsure_share(s.sums) * s.at.length;
+    }
+    [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>& all, SearchLanes<D>& lanes,
+                                                                 const WallStep<D>& held, Mask ended) {
+        return crossed(all, lanes, held, ended);
+    }
+    /// Lanes whose values are not those of the field.
+    [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>& s) {
+        return beyond_ends(s, s.y) > 0;
+    }
+};
+
+/// Anywhere in the mesh, point by point.
+template <int D>
+struct ThroughElements {
+    PointElements<D>& points;
+    LengthHessian<D> length_hessian{};
+
+    [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all, SearchLanes<D>& lanes,
+                                                                  const VecPack<D>& y, WalkMarks& marks) {
+        const Quadrature& rule = all.rules.objective;
+        const bool is_length = all.options.objective == EdgeObjectiveKind::length;
+        return located_values(all.back, lanes.pack.frame, y, rule, points, marks,
+                              [&](std::size_t q, const auto& point, auto slope) __attribute__((always_inline)) {
+                                  if (!is_length) return;
+                                  for (int i = 0; i < D; ++i) slope[i] *= 1 / rule.w[q];
+                                  length_hessian.add(lanes.pack.frame, point, rule.w[q], rule.t[q], slope);
+                              });
+    }
+    [[gnu::always_inline]] static inline void keep(SearchLanes<D>&, Mask) {}
+    [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
+        return sqrt(lanes.pack.at.bulge);
+    }
+    [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
+                                                                   const SearchLanes<D>& lanes) {
+        if (all.rules.objective.size() < min_points) return packed(1e300);
+        const Pack change = lanes.pack.along;
+        return sure_share_with_kinks * max(packed(1), change * change) * lanes.pack.chord_length;
+    }
+    [[nodiscard, gnu::always_inline]] static inline Mask goes_on(const PackedEdges<D>&, SearchLanes<D>&,
+                                                                 const WallStep<D>&, Mask) {
+        return {};
+    }
+    [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>&) { return {}; }
+};
+
+/// y of the lanes whose last step does not leave their element.
+template <int D>
+[[gnu::always_inline]] inline void take_last_step(SearchPack<D>& s, Mask lanes, const VecPack<D>& direction,
+                                                  const EdgeMinimiserOptions& options) {
+    if (!any(lanes)) return;
+    choose(lanes, s.direction, direction);
+    s.step = select(lanes, reach(s, options), s.step);
+    choose(lanes & ~leaves(s, options), s.y, trial_of(s, options));
+}
+
+/// The way from the chord to y as the next step, with the curvature that is known by now.
+template <int D>
+[[gnu::always_inline]] inline void begin_again_towards(SearchPack<D>& s, Mask lanes) {
+    choose(lanes, s.direction, s.y);
+    choose(lanes, s.y, VecPack<D>{});
+    choose(lanes, s.at, s.on_chord);
+    s.slope = select(lanes, dot(gradient_of(s.at, s.by_length != 0), s.direction), s.slope);
+    s.step = select(lanes, packed(1), s.step);
+    s.attempts = select(lanes, packed(0), s.attempts);
+}
+
+struct Ended {
+    Mask ended{}, exhausted{}, kinked{};
+    Mask leaves{};  ///< not ended: to go on another way
+};
+
+/// One evaluation of each search.
+template <int D, class Where>
+[[nodiscard, gnu::always_inline]] inline Ended stepped(const PackedEdges<D>& all, SearchLanes<D>& lanes, Where where) {
+    SearchPack<D>& s = lanes.pack;
+    const EdgeMinimiserOptions& o = all.options;
+    const bool is_length = o.objective == EdgeObjectiveKind::length;
+    const bool shortens = is_length || o.length_tolerance > 0;
+    const Mask by_length = s.by_length != 0;
+    const VecPack<D> trial = trial_of(s, o);
+    Ended out;
+    WalkMarks marks{.lost = s.busy == 0};
+    const EdgeValues<D> at = where.values(all, lanes, trial, marks);
+    const Mask busy = (s.busy != 0) & ~marks.lost;
+    const Pack from = value_of(s.at, by_length);
+    const Pack value = value_of(at, by_length);
+    VecPack<D> moved;
+    VecPack<D> change;
+    for (int i = 0; i < D; ++i) {
+        moved[i] = trial[i] - s.y[i];
+        change[i] = select(by_length, at.length_gradient[i] - s.at.length_gradient[i],
+                           at.energy_gradient[i] - s.at.energy_gradient[i]);
+    }
+    const Mask bounded = norm(moved) < 0.9 * s.step * norm(s.direction);
+    const Mask accepted = busy & ((value < from + 1e-4 * s.step * s.slope) | (bounded & (value < from)));
+    const Mask rejected = (s.busy != 0) & ~accepted;
+    // A trial that was too far, or beyond a kink, tells of the curvature on the way as well as one that was taken.
+    const Mask told = rejected & busy & (dot(moved, change) > 0);
+    update_inverse_hessian(s.inverse_hessian, accepted | told, moved, change);
+    choose(accepted, s.y, trial);
+    choose(accepted, s.at, at);
+    where.keep(lanes, accepted);
+    const VecPack<D> gradient = gradient_of(s.at, by_length);
+    const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
+    const Mask last_phase = by_length & Mask(is_length ? 0 : -1);
+    // What is shorter beyond doubt has to stay so; and the length from afar has no Hessian that would tell.
+    const Pack gain = s.chord_length - s.at.length;
+    const Pack sure = where.sure_gain(all, lanes);
+    const Mask doubtful = (gain > sure) & (gain < sure + 2 * last_step * s.chord_length);
+    const auto is_near = [&](const VecPack<D>& step) __attribute__((always_inline)) {
+        const Pack share = dot(step, step) / s.at.energy;
+        return (share < max_blind_step) & ((gain <= sure) | (share * s.chord_length < 2 * (gain - sure)));
+    };
+    const Mask by_near_length = (is_length ? s.probed == 0 : Mask(0)) & is_near(next.step);
+    const Mask loose = ~doubtful & (~by_length | by_near_length);
+    const Pack last = packed(is_length ? last_step_of_length : last_step);
+    const Mask rough = where.extrapolates(s);
+    const Pack least = select(rough, packed(std::max(o.tolerance, rough_last_step)),
+                              select(loose, max(packed(o.tolerance), last), packed(o.tolerance)));
+    const Pack tolerance = select(last_phase, packed(o.length_tolerance), least) * value_of(s.at, by_length);
+    const Mask minimal = ~(-next.slope > tolerance);
+    const Mask converged = accepted & (minimal | (from - value < 0.1 * tolerance));
+    s.steps += select(accepted, packed(1), packed(0));
+    const Pack most = select(last_phase, packed(max_length_steps), packed(o.max_iterations));
+    out.exhausted = accepted & ~converged & (s.steps >= most);
+    s.attempts = select(accepted, packed(0), s.attempts + 1);
+    const Mask stuck = rejected & ((s.attempts >= max_attempts) | (told & minimal));
+    const Mask back = rejected & ~told;
+    s.step = select(back, 0.3 * s.step, s.step);
+    const Mask turned = accepted | told;
+    choose(turned, s.direction, next.step);
+    s.slope = select(turned, next.slope, s.slope);
+
+    out.ended = converged | out.exhausted | stuck;
+    Mask held = next.held[0];
+    if constexpr (D == 3) held |= next.held[1];
+    const Mask on = where.goes_on(all, lanes, next, (converged | stuck) & ~last_phase);
+    out.ended &= ~on;
+    Mask renewed = (turned & ~out.ended) | on;
+    const Mask afresh = accepted | on;
+    VecPack<D> last_way = next.step;
+    if (shortens && any(out.ended & ~by_length)) {
+        SymPack<D> inverse_hessian = multiple_of_identity<D>(2 * s.at.length);
+        if (is_length) choose(accepted, inverse_hessian, where.length_hessian.inverse(s.at.length));
+        const WallStep<D> step = step_within(s.wedge.rise, free_part(s, inverse_hessian, s.at.length_gradient, o),
+                                             s.at.length_gradient, s.y);
+        const Mask turns = out.ended & ~by_length & ~where.extrapolates(s);
+        const Mask blind = loose & is_near(step.step);
+        const Pack enough = is_length ? select(blind, least, packed(o.tolerance)) : packed(o.length_tolerance);
+        const Mask go = turns & (-step.slope > enough * s.at.length);
+        choose(go, s.direction, step.step);
+        choose(go, s.inverse_hessian, inverse_hessian);
+        s.slope = select(go, step.slope, s.slope);
+        s.steps = select(go, packed(0), s.steps);
+        s.by_length = select(go, packed(1), s.by_length);
+        if (is_length) choose(turns & blind & ~go, last_way, step.step);
+        out.ended &= ~go;
+        renewed |= go;
+        s.attempts = select(go, packed(0), s.attempts);
+    }
+    s.attempts = select(afresh, packed(0), s.attempts);
+    const Pack share = reach(s, o);
+    s.step = select(renewed, share, s.step);
+    const Mask blocked = renewed & (share < blocked_step);
+    out.kinked = (out.ended & (stuck | held)) | blocked;
+    out.ended |= blocked;
+    out.leaves = renewed & ~out.ended & leaves(s, o);
+    take_last_step(s, converged & out.ended & (loose | rough), last_way, o);
+    const Mask away = (out.ended | out.leaves) & where.extrapolates(s);
+    if (any(away)) {
+        begin_again_towards(s, away);
+        out.leaves |= away;
+        out.ended &= ~away;
+    }
+    return out;
+}
+
+}  // namespace camber
+
+/// Edges that do not resolve their field: the objective has many minima, each between kinks, and a descent ends in the
+/// first. What pays there is to look at a few places that lie far apart, and to go on from the best of them.
+namespace camber {
+
+/// Places by where the node is off the middle: across the finest axis (along that the bounds leave nothing), in lengths
+/// of the chord. `along`: in the direction nearest to the chord's, as far as the shift allows; `across` both.
+struct ProbePlace {
+    double along, across;
+};
+inline constexpr std::array probe_places{ProbePlace{1, -0.5}, ProbePlace{1, 1}, ProbePlace{-1, 0.5},
+                                         ProbePlace{-1, -1}};
+/// Then both ways along each axis from the best, by this share of the chord at first, and by half of that.
+inline constexpr double first_radius = 0.5;
+inline constexpr int compass_rounds = 2;
+
+/// Steps of y by a length of the chord, orthogonal in space: the finest axis is the last; along that, if it is less, to
+/// the bound.
+template <int D>
+struct ProbeAxes {
+    std::array<VecPack<D>, D> axis;
+    Pack max_along{};  ///< what the shift leaves of the first
+};
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline ProbeAxes<D> probe_axes(const ChordFrame<D>& f,
+                                                                 const EdgeMinimiserOptions& options) {
+    Pack least = f.scale[0];
+    for (int i = 1; i < D; ++i) least = min(f.scale[i], least);
+    VecPack<D> finest;
+    Mask found{};
+    for (int i = 0; i < D; ++i) {
+        const Mask is = ~found & (f.scale[i] == least);
+        finest[i] = select(is, packed(1), packed(0));
+        found |= is;
+    }
+    const Pack chord = norm(f.chord);
+    VecPack<D> along;
+    for (int i = 0; i < D; ++i) along[i] = f.chord[i] * (1 - finest[i]);
+    const Pack within = norm(along);
+    // To a chord along the finest axis no direction is nearest: any will do.
+    const Mask none = ~(within > 1e-6 * chord);
+    for (int i = 0; i < D; ++i) along[i] = select(none, finest[(i + 1) % D], along[i] / within);
+    ProbeAxes<D> out;
+    out.max_along = select(none, packed(1), options.max_tangential_shift * chord / within);
+    const Pack bound = options.max_offset * unit_offset * least;
+    std::array<VecPack<D>, D> directions{};
+    directions[0] = along;
+    if constexpr (D == 3) directions[1] = cross(finest, along);
+    directions[D - 1] = finest;
+    for (int k = 0; k < D; ++k)
+        for (int i = 0; i < D; ++i)
+            out.axis[k][i] = (k == D - 1 ? min(bound, chord) : chord) * directions[k][i] / f.scale[i];
+    return out;
+}
+
+/// y moved into the bounds, as UnitFrame does.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> bounded(const ChordFrame<D>& f, VecPack<D> y,
+                                                            const EdgeMinimiserOptions& options) {
+    const double most = options.max_offset * unit_offset;
+    const Pack length = norm(y);
+    const Pack kept = select(length > most, most / length, packed(1));
+    for (int i = 0; i < D; ++i) y[i] *= kept;
+    const Pack shift = dot(f.shift, y);
+    const Pack beyond = shift - copysign(packed(options.max_tangential_shift), shift);
+    const Pack back = select(abs(shift) > options.max_tangential_shift, beyond / dot(f.shift, f.shift), packed(0));
+    for (int i = 0; i < D; ++i) y[i] -= back * f.shift[i];
+    return y;
+}
+
+template <int D>
+[[nodiscard, gnu::always_inline]] inline VecPack<D> y_of(const ProbeAxes<D>& axes, const ProbePlace& place) {
+    VecPack<D> y;
+    const Pack along = copysign(min(packed(std::abs(place.along)), axes.max_along), packed(place.along));
+    for (int i = 0; i < D; ++i) {
+        if constexpr (D == 3)
+            y[i] = along * axes.axis[0][i] + place.across * axes.axis[1][i];
+        else
+            y[i] = along * std::abs(place.across) * axes.axis[0][i];
+    }
+    return y;
+}
+
+/// The best y so far of some searches, which look at others.
+template <int D>
+struct Probing {
+    VecPack<D> y;
+    Pack value{};
+    Mask found{};  ///< lower than where they began
+};
+
+template <int D>
+[[gnu::always_inline]] inline void look(const PackedEdges<D>& all, const SearchPack<D>& s, Mask asked,
+                                        const VecPack<D>& y, PointElements<D>& points, Probing<D>& best) {
+    WalkMarks marks{.lost = ~asked};
+    const Quadrature& rule = all.rules.objective;
+    const EdgeValues<D> at = located_lengths_beside(all.back, s.frame, y, rule, points, marks);
+    const Pack value = value_of(at, s.by_length != 0);
+    const Mask lower = asked & ~marks.lost & ~marks.outside & (value < best.value);
+    choose(lower, best.y, y);
+    best.value = select(lower, value, best.value);
+    best.found |= lower;
+    all.work.decompositions += count_of(asked) * rule.size();
+}
+
+/// The best of the places and of the step that the search has before it; in lanes `near` then by a pattern search from
+/// it.
+template <int D>
+[[nodiscard, gnu::always_inline]] inline Probing<D> probed(const PackedEdges<D>& all, const SearchPack<D>& s, Mask open,
+                                                           Mask near, PointElements<D>& points) {
+    const ProbeAxes<D> axes = probe_axes(s.frame, all.options);
+    Probing<D> best{s.y, value_of(s.at, s.by_length != 0), {}};
+    // One loop for all, since what looks is large.
+    const int places = 1 + static_cast<int>(probe_places.size());
+    const int looks = any(near) ? places + compass_rounds * D * 2 : places;
+    for (int n = 0; n < looks; ++n) {
+        Mask asked = open;
+        VecPack<D> y;
+        if (n == 0) {
+            asked &= s.slope < 0;
+            y = trial_of(s, all.options);
+        } else if (n < places) {
+            y = y_of(axes, probe_places[static_cast<std::size_t>(n - 1)]);
+        } else {
+            const int round = (n - places) / (2 * D);
+            const double radius = first_radius / (1 << round);
+            const double side = (n - places) % 2 == 0 ? -radius : radius;
+            const VecPack<D>& axis = axes.axis[static_cast<std::size_t>((n - places) / 2 % D)];
+            asked = near;
+            y = best.y;
+            for (int i = 0; i < D; ++i) y[i] += side * axis[i];
+        }
+        look(all, s, asked, bounded(s.frame, y, all.options), points, best);
+    }
+    return best;
+}
+
+/// A search of quasi-Newton from s.y, with the Hessian that it has with the metric frozen.
+template <int D>
+[[gnu::always_inline]] inline void start_there(const PackedEdges<D>& all, SearchPack<D>& s, Mask open,
+                                               PointElements<D>& points) {
+    const Mask by_length = s.by_length != 0;
+    const Quadrature& rule = all.rules.objective;
+    SymPack<D> hessian = multiple_of_identity<D>(packed(0));
+    WalkMarks marks{.lost = ~open};
+    s.at =
+        located_values(all.back, s.frame, s.y, rule, points, marks,
+                       [&](std::size_t q, const PointPack<D>& point, const VecPack<D>&) __attribute__((always_inline)) {
+                           const double c = 4 * (1 - 2 * rule.t[q]);
+                           const Pack root = sqrt(point.squared);
+                           const Pack half = select(root > 0, 0.5 / root, packed(0));
+                           const Pack weight = 2 * c * c * rule.w[q] * select(by_length, half, packed(1));
+                           const MatPack<D>& r = point.log_metric.vectors;
+                           for (int i = 0; i < D; ++i)
+                               for (int j = 0; j <= i; ++j) {
+                                   Pack m = packed(0);
+                                   for (int k = 0; k < D; ++k) m += point.values[k] * r(i, k) * r(j, k);
+                                   hessian(i, j) += weight * s.frame.scale[i] * s.frame.scale[j] * m;
+                               }
+                       });
+    all.work.decompositions += count_of(open) * rule.size();
+    s.inverse_hessian = inverse_of(hessian);
+    const VecPack<D> gradient = gradient_of(s.at, by_length);
+    const WallStep<D> step =
+        step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, all.options), gradient, s.y);
+    s.direction = step.step;
+    s.slope = step.slope;
+    s.step = reach(s, all.options);
+    s.attempts = s.steps = packed(0);
+}
+
+}  // namespace camber

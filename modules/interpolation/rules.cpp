@@ -1,0 +1,204 @@
+// Quadrature rules: Gauss–Jacobi and conical products.
+module;
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <utility>
+#include <vector>
+module camber.interpolation;
+import camber.core;
+import camber.bezier;
+
+namespace camber {
+
+namespace {
+
+struct Jacobi {
+    double value = 0, derivative = 0;
+};
+
+/// P_n^(a, 0) and its derivative at x inside (−1, 1), by the three-term recurrence.
+Jacobi jacobi(int n, double a, double x) {
+    double before = 1, value = (a + (a + 2) * x) / 2;
+    for (int k = 1; k < n; ++k) {
+        const double s = 2 * k + a;
+        const double next = ((s + 1) * (a * a + s * (s + 2) * x) * value - 2 * (k + a) * k * (s + 2) * before) /
+                            (2 * (k + 1) * (k + a + 1) * s);
+        before = value;
+        value = next;
+    }
+    const double s = 2 * n + a;
+    return {value, (n * (a - s * x) * value + 2 * (n + a) * n * before) / (s * (1 - x * x))};
+}
+
+}  // namespace
+
+GaussJacobi gauss_jacobi(int n, int power) {
+    GaussJacobi rule;
+    std::vector<double> roots;
+    for (int i = 0; i < n; ++i) {
+        double x = -cos(std::numbers::pi * (2 * i + 1) / (2 * n));
+        if (i > 0) x = (x + roots.back()) / 2;
+        for (int step = 0; step < 100; ++step) {
+            const Jacobi p = jacobi(n, power, x);
+            double deflation = 0;
+            for (const double root : roots) deflation += 1 / (x - root);
+            const double move = p.value / (p.derivative - p.value * deflation);
+            x -= move;
+            if (std::abs(move) < 1e-16) break;
+        }
+        roots.push_back(x);
+        const double slope = jacobi(n, power, x).derivative;
+        rule.nodes.push_back((1 + x) / 2);
+        rule.weights.push_back(1 / ((1 - x * x) * slope * slope));
+    }
+    return rule;
+}
+
+template <int D>
+std::vector<RulePoint<D>> conical_rule(int n) {
+    // Direction after direction: ξ_d = t (what is left of the simplex), and ξ_0 is what is left at last.
+    std::vector<RulePoint<D>> rule(1);
+    rule[0].xi[0] = 1;
+    for (int d = D - 1; d >= 0; --d) {
+        const GaussJacobi line = gauss_jacobi(n, d);
+        std::vector<RulePoint<D>> finer;
+        for (const RulePoint<D>& point : rule)
+            for (std::size_t i = 0; i < line.nodes.size(); ++i) {
+                RulePoint<D> next = point;
+                next.weight *= line.weights[i];
+                next.xi[d + 1] = point.xi[0] * line.nodes[i];
+                next.xi[0] = point.xi[0] * (1 - line.nodes[i]);
+                finer.push_back(next);
+            }
+        rule = std::move(finer);
+    }
+    return rule;
+}
+
+namespace {
+
+/// The matrix that differentiates polynomials by their values at the nodes, row after row (barycentric formula).
+std::vector<double> differentiation(const std::vector<double>& x) {
+    const std::size_t n = x.size();
+    std::vector<double> weight(n, 1), matrix(n * n, 0);
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < n; ++j)
+            if (j != i) weight[i] /= x[i] - x[j];
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t j = 0; j < n; ++j)
+            if (j != i) {
+                matrix[i * n + j] = weight[j] / weight[i] / (x[i] - x[j]);
+                matrix[i * n + i] -= matrix[i * n + j];
+            }
+    return matrix;
+}
+
+}  // namespace
+
+template <int D>
+CollapsedRule<D>::CollapsedRule(int points_a_direction) : n(points_a_direction) {
+    const auto m = static_cast<std::size_t>(n);
+    const std::vector<RulePoint<D>> points = conical_rule<D>(n);
+    count = points.size();
+    for (int d = 0; d < D; ++d) {
+        nodes_[d] = gauss_jacobi(n, d).nodes;
+        matrices_[d] = differentiation(nodes_[d]);
+    }
+    weights.assign(count, 0);
+    for (auto& b : barycentric) b.assign(count, 0);
+    for (auto& a : amplification) a.assign(count, 0);
+    for (int e = 0; e < edges_per_simplex<D>; ++e) {
+        bubbles[e].assign(count, 0);
+        for (auto& slope : bubble_slopes[e]) slope.assign(count, 0);
+    }
+    for (std::size_t p = 0; p < count; ++p) {
+        weights[p] = points[p].weight;
+        for (int i = 0; i <= D; ++i) barycentric[i][p] = points[p].xi[i];
+        std::size_t stride = count;
+        for (int d = D - 1; d >= 0; --d) {
+            stride /= m;
+            const std::size_t i = p / stride % m;
+            for (std::size_t c = 0; c < m; ++c) {
+                const double factor = matrices_[d][i * m + c];
+                amplification[d][p] += factor * factor;
+            }
+        }
+        for (int e = 0; e < edges_per_simplex<D>; ++e) {
+            const auto [i, j] = local_edges<D>[e];
+            bubbles[e][p] = 4 * barycentric[i][p] * barycentric[j][p];
+            const auto slope = [&](int vertex, int axis) {
+                return vertex == 0 ? -1.0 : vertex == axis + 1 ? 1.0 : 0.0;
+            };
+            for (int a = 0; a < D; ++a)
+                bubble_slopes[e][a][p] = 4 * (slope(i, a) * barycentric[j][p] + barycentric[i][p] * slope(j, a));
+        }
+        // Of ∂/∂ξ_d = (∂/∂t_d)/(rest of the directions above) + multiples below 1 of those of lower directions.
+        double below = 0;
+        for (int d = 0; d < D; ++d) {
+            double above = 1;
+            std::size_t step = count;
+            for (int k = D - 1; k > d; --k) {
+                step /= m;
+                above *= 1 - nodes_[k][p / step % m];
+            }
+            amplification[d][p] = amplification[d][p] / (above * above) + below;
+            below += amplification[d][p];
+        }
+    }
+}
+
+template <int D>
+void CollapsedRule<D>::differentiate(const std::vector<double>& values,
+                                     std::array<std::vector<double>, D>& slopes) const {
+    const auto m = static_cast<std::size_t>(n);
+    std::size_t stride = 1;
+    for (int d = 0; d < D; ++d) {
+        std::vector<double>& out = slopes[d];
+        const std::vector<double>& matrix = matrices_[d];
+        // Blocks of m · stride values, in each of which the direction runs over m rows of `stride` values.
+        for (std::size_t begin = 0; begin < count; begin += m * stride)
+            for (std::size_t r = 0; r < m; ++r) {
+                double* row = out.data() + begin + r * stride;
+                for (std::size_t s = 0; s < stride; ++s) row[s] = 0;
+                for (std::size_t c = 0; c < m; ++c) {
+                    const double factor = matrix[r * m + c];
+                    const double* value = values.data() + begin + c * stride;
+                    for (std::size_t s = 0; s < stride; ++s) row[s] += factor * value[s];
+                }
+            }
+        stride *= m;
+    }
+    to_reference(slopes);
+}
+
+template <int D>
+void CollapsedRule<D>::to_reference(std::array<std::vector<double>, D>& slopes) const {
+    const auto m = static_cast<std::size_t>(n);
+    for (std::size_t p = 0; p < count; ++p) {
+        if constexpr (D == 2) {
+            const double a = nodes_[0][p % m], b = nodes_[1][p / m];
+            const double first = slopes[0][p] / (1 - b);
+            slopes[0][p] = first;
+            slopes[1][p] += a * first;
+        } else {
+            const double a = nodes_[0][p % m], b = nodes_[1][p / m % m], c = nodes_[2][p / m / m];
+            const double first = slopes[0][p] / ((1 - b) * (1 - c));
+            const double second = slopes[1][p] / (1 - c) + a * first;
+            slopes[0][p] = first;
+            slopes[1][p] = second;
+            slopes[2][p] += a * (1 - b) * first + b * second;
+        }
+    }
+}
+
+#define CAMBER_INSTANTIATE(D)                                \
+    template std::vector<RulePoint<D>> conical_rule<D>(int); \
+    template struct CollapsedRule<D>;
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

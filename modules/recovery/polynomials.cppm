@@ -1,0 +1,392 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+module camber.recovery:polynomials;
+import camber.core;
+import camber.bezier;
+import :derivatives;
+
+namespace camber {
+
+/// Monomials in D variables of degree at most p: C(p + D, D).
+template <int D>
+[[nodiscard]] constexpr int monomials_up_to(int p) {
+    return D == 2 ? (p + 1) * (p + 2) / 2 : (p + 1) * (p + 2) * (p + 3) / 6;
+}
+
+/// y^α, and how it comes of one of a degree less: that times y_axis.
+template <int D>
+struct Monomial {
+    std::array<int, D> exponents{};
+    int degree = 0;
+    int parent = 0;
+    int axis = 0;
+};
+
+/// The place of y^α among all: by degree, then by the exponent of the last variable, and so on. Within a degree that is
+/// the order of Vec, Sym and CubicForm.
+template <int D>
+[[nodiscard]] constexpr int place_of(const std::array<int, D>& exponents) {
+    int degree = 0;
+    for (const int a : exponents) degree += a;
+    int place = degree > 0 ? monomials_up_to<D>(degree - 1) : 0;
+    if constexpr (D == 2) return place + exponents[1];
+    if constexpr (D == 3) {
+        for (int c = 0; c < exponents[2]; ++c) place += degree - c + 1;
+        return place + exponents[1];
+    }
+}
+
+/// All monomials of degree at most P, in that order.
+template <int D, int P>
+inline constexpr auto monomials = [] {
+    std::array<Monomial<D>, monomials_up_to<D>(P)> all{};
+    const auto put = [&](const std::array<int, D>& exponents, int degree) {
+        Monomial<D>& m = all[place_of<D>(exponents)];
+        m.exponents = exponents;
+        m.degree = degree;
+        if (degree == 0) return;
+        std::array<int, D> less = exponents;
+        while (less[m.axis] == 0) ++m.axis;
+        --less[m.axis];
+        m.parent = place_of<D>(less);
+    };
+    for (int degree = 0; degree <= P; ++degree)
+        for (int last = 0; last <= degree; ++last) {
+            if constexpr (D == 2) put({degree - last, last}, degree);
+            if constexpr (D == 3)
+                for (int middle = 0; middle <= degree - last; ++middle)
+                    put({degree - last - middle, middle, last}, degree);
+        }
+    return all;
+}();
+
+/// Of each two monomials of degree at most P the place of their product among those of degree 2 P.
+template <int D, int P>
+inline constexpr auto products = [] {
+    constexpr std::size_t n = monomials_up_to<D>(P);
+    std::array<std::array<std::uint16_t, n>, n> places{};
+    for (std::size_t a = 0; a < n; ++a)
+        for (std::size_t b = 0; b < n; ++b) {
+            std::array<int, D> sum{};
+            for (int i = 0; i < D; ++i) sum[i] = monomials<D, P>[a].exponents[i] + monomials<D, P>[b].exponents[i];
+            places[a][b] = static_cast<std::uint16_t>(place_of<D>(sum));
+        }
+    return places;
+}();
+
+/// Σ y yᵀ / n of the points y = B x.
+template <int D>
+[[nodiscard]] inline Sym<D> covariance(const Mat<D>& b, std::span<const Vec<D>> points) {
+    Sym<D> sum;
+    for (const Vec<D>& x : points) {
+        const Vec<D> y = b * x;
+        for (int i = 0; i < D; ++i)
+            for (int j = 0; j <= i; ++j) sum(i, j) += y[i] * y[j];
+    }
+    return sum * (1 / static_cast<double>(points.size()));
+}
+
+/// Rows of B from here on are L⁻¹ of it, with L Lᵀ = C. Pivots below what cancellation leaves of C are raised to that.
+template <int D>
+inline void divide_by_factor(const Sym<D>& c, Mat<D>& b) {
+    std::array<std::array<double, D>, D> l{};
+    for (int i = 0; i < D; ++i) {
+        for (int j = 0; j <= i; ++j) {
+            double rest = c(i, j);
+            for (int k = 0; k < j; ++k) rest -= l[i][k] * l[j][k];
+            if (j < i)
+                l[i][j] = l[j][j] > 0 ? rest / l[j][j] : 0;
+            else
+                l[i][i] = std::sqrt(std::max(rest, 16 * std::numeric_limits<double>::epsilon() * c(i, i)));
+        }
+        for (int column = 0; column < D; ++column) {
+            double rest = b(i, column);
+            for (int k = 0; k < i; ++k) rest -= l[i][k] * b(k, column);
+            b(i, column) = l[i][i] > 0 ? rest / l[i][i] : 0;
+        }
+    }
+}
+
+/// B for which the points y = B x have the covariance 1 (about the origin), then divided so that the farthest is at
+/// |y| = 1. The covariance of the points as they are loses the thin direction's digits at an anisotropy of 1e8: it is
+/// taken again of what it has whitened, until it is 1. A direction in which the points extend by no more than `noise`,
+/// that of their coordinates, has a row of zeros.
+template <int D>
+[[nodiscard]] inline Mat<D> whitening(std::span<const Vec<D>> points, double noise) {
+    double largest = 0;
+    for (const Vec<D>& x : points)
+        for (const double c : x.c) largest = std::max(largest, std::abs(c));
+    Mat<D> b;
+    if (!(largest > 0)) return b;
+    for (int i = 0; i < D; ++i) b(i, i) = 1 / largest;
+    constexpr int passes = 5;  // each makes 1e7 of the anisotropy
+    for (int pass = 0; pass < passes; ++pass) {
+        const Sym<D> c = covariance(b, points);
+        divide_by_factor(c, b);
+        for (int i = 0; i < D; ++i) {
+            double gain = 0;
+            for (int j = 0; j < D; ++j) gain += std::abs(b(i, j));
+            if (gain * noise > 0.1)
+                for (int j = 0; j < D; ++j) b(i, j) = 0;
+        }
+        if (norm(c - Sym<D>::identity()) < 0.1) break;
+    }
+    double farthest = 0;
+    for (const Vec<D>& x : points) farthest = std::max(farthest, norm_squared(b * x));
+    if (farthest > 0)
+        for (Vec<D>& column : b.column) column *= 1 / std::sqrt(farthest);
+    return b;
+}
+
+/// The nodes of a field of degree 1 or 2, by number: the vertices, then (degree 2) the edges.
+template <int D>
+struct NodalMesh {
+    const QuadraticMesh<D>& mesh;
+    const Incidence<ElementId>& balls;
+    int degree = 1;
+
+    [[nodiscard]] Vec<D> place(std::uint32_t node) const {
+        const std::size_t vertices = mesh.linear.points.size();
+        return node < vertices ? mesh.linear.points[node] : mesh.mid_nodes[node - vertices].point;
+    }
+};
+
+/// Nodes of a field are numbered as in NodalMesh.
+struct NodeTag;
+
+/// Ring after ring of nodes around a vertex or an element, through elements of one material.
+template <int D>
+class Rings {
+  public:
+    explicit Rings(const NodalMesh<D>& nodal) : nodal_(nodal) {}
+
+    /// The vertex alone.
+    void begin(VertexId v, Reference material);
+    /// The element's vertices, of its material.
+    void begin(ElementId e);
+    /// Adds all nodes of the elements at the vertices that are new since the last ring. False if there are none.
+    bool grow();
+
+    [[nodiscard]] int count() const { return count_; }  ///< of rings
+    /// All so far; first those of the beginning.
+    [[nodiscard]] std::span<const std::uint32_t> nodes() const { return nodes_; }
+    /// Those of the last ring.
+    [[nodiscard]] std::span<const VertexId> last_vertices() const { return last_; }
+
+  private:
+    void begin(std::span<const VertexId> vertices, Reference material);
+
+    NodalMesh<D> nodal_;
+    Reference material_ = 0;
+    int count_ = 0;
+    ScratchSet<Id<NodeTag>> seen_nodes_{256};
+    ScratchSet<ElementId> seen_elements_{256};
+    std::vector<std::uint32_t> nodes_;
+    std::vector<VertexId> last_, next_;
+};
+
+/// A polynomial by its coefficients of the monomials of degree at most P in y, in their order.
+template <int D, int P>
+using Coefficients = std::array<double, monomials_up_to<D>(P)>;
+
+/// The weighted least squares of polynomials in whitened coordinates y = B (x − vertex) over some nodes: min Σ w² (p(y)
+/// − u)², w = 1/(core + |y|). The normal matrix is the table of the moments Σ w² y^{α+β}, of which there are a quarter
+/// as many as entries; factorised once for all fields. Monomials rise by degree, so its leading blocks are the factors
+/// of lower degrees.
+template <int D, int P>
+class Fit {
+  public:
+    static constexpr std::size_t size = monomials_up_to<D>(P);
+    static constexpr double nothing_left = 1e-30;
+
+    /// offsets: x − vertex, of the vertex's own first; noise: that of the coordinates.
+    void place(std::span<const Vec<D>> offsets, double noise, double core);
+
+    [[nodiscard]] const Mat<D>& whitened_by() const { return whitened_by_; }
+    [[nodiscard]] std::size_t nodes() const { return nodes_; }
+    /// Of the monomials of that degree and below: the least share of one's squared length that no combination of those
+    /// before it has. Small where the nodes hardly tell them apart, 0 where they do not.
+    [[nodiscard]] double independence(int degree) const { return independence_[static_cast<std::size_t>(degree)]; }
+
+    /// The polynomial of that degree of values, one a node; coefficients of higher degrees are 0. One step of iterative
+    /// refinement gives the digits that the normal equations would lose.
+    [[nodiscard]] Coefficients<D, P> solve(std::span<const double> values, int degree);
+
+  private:
+    using Lanes = std::array<double, pack_size>;
+    struct Block {
+        std::array<Lanes, D> y{};
+        Lanes squared_weight{};  ///< 0 where there is no node
+    };
+
+    void sum_moments();
+    void factorise();
+    void correct(Coefficients<D, P>& c, std::size_t unknowns) const;
+
+    Mat<D> whitened_by_;
+    std::size_t nodes_ = 0;
+    std::vector<Block> blocks_;
+    std::vector<Lanes> values_;
+    std::array<double, monomials_up_to<D>(2 * P)> moments_{};
+    std::array<double, size> scale_{};  ///< of each monomial, so that the matrix has 1 on its diagonal
+    std::array<std::array<double, size>, size> factor_{};  ///< U, the upper triangle; 1 / U_ii on the diagonal
+    std::array<double, P + 1> independence_{};
+};
+
+/// u − u(vertex) in units of the largest such difference: values of 1e200 have fourth powers of nothing in them.
+struct Unit {
+    double half = 0;  ///< half of the largest difference, which may be beyond the range of numbers
+    [[nodiscard]] double times(double x) const { return x * half * 2; }
+};
+/// Brings values to [−1, 1]; the vertex's is the first.
+[[nodiscard]] inline Unit scale(std::span<double> values) {
+    const double first = values[0] / 2;
+    Unit unit;
+    for (double& u : values) {
+        u = u / 2 - first;
+        unit.half = std::max(unit.half, std::abs(u));
+    }
+    if (unit.half > 0)
+        for (double& u : values) u /= unit.half;
+    return unit;
+}
+
+/// First, second and third derivatives at a point.
+template <int D>
+struct Derivatives {
+    Vec<D> gradient;
+    Sym<D> hessian;
+    CubicForm<D> third;
+};
+
+/// ∂^α p(y) = Σ_{β ≥ α} c_β β!/(β − α)! y^{β − α}.
+template <int D, int P>
+[[nodiscard]] double derivative(const Coefficients<D, P>& c, const std::array<int, D>& alpha, const Vec<D>& y) {
+    double sum = 0;
+    for (std::size_t b = 0; b < c.size(); ++b) {
+        const auto& beta = monomials<D, P>[b].exponents;
+        double term = c[b];
+        for (int i = 0; i < D; ++i) {
+            for (int k = 0; k < alpha[i]; ++k) term *= beta[i] - k;  // 0 where β_i < α_i
+            for (int k = alpha[i]; k < beta[i]; ++k) term *= y[i];
+        }
+        sum += term;
+    }
+    return sum;
+}
+
+/// Derivatives by y at a place y.
+template <int D, int P>
+[[nodiscard]] Derivatives<D> derivatives_at(const Coefficients<D, P>& c, const Vec<D>& y) {
+    Derivatives<D> at;
+    const auto& all = monomials<D, P>;
+    constexpr int first = monomials_up_to<D>(0), second = monomials_up_to<D>(1), third = monomials_up_to<D>(2);
+    for (int i = 0; i < D; ++i) at.gradient.c[i] = derivative<D, P>(c, all[first + i].exponents, y);
+    for (int i = 0; i < sym_size<D>; ++i) at.hessian.c[i] = derivative<D, P>(c, all[second + i].exponents, y);
+    for (int i = 0; i < cubic_size<D>; ++i) at.third.c[i] = derivative<D, P>(c, all[third + i].exponents, y);
+    return at;
+}
+
+/// The same at y = 0: α! c_α.
+template <int D, int P>
+[[nodiscard]] Derivatives<D> derivatives_at_origin(const Coefficients<D, P>& c) {
+    constexpr std::array factorials{1.0, 1.0, 2.0, 6.0};
+    const auto of = [&](int place) {
+        double value = c[static_cast<std::size_t>(place)];
+        for (const int a : monomials<D, P>[static_cast<std::size_t>(place)].exponents) value *= factorials[a];
+        return value;
+    };
+    Derivatives<D> at;
+    for (int i = 0; i < D; ++i) at.gradient.c[i] = of(monomials_up_to<D>(0) + i);
+    for (int i = 0; i < sym_size<D>; ++i) at.hessian.c[i] = of(monomials_up_to<D>(1) + i);
+    for (int i = 0; i < cubic_size<D>; ++i) at.third.c[i] = of(monomials_up_to<D>(2) + i);
+    return at;
+}
+
+/// By x, y = B x: Bᵀ g, Bᵀ H B, T[B·, B·, B·].
+template <int D>
+[[nodiscard]] Derivatives<D> pulled_back(const Derivatives<D>& by_y, const Mat<D>& b) {
+    return {transposed_times(b, by_y.gradient), congruence(transposed(b), by_y.hessian), pulled_back(by_y.third, b)};
+}
+
+/// Where the nodes of an element's edges are off the middles of their chords.
+template <int D>
+using EdgeOffsets = std::array<Vec<D>, edges_per_simplex<D>>;
+template <int D>
+using Lattice = std::array<Vec<D>, node_count<lattice_degree, D>>;
+
+template <int D>
+[[nodiscard]] EdgeOffsets<D> edge_offsets(const QuadraticMesh<D>& mesh, ElementId e) {
+    EdgeOffsets<D> offsets{};
+    if (mesh.mid_nodes.empty()) return offsets;
+    for (std::size_t k = 0; k < offsets.size(); ++k) offsets[k] = edge_of(mesh, mesh.edges.of_elements[e][k]).offset();
+    return offsets;
+}
+
+/// F(λ) = Σ λ_v x_v + Σ 4 λ_i λ_j offset of the edge from i to j.
+template <int D>
+[[nodiscard]] Vec<D> place_within(const LinearMesh<D>& mesh, ElementId e, const EdgeOffsets<D>& offsets,
+                                  const std::array<double, D + 1>& at) {
+    Vec<D> x;
+    for (std::size_t v = 0; v <= D; ++v) x += at[v] * mesh.points[mesh.elements.vertices[e][v]];
+    for (int k = 0; k < edges_per_simplex<D>; ++k) x += edge_shape<D>(at, k) * offsets[k];
+    return x;
+}
+
+template <int D>
+[[nodiscard]] Lattice<D> lattice_of(const LinearMesh<D>& mesh, ElementId e, const EdgeOffsets<D>& offsets) {
+    constexpr auto& all = multi_indices<lattice_degree, D>;
+    Lattice<D> places{};
+    for (std::size_t q = 0; q < places.size(); ++q) {
+        std::array<double, D + 1> at{};
+        for (std::size_t v = 0; v <= D; ++v) at[v] = all[q][v] * (1.0 / lattice_degree);
+        places[q] = place_within(mesh, e, offsets, at);
+    }
+    return places;
+}
+
+/// A polynomial in y at these y.
+template <int D, int P>
+[[nodiscard]] std::array<double, node_count<lattice_degree, D>> values_at(const Coefficients<D, P>& c,
+                                                                          const Lattice<D>& places) {
+    std::array<double, node_count<lattice_degree, D>> values{};
+    for (std::size_t q = 0; q < values.size(); ++q) {
+        std::array<double, monomials_up_to<D>(P)> m{1.0};
+        values[q] = c[0];
+        for (std::size_t i = 1; i < m.size(); ++i) {
+            m[i] = m[monomials<D, P>[i].parent] * places[q][monomials<D, P>[i].axis];
+            values[q] += c[i] * m[i];
+        }
+    }
+    return values;
+}
+
+/// The nodes of fields, and what is around them.
+template <int D>
+struct CheckedNodes {
+    int degree = 1;  ///< of the fields, by their numbers of values
+    Incidence<ElementId> balls;
+
+    [[nodiscard]] NodalMesh<D> of(const QuadraticMesh<D>& mesh) const { return {mesh, balls, degree}; }
+};
+
+/// Errors: usage (numbers of values that are not of this mesh, or differ; a value that is not finite, with the node),
+/// input (a mesh without what fields of degree 2 need, or not of one reference an element; a node that is not at a
+/// finite place, with the node).
+template <int D>
+[[nodiscard]] Outcome<CheckedNodes<D>> checked_nodes(const QuadraticMesh<D>& mesh,
+                                                     std::span<const Column<double>> fields,
+                                                     const Execution& execution);
+
+/// Errors: usage (derivatives beyond the range of numbers), with the vertex.
+template <int D>
+[[nodiscard]] Outcome<Done> check_results(const RecoveredDerivatives<D>& recovered, const Execution& execution);
+
+}  // namespace camber
