@@ -15,20 +15,14 @@ module;
 module camber.commands;
 import camber.core;
 import camber.bezier;
+import camber.ordering;
+import camber.io;
+import camber.distributed;
 import camber.app_shell;
 import camber.config;
-import camber.distributed;
-import camber.io;
-import camber.ordering;
 import camber.run;
-import :by_blocks;
-import :ending;
-import :execute;
-import :formats;
-import :given;
-import :in_parts;
-import :opened_rows;
-import :written_together;
+import :execution;
+import :output;
 
 namespace camber::app {
 

@@ -1,24 +1,26 @@
+// Commands that describe a mesh: check, geometry, info
 module;
 #include <algorithm>
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
-
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 module camber.commands;
 import camber.core;
-import camber.app_shell;
 import camber.io;
+import camber.cad;
+import camber.app_shell;
 import camber.run;
-import :ending;
-import :execute;
-import :formats;
-import :named_files;
-import :nodal_fields;
-import :page_file;
+import camber.config;
+import :execution;
+import :output;
 
 namespace camber::app {
 
@@ -155,6 +157,277 @@ int check_command(const CheckArguments& arguments) {
         print_report(*report, arguments, out);
     if (auto done = out.finish(); !done) return report_error(done.error());
     return code;
+}
+
+namespace {
+
+Outcome<Done> check_files(const GeometryCommandArguments& a) {
+    std::vector<NamedFile> files{{a.input, "the input", Role::input}};
+    if (a.geometry.cad) files.push_back({*a.geometry.cad, "--cad", Role::input});
+    if (!a.output.empty()) files.push_back({a.output, "-o", Role::output});
+    if (!a.surface.empty()) files.push_back({a.surface, "--surface", Role::output});
+    return check_named_files(files).and_then([&](Done) { return check_viewer_output(a.output); }).and_then([&](Done) {
+        return check_viewer_output(a.surface);
+    });
+}
+
+/// The geometry of the arguments, its file read.
+Outcome<run::ComparedGeometry> compared(const GeometryArguments& arguments, const Execution& execution) {
+    config::Pipeline pipeline;
+    if (auto set = set_geometry(arguments, pipeline); !set) return fail(set.error());
+    auto source = read_geometry(pipeline.geometry, execution);
+    if (!source) return fail(source.error());
+    return run::ComparedGeometry{pipeline.geometry, std::move(*source)};
+}
+
+/// What was found, and what the file calls its references.
+struct Told {
+    run::GeometryReport report;
+    run::Groups groups;
+};
+
+/// The names behind the references of the table's patches and ridges.
+std::string names_row(const Told& told) {
+    std::string text;
+    for (const Group& group : told.groups)
+        if (group.dimension < told.report.mesh.dimension && group.dimension > 0)
+            text += (text.empty() ? "" : ", ") + run::called(told.groups, group.dimension, group.reference);
+    return text.empty() ? text : result_row("names of references", text);
+}
+
+Outcome<Told> inspected(const GeometryCommandArguments& arguments, Written& written) {
+    if (auto files = check_files(arguments); !files) return fail(files.error());
+    Progress progress;
+    const std::stop_token stop = stop_on_signals();
+    const Around around = steps_shown(progress, {.threads = arguments.threads, .stop = stop});
+    auto geometry = compared(arguments.geometry, {.threads = arguments.threads, .stop = stop});
+    if (!geometry) return fail(geometry.error());
+    if (!arguments.surface.empty()) geometry->surface = run::InspectedSurface::lattice;
+    std::optional<DecodedMesh> mesh;
+    auto done = around("read", [&](const Execution& execution) -> Outcome<Done> {
+        auto decoded = read_mesh(arguments.input, arguments.flat, execution);
+        if (!decoded) return fail(decoded.error());
+        mesh = std::move(*decoded);
+        return Done{};
+    });
+    if (!done) return fail(done.error());
+    const std::optional<Lift> lift = mesh->lift;
+    run::Groups groups = run::groups_of(mesh->mesh);
+    auto found = run::inspect_geometry(std::move(*mesh), *geometry, arguments.options, around);
+    if (!found) {
+        progress.wipe();
+        return fail(of_file(found.error(), arguments.input));
+    }
+    if (!arguments.output.empty())
+        done = written.add(arguments.output, around("write", [&](const Execution& execution) {
+                               return write_for_viewers(found->mesh, found->fields, lift, arguments.output, execution);
+                           }));
+    if (done && found->surface)
+        done =
+            written.add(arguments.surface, around("write", [&](const Execution& execution) {
+                            return write_for_viewers(std::move(found->surface->mesh), std::move(found->surface->fields),
+                                                     lift, arguments.surface, execution);
+                        }));
+    progress.wipe();
+    if (!done) return fail(done.error());
+    return Told{std::move(found->report), std::move(groups)};
+}
+
+}  // namespace
+
+int geometry_command(const GeometryCommandArguments& arguments) {
+    Written written;
+    const auto told = inspected(arguments, written);
+    if (!told) return report_error(told.error());
+    const run::GeometryReport* const report = &told->report;
+    if (arguments.json) return end_with(run::inspect_json(*report, arguments.input, CAMBER_VERSION), written);
+    for (const std::string& notice : report->notices) tell_note(notice);
+    return end_with(called_input(arguments.input) + "\n" + run::inspect_table(*report) + names_row(*told) +
+                        wrote_rows({arguments.output, arguments.surface}),
+                    written);
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json by_reference(const Column<Reference>& references) {
+    std::map<Reference, std::size_t> counts;
+    for (const Reference r : references) ++counts[r];
+    Json json = Json::object();
+    for (const auto& [reference, count] : counts) json[std::to_string(reference)] = count;
+    return json;
+}
+
+Json texts(const std::vector<Notice>& notices) {
+    Json texts = Json::array();
+    for (const Notice& notice : notices) texts.push_back(notice.what);
+    return texts;
+}
+
+template <int D>
+Json linear_part(const LinearMesh<D>& mesh, int degree) {
+    Box<D> box;
+    for (const Vec<D>& p : mesh.points) box.include(p);
+    Json j{{"dimension", D}, {"degree", degree}, {"vertices", mesh.points.size()}};
+    if (!mesh.points.empty()) j["box"] = {box.low.c, box.high.c};
+    j[D == 2 ? "triangles" : "tetrahedra"] = mesh.elements.size();
+    j[D == 2 ? "triangles_by_reference" : "tetrahedra_by_reference"] = by_reference(mesh.elements.references);
+    j[D == 2 ? "edges" : "triangles"] = mesh.facets.size();
+    j[D == 2 ? "edges_by_reference" : "triangles_by_reference"] = by_reference(mesh.facets.references);
+    if constexpr (D == 3) {
+        j["edges"] = mesh.edges.size();
+        j["edges_by_reference"] = by_reference(mesh.edges.references);
+    }
+    j["ridges"] = mesh.ridges.size();
+    j["corners"] = mesh.corners.size();
+    j["required_vertices"] = mesh.required_vertices.size();
+    j["required_edges"] = D == 2 ? mesh.facets.required.size() : mesh.edges.required.size();
+    if constexpr (D == 3) j["required_triangles"] = mesh.facets.required.size();
+    if (!mesh.groups.empty()) {
+        Json groups = Json::array();
+        for (const Group& group : mesh.groups)
+            groups.push_back({{"dimension", group.dimension}, {"reference", group.reference}, {"name", group.name}});
+        j["groups"] = std::move(groups);
+    }
+    j["normals"] = mesh.geometry.normals.at.size();
+    j["tangents"] = mesh.geometry.tangents.at.size();
+    j["empty"] = mesh.elements.vertices.empty() && mesh.facets.vertices.empty();
+    return j;
+}
+
+template <int D>
+Json described(const LinearMesh<D>& mesh) {
+    return linear_part(mesh, 1);
+}
+template <int D>
+Json described(const QuadraticMesh<D>& mesh) {
+    Json j = linear_part(mesh.linear, 2);
+    j["mid_nodes"] = mesh.mid_nodes.size();
+    return j;
+}
+
+std::string_view name_of(FieldKind kind) {
+    switch (kind) {
+        case FieldKind::scalar: return "scalar";
+        case FieldKind::vector: return "vector";
+        case FieldKind::symmetric_tensor: return "symmetric tensor";
+        case FieldKind::full_tensor: return "full tensor";
+    }
+    return {};
+}
+
+Json described(const Solution& solution) {
+    Json fields = Json::array();
+    for (const FieldKind kind : solution.fields) fields.push_back(name_of(kind));
+    return {{"dimension", solution.dimension}, {"vertices", solution.rows}, {"fields", std::move(fields)}};
+}
+
+Json described(const MeshFields& fields) {
+    Json all = Json::array();
+    for (const MeshField& field : fields)
+        all.push_back({{"name", field.name},
+                       {"at", field.centring == Centring::node ? "nodes" : "cells"},
+                       {"kind", name_of(field.kind)}});
+    return all;
+}
+
+/// How cells that no mesh here holds become such as it does, where some are of a higher degree, or no simplices.
+std::string what_splits(const std::vector<CellCount>& unheld, const std::string& path) {
+    const auto is_of_degree = [](const CellCount& cells) {
+        for (const std::string_view simplices : {"riangles", "etrahedra", "dges", "ines", "egments"})
+            if (cells.kind.find(simplices) != std::string::npos &&
+                cells.kind.find_first_of("3456") != std::string::npos)
+                return true;
+        return cells.kind.starts_with("Lagrange cells");
+    };
+    const bool any_degree = std::any_of(unheld.begin(), unheld.end(), is_of_degree),
+               any_shape = !std::all_of(unheld.begin(), unheld.end(), is_of_degree);
+    std::string text;
+    if (any_shape)
+        text =
+            "into triangles and tetrahedra: in ParaView the filter Tetrahedralize, then Save Data as .vtu (ParaView "
+            "does not read it? meshio convert " +
+            path + " FILE.vtu)";
+    if (any_degree)
+        text += std::string(any_shape ? "; " : "") + "to degree 2: gmsh, with a file of the lines Merge \"" + path +
+                "\"; SetOrder 2; Save \"FILE.msh\";";
+    return text;
+}
+
+std::string text_of(const Json& value) {
+    return value.is_string() ? value.get<std::string>() : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// "1 inlet: 170, 2 wall: 734": counts by reference, with the names that groups give them.
+std::string counts_text(std::string_view key, const Json& counts, const Json& info) {
+    const int dimension = key.starts_with("edges") ? 1 : key.starts_with("triangles") ? 2 : 3;
+    std::string text;
+    for (const auto& [reference, count] : counts.items()) {
+        std::string name;
+        for (const Json& group : info.value("groups", Json::array()))
+            if (name.empty() && group["dimension"] == dimension && text_of(group["reference"]) == reference)
+                name = " " + text_of(group["name"]);  // the first is the main one
+        text += (text.empty() ? "" : ", ") + reference + name + ": " + text_of(count);
+    }
+    return text;
+}
+
+/// The lines of one fact for people.
+std::string rows_of(const std::string& key, const Json& value, const Json& info) {
+    if (key.ends_with("_by_reference")) return result_row(key, counts_text(key, value, info));
+    if (key != "notices" && key != "groups") return result_row(key, text_of(value));
+    std::string text;
+    for (const Json& item : value)
+        text += result_row(text.empty() ? key : "",
+                           key == "notices" ? text_of(item)
+                                            : fmt::format("{}D {} {}", text_of(item["dimension"]),
+                                                          text_of(item["reference"]), text_of(item["name"])));
+    return text;
+}
+
+Outcome<Json> mesh_info(const std::string& path, DecodeOptions options) {
+    options.unheld = Unheld::count;
+    auto decoded = read_mesh(path, config::Flat::plane, options, Execution{});
+    if (!decoded) return fail(std::move(decoded.error()));
+    Json j = std::visit([](const auto& mesh) { return described(mesh); }, decoded->mesh);
+    if (!decoded->unheld.empty()) {
+        Json counts = Json::object();
+        for (const CellCount& cells : decoded->unheld) counts[cells.kind] = cells.count;
+        j["empty"] = false;
+        j["not_held"] = std::move(counts);
+        j["split"] = what_splits(decoded->unheld, path);
+    }
+    if (!decoded->fields.empty()) j["fields"] = described(decoded->fields);
+    if (decoded->lift) {
+        j["written_in_dimension"] = 3;
+        j["z"] = decoded->lift->z;
+    }
+    j["notices"] = texts(decoded->notices);
+    return j;
+}
+
+Outcome<Json> solution_info(const std::string& path) {
+    const auto decoded = read_solution(path, Execution{});
+    if (!decoded) return fail(decoded.error());
+    Json j = described(decoded->solution);
+    j["notices"] = texts(decoded->notices);
+    return j;
+}
+
+}  // namespace
+
+int info_command(const InfoArguments& arguments) {
+    const auto found =
+        is_solution_file(arguments.input) ? solution_info(arguments.input) : mesh_info(arguments.input, arguments.read);
+    if (!found) return report_error(found.error());
+    const Json& j = *found;
+    if (arguments.json) return end_with(j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    std::string text = called_input(arguments.input) + "\n";
+    for (const auto& [key, value] : j.items())
+        if (!(value.is_number() && value == 0) && !(value.is_structured() && value.empty()) && value != false)
+            text += rows_of(key, value, j);
+    return end_with(text);
 }
 
 }  // namespace camber::app

@@ -8,21 +8,15 @@ module;
 /// code: 0 done; 1 done, but the result misses what was asked; 2 bad usage or config; 3 bad input or output file; 4
 /// not enough memory, or internal; 130 interrupted.
 export module camber.commands;
-export import :cad_reader;
-export import :ending;
-export import :given;
-export import :in_memory;
-export import :picture_arguments;
-export import :suggestion;
-export import :written_together;
 import camber.core;
-import camber.cad;
-import camber.config;
-import camber.recipes;
-import camber.io;
-import camber.run;
-import camber.shapes;
 import camber.transfer;
+import camber.io;
+import camber.shapes;
+import camber.cad;
+import camber.recipes;
+import camber.config;
+import camber.run;
+export import :requests;
 
 export namespace camber::app {
 

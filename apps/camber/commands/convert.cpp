@@ -1,26 +1,27 @@
+// Commands that convert meshes, fields and metrics
 module;
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <optional>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
-
 #include <fmt/format.h>
 module camber.commands;
 import camber.core;
-import camber.app_shell;
 import camber.bezier;
-import camber.config;
-import camber.distributed;
+import camber.transfer;
 import camber.io;
+import camber.distributed;
+import camber.app_shell;
+import camber.config;
 import camber.run;
-import :ending;
-import :execute;
-import :formats;
-import :given;
-import :in_parts;
-import :named_files;
+import :execution;
+import :output;
 
 namespace camber::app {
 
@@ -285,6 +286,112 @@ int convert_command(const ConvertArguments& arguments, const Host& host) {
     auto done = solution ? convert_solution(arguments, execution) : convert_mesh(arguments, execution);
     if (done = written.add(arguments.output, std::move(done)); !done) return report_error(done.error());
     return end_with(wrote_rows({arguments.output}), written);
+}
+
+namespace {
+
+Outcome<std::string> transfer_text(const TransferArguments& a, Written& written) {
+    const std::vector<NamedFile> files{{a.old_mesh, "the old mesh", Role::input},
+                                       {a.new_mesh, "the new mesh", Role::input},
+                                       {a.solution, "--solution", Role::input},
+                                       {a.output, "-o", Role::output}};
+    if (auto distinct = check_named_files(files); !distinct) return fail(distinct.error());
+    if (auto output = check_fields_output(a.output, a.format); !output) return fail(output.error());
+    if (auto writable = check_writable(a.output); !writable) return fail(writable.error());
+    Progress progress;
+    const std::stop_token stop = stop_on_signals();
+    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
+    auto from = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.old_mesh, a.flat, e); });
+    if (!from) return fail(from.error());
+    auto to = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.new_mesh, a.flat, e); });
+    if (!to) return fail(to.error());
+    const int dimension = run::plan_size(from->mesh).dimension;
+    if (run::plan_size(to->mesh).dimension != dimension)
+        return fail(ErrorKind::input, fmt::format("is not in {}D, as the old mesh is", dimension), a.new_mesh, {},
+                    "give two meshes of one domain");
+    std::vector<Notice> notices = from->notices;
+    notices.insert(notices.end(), to->notices.begin(), to->notices.end());
+    auto fields = run_step(around, "read solution", [&](const Execution& e) {
+        return read_nodal_fields(*from, a.solution, a.fields, notices, e);
+    });
+    if (!fields) return fail(fields.error());
+    for (const Notice& notice : notices) tell_note(notice.what);
+    if (run::plan_size(to->mesh).degree == 1 &&
+        std::ranges::any_of(*fields, [](const NamedField& f) { return f.field.degree == 2; }))
+        tell_note("the new mesh is straight and of degree 1: the fields' values at its vertices are written");
+    auto made = run::fields_brought_to(to->mesh, from->mesh, std::move(*fields), a.options, around);
+    if (!made) return fail(of_file(made.error(), a.solution));
+    if (run::plan_size(to->mesh).degree == 1) made->fields = run::at_vertices(to->mesh, std::move(made->fields));
+    auto done = written.add(a.output, run_step(around, "write", [&](const Execution& e) {
+                                return write_nodal_fields(*to, made->fields, a.output, a.format, e);
+                            }));
+    if (!done) return fail(done.error());
+    progress.wipe();
+    return called_input(a.new_mesh) + "\n" + run::transfer_rows(made->report) + wrote_rows({a.output});
+}
+
+}  // namespace
+
+int transfer_command(const TransferArguments& arguments) {
+    Written written;
+    const auto text = transfer_text(arguments, written);
+    if (!text) return report_error(text.error());
+    return end_with(*text, written);
+}
+
+namespace {
+
+std::vector<NamedFile> files_of(const MetricArguments& a) {
+    std::vector<NamedFile> files{
+        {a.input, "the input", Role::input}, {a.solution, "--solution", Role::input}, {a.output, "-o", Role::output}};
+    for (const config::FilePath& file : a.metric.intersect) files.push_back({file.path, "--intersect", Role::input});
+    return files;
+}
+
+Outcome<std::string> metric_text(const MetricArguments& a, Written& written) {
+    if (auto distinct = check_named_files(files_of(a)); !distinct) return fail(distinct.error());
+    if (auto output = check_fields_output(a.output, a.format); !output) return fail(output.error());
+    if (auto place = check_place_for(a.output, a.format, FieldKind::symmetric_tensor); !place)
+        return fail(place.error());
+    if (auto writable = check_writable(a.output); !writable) return fail(writable.error());
+    auto sizes = read_sizes(a.sizes);
+    if (!sizes) return fail(sizes.error());
+    config::SolutionMetric asked = a.metric;
+    asked.sizes = std::move(sizes->sizes);
+    Progress progress;
+    const std::stop_token stop = stop_on_signals();
+    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
+    auto decoded = run_step(around, "read", [&](const Execution& e) { return read_mesh(a.input, a.flat, e); });
+    if (!decoded) return fail(decoded.error());
+    std::vector<Notice> notices = decoded->notices;
+    const auto fields = run_step(around, "read solution", [&](const Execution& e) {
+        return read_nodal_fields(*decoded, a.solution, a.metric.fields, notices, e);
+    });
+    if (!fields) return fail(fields.error());
+    const auto given = run_step(around, "read metrics", [&](const Execution& e) {
+        return read_metrics_at_vertices(*decoded, a.metric.intersect, notices, e);
+    });
+    if (!given) return fail(given.error());
+    for (const Notice& notice : notices) tell_note(notice.what);
+    const double ridge_angle = config::Features{}.ridge_angle;
+    const auto made = run::metric_of_fields(decoded->mesh, *fields, asked, *given, ridge_angle, around);
+    if (!made) return fail(of_file(made.error(), a.solution));
+    auto done = written.add(a.output, run_step(around, "write", [&](const Execution& e) {
+                                return write_nodal_fields(*decoded, {made->metric}, a.output, a.format, e);
+                            }));
+    if (!done) return fail(done.error());
+    progress.wipe();
+    for (const std::string& notice : run::solution_metric_notices(made->report)) tell_note(notice);
+    return called_input(a.input) + "\n" + run::solution_metric_rows(made->report) + wrote_rows({a.output});
+}
+
+}  // namespace
+
+int metric_command(const MetricArguments& arguments) {
+    Written written;
+    const auto text = metric_text(arguments, written);
+    if (!text) return report_error(text.error());
+    return end_with(*text, written);
 }
 
 }  // namespace camber::app

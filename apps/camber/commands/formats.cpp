@@ -11,11 +11,10 @@ module;
 #include <vector>
 module camber.commands;
 import camber.core;
-import camber.app_shell;
 import camber.io;
+import camber.app_shell;
 import camber.run;
-import :ending;
-import :formats;
+import :execution;
 
 namespace camber::app {
 

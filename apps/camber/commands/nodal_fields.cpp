@@ -9,19 +9,15 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-
 #include <fmt/format.h>
 module camber.commands;
 import camber.core;
 import camber.bezier;
-import camber.config;
-import camber.io;
-import camber.run;
 import camber.transfer;
-import :ending;
-import :execute;
-import :formats;
-import :nodal_fields;
+import camber.io;
+import camber.config;
+import camber.run;
+import :execution;
 
 namespace camber::app {
 

@@ -9,18 +9,12 @@ module;
 #include <vector>
 module camber.commands;
 import camber.core;
-import camber.config;
-import camber.distributed;
 import camber.io;
+import camber.distributed;
+import camber.config;
 import camber.run;
-import :execute;
-import :formats;
-import :given;
-import :in_parts;
-import :nodal_fields;
-import :output_writer;
-import :page_file;
-import :written_together;
+import :execution;
+import :output;
 
 namespace camber::app {
 

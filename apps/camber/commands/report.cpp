@@ -1,27 +1,29 @@
+// Commands that draw: report, plot, picture
 module;
+#include <array>
+#include <charconv>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
-
 #include <fmt/format.h>
+#include "viewer.hpp"
 module camber.commands;
 import camber.core;
+import camber.drawing;
+import camber.transfer;
+import camber.io;
 import camber.app_shell;
 import camber.config;
-import camber.io;
 import camber.run;
-import camber.transfer;
-import :ending;
-import :execute;
-import :named_files;
-import :nodal_fields;
-import :page_file;
+import :execution;
+import :output;
 
 namespace camber::app {
 
@@ -145,6 +147,273 @@ int report_command(const ReportArguments& arguments) {
     progress.wipe();
     if (!done) return report_error(of_file(done.error(), arguments.input));
     return end_with(reporter.answer() + "\n" + wrote_rows({arguments.output}), written);
+}
+
+namespace {
+
+/// One picture, or one for each quantity.
+bool is_one_file(const PlotArguments& a) { return a.output.ends_with(".svg"); }
+
+Outcome<Done> check_names(const PlotArguments& a) {
+    std::vector<NamedFile> files{{a.report, "the report", Role::input}};
+    for (const std::string& path : is_one_file(a) ? std::vector{a.output} : plot_files(a.output))
+        files.push_back({path, "-o", Role::output});
+    return check_named_files(files);
+}
+
+Outcome<Done> plot(const PlotArguments& a, Written& written) {
+    if (auto distinct = check_names(a); !distinct) return distinct;
+    auto text = read_file(a.report);
+    if (!text) return fail(std::move(text.error()));
+    const auto histograms = run::histograms_of_report(as_text(*text));
+    if (!histograms)
+        return fail(ErrorKind::input, "holds no histograms as Camber writes them", a.report, {},
+                    "give the report.json of a run: camber curve … --report report.json");
+    if (!is_one_file(a)) return write_plots(*histograms, a.output, written);
+    return written.add(a.output, write_text(a.output, run::svg(*histograms)));
+}
+
+std::string plot_file(const std::string& folder, run::Quantity quantity) {
+    return folder + "/" + std::string(run::info(quantity).key) + ".svg";
+}
+
+}  // namespace
+
+std::vector<std::string> plot_files(const std::string& folder) {
+    std::vector<std::string> files;
+    files.reserve(run::run_quantity_count);
+    for (std::size_t q = 0; q < run::run_quantity_count; ++q)
+        files.push_back(plot_file(folder, static_cast<run::Quantity>(q)));
+    return files;
+}
+
+Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder, Written& written) {
+    if (histograms.empty()) return Done{};
+    if (auto made = check_folder(folder).and_then([&](Done) { return make_folder(folder); }); !made) return made;
+    for (const run::Histogram& h : histograms) {
+        const std::string file = plot_file(folder, h.quantity);
+        if (auto done = written.add(file, write_text(file, run::svg(h))); !done) return done;
+    }
+    return Done{};
+}
+
+int plot_command(const PlotArguments& arguments) {
+    Written written;
+    if (auto done = plot(arguments, written); !done) return report_error(done.error());
+    return end_with("wrote " + called_output(arguments.output) + "\n", written);
+}
+
+namespace {
+
+bool is_svg(const std::string& path) { return path.ends_with(".svg"); }
+
+Outcome<Done> check_files(const PictureArguments& a) {
+    std::vector<NamedFile> files{{a.input, "the input", Role::input}, {a.output, "-o", Role::output}};
+    if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
+    if (!a.solution.empty() && a.solution != a.input) files.push_back({a.solution, "--solution", Role::input});
+    if (auto distinct = check_named_files(files); !distinct) return distinct;
+    if (!a.field.empty() && a.solution.empty())
+        return fail(ErrorKind::usage, "is of a solution, and there is none", "--field", {},
+                    "give --solution FILE; the mesh's own file may be it");
+    if (!is_svg(a.output) && !a.output.ends_with(".png"))
+        return fail(ErrorKind::usage, "is no ending of a picture", a.output, {}, "name a .png or a .svg file");
+    return check_writable(a.output);
+}
+
+/// The field that is asked for, or the first that there is.
+Outcome<run::NamedField> field_of(const DecodedMesh& mesh, const PictureArguments& a, std::vector<Notice>& notices,
+                                  const Execution& execution) {
+    std::vector<std::string> only;
+    if (!a.field.empty()) only.push_back(a.field);
+    auto fields = read_nodal_fields(mesh, a.solution, only, notices, execution);
+    if (!fields) return fail(fields.error());
+    return std::move(fields->front());
+}
+
+Outcome<run::PictureInputs> inputs_of(const PictureArguments& a, const Execution& execution) {
+    auto mesh = read_mesh(a.input, a.flat, execution);
+    if (!mesh) return fail(mesh.error());
+    run::PictureInputs inputs{std::move(*mesh)};
+    std::vector<Notice> notices = inputs.mesh.notices;
+    if (!a.metric.empty()) {
+        auto rows = read_metric_rows(inputs.mesh, a.metric, notices, execution);
+        if (!rows) return fail(rows.error());
+        inputs.metric = run::MetricFile{a.metric, run::rows_at_vertices(std::move(*rows), inputs.mesh.mesh)};
+    }
+    if (!a.solution.empty()) {
+        auto field = field_of(inputs.mesh, a, notices, execution);
+        if (!field) return fail(field.error());
+        inputs.solution = std::move(*field);
+    }
+    for (const Notice& notice : notices) tell_note(notice.what);
+    return inputs;
+}
+
+Outcome<Done> write_picture(const Scene& scene, const std::string& path, const Execution& execution) {
+    if (is_svg(path)) {
+        const auto text = svg_of(scene, execution);
+        if (!text) return fail(text.error());
+        return write_text(path, *text);
+    }
+    auto image = rasterised(scene, execution);
+    if (!image) return fail(image.error());
+    const auto bytes = png(with_marks(std::move(*image), marks_of(scene)));
+    if (!bytes) return fail(bytes.error());
+    const std::span<const std::byte> chunk(*bytes);
+    return write_file(path, std::span(&chunk, 1), execution);
+}
+
+Outcome<Done> draw(const PictureArguments& a, Written& written) {
+    auto choice = choice_of(a);
+    if (!choice) return fail(choice.error());
+    if (auto files = check_files(a); !files) return files;
+    Progress progress;
+    const std::stop_token stop = stop_on_signals();
+    const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
+    auto inputs = run_step(around, "read", [&](const Execution& e) { return inputs_of(a, e); });
+    if (!inputs) return fail(inputs.error());
+    const auto scene =
+        run_step(around, "prepare", [&](const Execution& e) { return run::picture_of(*inputs, *choice, e); });
+    if (!scene) return fail(of_file(scene.error(), a.input));
+    auto done = run_step(around, "draw", [&](const Execution& e) { return write_picture(*scene, a.output, e); });
+    progress.wipe();
+    return written.add(a.output, std::move(done));
+}
+
+}  // namespace
+
+int picture_command(const PictureArguments& arguments) {
+    Written written;
+    if (auto done = draw(arguments, written); !done) return report_error(done.error());
+    return end_with(wrote_rows({arguments.output}), written);
+}
+
+namespace {
+
+constexpr std::size_t most_pixels = 16384;  // along an edge
+
+/// Numbers between commas; none where one of them is no number.
+std::optional<std::vector<double>> numbers_in(std::string_view text) {
+    std::vector<double> numbers;
+    for (;;) {
+        const std::size_t comma = text.find(',');
+        const std::string_view part = text.substr(0, comma);
+        double x = 0;
+        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), x);
+        if (error != std::errc{} || end != part.data() + part.size()) return {};
+        numbers.push_back(x);
+        if (comma == std::string_view::npos) return numbers;
+        text.remove_prefix(comma + 1);
+    }
+}
+
+auto no_such(std::string_view option, const std::string& text, std::string remedy) {
+    return fail(ErrorKind::usage, in_quotes(text) + " is not understood", std::string(option), {}, std::move(remedy));
+}
+
+Outcome<Done> read_size(const std::string& text, run::PictureChoice& choice) {
+    const std::size_t x = text.find('x');
+    if (text.empty()) return Done{};
+    const auto wide = numbers_in(std::string_view(text).substr(0, x));
+    const auto high = x == std::string::npos ? std::nullopt : numbers_in(std::string_view(text).substr(x + 1));
+    const auto is_sound = [](const std::optional<std::vector<double>>& n) {
+        return n && n->size() == 1 && n->front() >= 16 && n->front() <= most_pixels;
+    };
+    if (!is_sound(wide) || !is_sound(high))
+        return no_such("--size", text, "write WIDTHxHEIGHT in pixels, from 16 to 16384: 1200x900");
+    choice.width = static_cast<std::size_t>(wide->front());
+    choice.height = static_cast<std::size_t>(high->front());
+    return Done{};
+}
+
+/// "x=0.5" and "x<0.5" keep what is below, "x>0.5" what is above; "a,b,c,d" keeps a x + b y + c z ≤ d.
+Outcome<Done> read_cut(const std::string& text, run::PictureChoice& choice) {
+    if (text.empty()) return Done{};
+    const std::size_t axis = std::string_view("xyz").find(text[0]);
+    if (axis != std::string_view::npos && text.size() > 2 &&
+        std::string_view("=<>").find(text[1]) != std::string_view::npos) {
+        const auto at = numbers_in(std::string_view(text).substr(2));
+        if (at && at->size() == 1) {
+            const double sign = text[1] == '>' ? -1 : 1;
+            Cut<3> cut{{}, sign * at->front()};
+            cut.normal[axis] = sign;
+            choice.cut = cut;
+            return Done{};
+        }
+    } else if (const auto n = numbers_in(text); n && n->size() == 4) {
+        const Cut<3> cut{{{(*n)[0], (*n)[1], (*n)[2]}}, (*n)[3]};
+        if (norm(cut.normal) > 0) {
+            choice.cut = cut;
+            return Done{};
+        }
+    }
+    return no_such("--cut", text, "write x=0.5, or x>0.5 for the other side, or A,B,C,D: A x + B y + C z <= D stays");
+}
+
+Outcome<Done> read_view(const std::string& text, run::PictureChoice& choice) {
+    if (text.empty()) return Done{};
+    constexpr auto named = std::to_array<std::pair<std::string_view, Vec<3>>>({{"front", {{0, -1, 0}}},
+                                                                               {"back", {{0, 1, 0}}},
+                                                                               {"left", {{-1, 0, 0}}},
+                                                                               {"right", {{1, 0, 0}}},
+                                                                               {"top", {{0, 0, 1}}},
+                                                                               {"bottom", {{0, 0, -1}}}});
+    for (const auto& [name, from] : named)
+        if (text == name) return choice.from = from, Done{};
+    if (const auto n = numbers_in(text); n && n->size() == 3) {
+        const Vec<3> from{{(*n)[0], (*n)[1], (*n)[2]}};
+        if (norm(from) > 0) return choice.from = from, Done{};
+    }
+    return no_such("--view", text, "write front, back, left, right, top, bottom, or where you look from: 1,-1.6,0.9");
+}
+
+Outcome<Done> read_zoom(const std::string& text, run::PictureChoice& choice) {
+    if (text.empty()) return Done{};
+    if (auto n = numbers_in(text); n && (n->size() == 3 || n->size() == 4) && n->back() > 0) {
+        const double radius = n->back();
+        n->pop_back();
+        n->resize(3);
+        choice.zoom = PictureOptions::Zoom{{{(*n)[0], (*n)[1], (*n)[2]}}, radius};
+        return Done{};
+    }
+    return no_such("--zoom", text, "write X,Y,Z,RADIUS, in 2D X,Y,RADIUS");
+}
+
+}  // namespace
+
+Outcome<run::PictureChoice> choice_of(const PictureArguments& a) {
+    run::PictureChoice choice;
+    choice.colour = a.colour;
+    choice.background = a.background;
+    choice.edges = a.no_edges ? Edges::hidden : Edges::shown;
+    choice.worst = static_cast<std::size_t>(a.worst);
+    auto read = read_size(a.size, choice)
+                    .and_then([&](Done) { return read_cut(a.cut, choice); })
+                    .and_then([&](Done) { return read_view(a.view, choice); })
+                    .and_then([&](Done) { return read_zoom(a.zoom, choice); });
+    if (!read) return fail(read.error());
+    return choice;
+}
+
+Outcome<Done> check_page(const std::string& path) {
+    if (path != standard_stream && !path.ends_with(".html") && !path.ends_with(".htm"))
+        return fail(ErrorKind::usage, "is no page: it does not end in .html", path, {}, "give it that ending");
+    if (viewer().script.empty())
+        return fail(ErrorKind::unsupported, "this program was built without the viewer of pages", path, {},
+                    "install npm and esbuild and build it anew where npm reaches its registry; camber check tells the "
+                    "numbers, camber plot draws the histograms of a report.json");
+    return Done{};
+}
+
+Outcome<Done> write_page(run::PageSource source, const std::string& mesh, const std::string& path,
+                         const run::PageOptions& options, const Execution& execution) {
+    Viewer parts = viewer();
+    source.title = mesh == standard_stream ? called_input(mesh) : std::filesystem::path(mesh).filename().string();
+    source.version = CAMBER_VERSION;
+    source.command = command_line();
+    const auto text = run::page(source, {std::move(parts.frame), std::move(parts.style), std::move(parts.script)},
+                                options, execution);
+    return text ? write_text(path, *text) : Outcome<Done>(fail(text.error()));
 }
 
 }  // namespace camber::app

@@ -1,8 +1,4 @@
 /// The pipeline description of the program: its values, and their JSON text both ways, schema and explanations, all
 /// from one description of each option.
 export module camber.config;
-export import :adaptation_values;
-export import :paths;
-export import :metric_values;
 export import :values;
-export import :text;

@@ -1,3 +1,4 @@
+// Descriptions of pipelines and stages
 module;
 #include <algorithm>
 #include <functional>
@@ -5,17 +6,22 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.metric;
+import camber.edge_optimisation;
+import camber.transfer;
+import camber.validity;
 import camber.io;
 import camber.surface;
-import camber.transfer;
+import camber.operation;
+import camber.adapt;
+import camber.curving;
+import camber.repair;
+import camber.recipes;
 import :codec;
 import :description;
-import :json;
-import :values;
 
 namespace camber::config {
 
@@ -110,6 +116,128 @@ const Description<Pipeline>& Described<Pipeline>::get() {
         listed<Pipeline>(),
         {}};
     return description;
+}
+
+const Description<Elevate>& Described<Elevate>::get() {
+    static const Description<Elevate> description{
+        "elevate", "Linear to quadratic: each edge gets a node at its middle; no point of the mesh moves.", {}, {}};
+    return description;
+}
+
+const Description<Curve>& Described<Curve>::get() {
+    static const Description<Curve> description{
+        "curve",
+        "Moves each edge's node: boundary nodes onto the geometry, volume nodes where the objective asks for "
+        "them: by default where what the metric is made for is interpolated best.",
+        listed<Curve>(),
+        {}};
+    return description;
+}
+
+const Description<Validate>& Described<Validate>::get() {
+    static const Description<Validate> description{
+        "validate", "Judges every element by certified bounds of its Jacobian's determinant.", listed<Validate>(), {}};
+    return description;
+}
+
+const Description<Relax>& Described<Relax>::get() {
+    static const Description<Relax> description{"relax",
+                                                "Repairs what is not valid, at the least loss of what the stage before "
+                                                "wanted: volume edges first, surface edges "
+                                                "last.",
+                                                listed<Relax>(),
+                                                {}};
+    return description;
+}
+
+const Description<Commit>& Described<Commit>::get() {
+    static const Description<Commit> description{"commit", "Makes the planned nodes the mesh's own.", {}, {}};
+    return description;
+}
+
+const Description<Reinsert>& Described<Reinsert>::get() {
+    static const Description<Reinsert> description{
+        "reinsert",
+        "The paper's global algorithm: every vertex is put in again where it is, by the cavity operator with its ball "
+        "as "
+        "the cavity, and the nodes of its edges go to where curve wants them, or a part of the way. No element that is "
+        "valid stops being so at any time. In place of curve, validate, relax and commit. Of the options of relax its "
+        "bounds count.",
+        listed<Reinsert>(),
+        {}};
+    return description;
+}
+
+const Description<Collapse>& Described<Collapse>::get() {
+    static const Description<Collapse> description{"collapse",
+                                                   "Of a mesh of degree 1 or 2: edges that are short in the metric go, "
+                                                   "one end into the other, the shortest first.",
+                                                   listed<Collapse>(),
+                                                   {}};
+    return description;
+}
+
+const Description<Split>& Described<Split>::get() {
+    static const Description<Split> description{
+        "split",
+        "Of a mesh of degree 1 or 2: edges that are long in the metric get a vertex at their middle by length, the "
+        "longest first; those of the boundary on the geometry. The halves of a curved one keep its curve.",
+        listed<Split>(),
+        {}};
+    return description;
+}
+
+const Description<Swap>& Described<Swap>::get() {
+    static const Description<Swap> description{"swap",
+                                               "Of a mesh of degree 1 or 2: edges and faces of bad elements are "
+                                               "exchanged where the worst element becomes better for it.",
+                                               listed<Swap>(),
+                                               {}};
+    return description;
+}
+
+const Description<Smooth>& Described<Smooth>::get() {
+    static const Description<Smooth> description{"smooth",
+                                                 "Of a mesh of degree 1 or 2: vertices move to where their edges are "
+                                                 "nearer to unit, as far as the worst element around "
+                                                 "them becomes better; those of smooth surfaces on the geometry.",
+                                                 listed<Smooth>(),
+                                                 {}};
+    return description;
+}
+
+const Description<Mend>& Described<Mend>::get() {
+    static const Description<Mend> description{
+        "mend",
+        "Of a mesh of degree 1 or 2: swaps and moves for bad elements alone, turn after turn.",
+        listed<Mend>(),
+        {}};
+    return description;
+}
+
+const Description<Remesh>& Described<Remesh>::get() {
+    static const Description<Remesh> description{
+        "remesh",
+        "Brings a mesh to the metric, of degree 1, or of degree 2 with its curves (after commit, or as it was read): "
+        "rounds of collapse, split, swap and smooth, until edges are of unit length and nothing changes much; mend at "
+        "last. References, materials, interfaces, ridges, listed curves, corners and whatever is required are kept, "
+        "and no valid element becomes an invalid one. The metric is made of the mesh as it is before; the geometry "
+        "too, and what follows is curved onto it.",
+        listed<Remesh>(),
+        {}};
+    return description;
+}
+
+const Choice<Stage>& Described<Stage>::get() {
+    static const auto choice = choice_of<Stage>(
+        "stages", "One step of the pipeline.", key<Elevate>("elevate", "linear to quadratic"),
+        key<Curve>("curve", "plan where nodes go"), key<Validate>("validate", "judge every element"),
+        key<Relax>("relax", "repair what is not valid"), key<Commit>("commit", "make the plan the mesh"),
+        key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "remove short edges"),
+        key<Split>("split", "divide long edges"), key<Swap>("swap", "exchange edges and faces of bad elements"),
+        key<Smooth>("smooth", "move vertices"), key<Mend>("mend", "swap and move for bad elements alone"),
+        key<Remesh>("remesh", "bring a mesh to the metric"));
+    return choice;
 }
 
 }  // namespace camber::config

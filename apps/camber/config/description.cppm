@@ -8,14 +8,12 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-
 #include <nlohmann/json.hpp>
 module camber.config:description;
 import camber.core;
-import camber.fields;
 import camber.shapes;
+import camber.fields;
 import :codec;
-import :json;
 import :values;
 
 namespace camber::config {

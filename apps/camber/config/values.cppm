@@ -1,30 +1,271 @@
 module;
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <variant>
 #include <vector>
 export module camber.config:values;
-export import :adaptation_values;
-export import :metric_values;
-export import :paths;
 import camber.core;
-import camber.fields;
-import camber.shapes;
 import camber.metric;
+import camber.edge_optimisation;
+import camber.transfer;
+import camber.solution_metric;
 import camber.validity;
 import camber.io;
+import camber.shapes;
+import camber.fields;
 import camber.surface;
 import camber.cad;
-import camber.curving;
 import camber.operation;
 import camber.adapt;
+import camber.curving;
 import camber.repair;
 import camber.recipes;
-import camber.solution_metric;
-import camber.transfer;
 import camber.distributed;
+
+/// What a config says of adapting a mesh turn after turn, as plain values.
+export namespace camber::config {
+
+/// Which cycle's mesh is the result of an adaptation.
+enum class ResultOfCycles : std::uint8_t { automatic, best, last };
+[[nodiscard]] constexpr auto words(ResultOfCycles) {
+    return words_of(Word{ResultOfCycles::automatic, "auto"}, Word{ResultOfCycles::best, "best"},
+                    Word{ResultOfCycles::last, "last"});
+}
+
+/// Cycles of a pipeline's stages, each on the mesh that the one before made; a solver may be asked for the solution
+/// after each.
+struct Adaptation {
+    int cycles = 0;                       ///< 0: the stages run once
+    std::vector<double> complexity = {};  ///< by cycle, the last for all after it; empty: as the metric says
+    std::vector<std::string> solve = {};  ///< a command and its arguments; empty: nobody is asked
+    double seconds = 0;                   ///< that it may take; 0: any
+    std::string folder = {};              ///< empty: beside the mesh that is made, and gone in the end
+    std::string mesh = "mesh.meshb", solution = "solution.sol";  ///< names of files within a cycle's folder
+    std::string exact = {};                                      ///< empty: not known
+    double settled = 0.1;
+    ResultOfCycles result = ResultOfCycles::automatic;
+
+    [[nodiscard]] bool is_asked() const { return cycles > 0; }
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Adaptation;
+        return std::tuple(
+            option("cycles", &S::cycles,
+                   "how often the stages run at most, each time on the mesh that they made before; 0: once, and "
+                   "nothing else of this counts")
+                .at_least(0)
+                .at_most(1000),
+            option("complexity", &S::complexity,
+                   "the metric's complexity by cycle, the last one for all after it; empty: as the metric says")
+                .above(0)
+                .count(0, 1000),
+            option("solve", &S::solve,
+                   "a command and its arguments, run without a shell for the solution on the first mesh and on every "
+                   "one that is made; in them {mesh} and {solution} are the files that it reads and is to write, "
+                   "{guess} the solution before, brought to the mesh, {cycle} the cycle's number, {folder} its folder. "
+                   "Empty: none. camber run takes it with --allow-commands alone")
+                .count(0, 1000),
+            option("seconds", &S::seconds, "how long the command may take; 0: any time").unit("s").at_least(0),
+            option("folder", &S::folder,
+                   "where the cycles are kept, each in a folder of its own; empty: beside the output's mesh, with its "
+                   "name and .cycles, where there is a command; else nothing is kept"),
+            option("mesh", &S::mesh, "the name of a cycle's mesh file, whose ending is its format"),
+            option("solution", &S::solution,
+                   "the name of the file that the command writes: rows at the mesh's vertices or nodes, in its file's "
+                   "order, or a mesh file with fields at its nodes"),
+            option("exact", &S::exact,
+                   "the exact solution as an expression of x, y and z, whose errors are told by cycle; empty: not "
+                   "known"),
+            option("settled", &S::settled,
+                   "cycles end once the least error of the last complexity has fallen by no more than this share over "
+                   "two cycles; without an error, once the unit edges in the metric of the mesh's own solution rise by "
+                   "no more than a fifth of it in one; 0: never before their number")
+                .at_least(0)
+                .at_most(1),
+            option("result", &S::result,
+                   "best: the mesh with the least error among those of the last complexity; last: the mesh of the last "
+                   "cycle; auto: last if the solver's command has {cycle}, with which each cycle may solve another "
+                   "problem, otherwise best"));
+    }
+    friend bool operator==(const Adaptation&, const Adaptation&) = default;
+};
+
+/// A file that a config names.
+struct FilePath {
+    std::string path;
+    bool is_of_cycle = false;  ///< true if an earlier cycle of the same run wrote the file
+    friend bool operator==(const FilePath&, const FilePath&) = default;
+};
+
+/// Names of what the caller of a run has in memory, and not in a file, begin so.
+inline constexpr std::string_view in_memory = "memory:";
+[[nodiscard]] inline bool is_in_memory(std::string_view name) { return name.starts_with(in_memory); }
+
+}  // namespace camber::config
+
+/// What a config says of the metric, as plain values.
+export namespace camber::config {
+
+struct NaturalMetric {
+    friend bool operator==(const NaturalMetric&, const NaturalMetric&) = default;
+};
+struct ConstantMetric {
+    std::vector<double> sizes;   ///< 1 or D edge lengths, along the axes
+    std::vector<double> tensor;  ///< or D (D + 1)/2 entries, lower triangle by rows
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = ConstantMetric;
+        return std::tuple(
+            option("sizes", &S::sizes, "one edge length, or one along each axis; empty when a tensor is given")
+                .unit("model units")
+                .above(0)
+                .count(0, 3),
+            option("tensor", &S::tensor,
+                   "lower triangle by rows: xx, xy, yy (2D) or xx, xy, yy, xz, yz, zz; empty when sizes are given")
+                .unit("1 / length²")
+                .count(0, 6));
+    }
+    friend bool operator==(const ConstantMetric&, const ConstantMetric&) = default;
+};
+/// `SurfaceMetricOptions` with a number where those have one or none.
+struct SurfaceMetric {
+    double tangent_size = SurfaceMetricOptions{}.tangent_size, normal_size = SurfaceMetricOptions{}.normal_size;
+    double volume_size = 0;  ///< 0: as tangent_size
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SurfaceMetric;
+        return std::tuple(option_of(&SurfaceMetricOptions::tangent_size).as(&S::tangent_size),
+                          option_of(&SurfaceMetricOptions::normal_size).as(&S::normal_size),
+                          option("volume_size", &S::volume_size, "size in the volume; 0: tangent_size")
+                              .unit("model units")
+                              .at_least(0));
+    }
+    friend bool operator==(const SurfaceMetric&, const SurfaceMetric&) = default;
+};
+struct PlanarShock {
+    std::vector<double> point, normal;
+    double min_size = 0.01, size = 0.1, width = 0.1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = PlanarShock;
+        return std::tuple(
+            option("point", &S::point, "any point of the plane").unit("model units").count(2, 3).required(),
+            option("normal", &S::normal, "perpendicular to it, of any length").count(2, 3).required(),
+            option("min_size", &S::min_size, "size along the normal, at the plane").unit("model units").above(0),
+            option("size", &S::size, "size along the plane, and everywhere away from it").unit("model units").above(0),
+            option("width", &S::width, "of the jump").unit("model units").above(0));
+    }
+    friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
+};
+struct SphericalShock {
+    std::vector<double> centre;
+    double radius = 0.5, min_size = 0.01, size = 0.1, width = 0.1;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SphericalShock;
+        return std::tuple(
+            option("centre", &S::centre, "of the sphere").unit("model units").count(2, 3).required(),
+            option("radius", &S::radius, "of the sphere").unit("model units").above(0),
+            option("min_size", &S::min_size, "size along the radius, at the sphere").unit("model units").above(0),
+            option("size", &S::size, "size along the sphere, and everywhere away from it").unit("model units").above(0),
+            option("width", &S::width, "of the jump").unit("model units").above(0));
+    }
+    friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
+};
+using FieldMetric = std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock, SphericalShock, RotatingField>;
+/// Sizes at what has a reference; elsewhere the domain's diameter.
+struct SizesMetric {
+    std::vector<ReferenceSize> sizes;
+    friend bool operator==(const SizesMetric&, const SizesMetric&) = default;
+};
+using GeometryMetric = GeometrySizes;
+/// The metric that the run's solution asks for, as the verb `metric` makes it: `MetricOfSolutionOptions` with 0 for
+/// none.
+struct SolutionMetric {
+    std::vector<std::string> fields = {};  ///< names; empty: all
+    int degree = 0;                        ///< of the elements; 0: the solution's
+    double norm = NormOptions{}.p;
+    ErrorOf error_of = NormOptions{}.error_of;
+    double complexity = 0, vertices = 0, elements = 0;  ///< one of them at most; none: as many elements as the mesh has
+    double gradation = 2.5;
+    double min_size = 0, max_size = 0, max_anisotropy = 0;
+    std::vector<ReferenceSize> sizes = {};
+    GeometryMetric geometry = {};
+    std::vector<FilePath> intersect = {};
+    ExpectedError expected = {};  ///< of an adaptation's cycle before; not part of a config
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = SolutionMetric;
+        return std::tuple(
+            option("fields", &S::fields, "names of the solution's fields that it is for; empty: all").count(0, 1000),
+            option("degree", &S::degree, "degree of the elements that are to interpolate; 0: the solution's")
+                .at_least(0)
+                .at_most(2),
+            option("norm", &S::norm, "exponent p of the L^p norm of the error; 0: the largest error anywhere")
+                .at_least(0),
+            option("error_of", &S::error_of, "what the norm is of: the error's values, or its gradients"),
+            option("complexity", &S::complexity, "complexity of the metric, the integral of sqrt(det M); 0: not asked")
+                .at_least(0),
+            option("vertices", &S::vertices, "or about so many vertices of the mesh; 0: not asked").at_least(0),
+            option("elements", &S::elements,
+                   "or about so many elements; 0: not asked. Where none of the three is, as many elements as "
+                   "the mesh has")
+                .at_least(0),
+            option(
+                "gradation", &S::gradation,
+                "largest ratio of the sizes of adjacent edges; 0: not limited. Without a limit an element at the end "
+                "of a layer may reach from its sizes to those many times larger, and errors jump from cycle to cycle")
+                .at_least(0),
+            option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
+            option("max_size", &S::max_size, "largest size; 0: the domain's diameter").unit("model units").at_least(0),
+            option("max_anisotropy", &S::max_anisotropy,
+                   "largest ratio of sizes; 0: none, but for the 1e5 that derivatives alone may ask for; a larger one "
+                   "raises that")
+                .at_least(0),
+            option("sizes", &S::sizes, "sizes by reference; they are fixed, the solution's part is scaled beside them")
+                .count(0, 100000),
+            option("geometry", &S::geometry, "what the boundary's own surface asks for, fixed too; empty: nothing"),
+            option("intersect", &S::intersect, "files of metrics of the same mesh, fixed too").count(0, 1000));
+    }
+    friend bool operator==(const SolutionMetric&, const SolutionMetric&) = default;
+};
+using Metric = std::variant<NaturalMetric, FilePath, ConstantMetric, SurfaceMetric, FieldMetric, MetricExpression,
+                            SizesMetric, GeometryMetric, SolutionMetric>;
+
+/// What is done to the metric, in this order, before edges follow it.
+struct Intersect {
+    Metric metric;
+    friend bool operator==(const Intersect&, const Intersect&) = default;
+};
+using Gradation = GradationOptions;
+/// `MetricBounds` with 0 for none, since JSON has no infinity.
+struct Bound {
+    double min_size = 0, max_size = 0, max_anisotropy = 0;  ///< 0: none
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Bound;
+        return std::tuple(option("min_size", &S::min_size, "smallest size; 0: none").unit("model units").at_least(0),
+                          option("max_size", &S::max_size, "largest size; 0: none").unit("model units").at_least(0),
+                          option("max_anisotropy", &S::max_anisotropy, "largest ratio of sizes; 0: none").at_least(0));
+    }
+    friend bool operator==(const Bound&, const Bound&) = default;
+};
+struct Complexity {
+    double target = 10000;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = Complexity;
+        return std::tuple(option("target", &S::target, "the wanted complexity").above(0).required());
+    }
+    friend bool operator==(const Complexity&, const Complexity&) = default;
+};
+using MetricOperation = std::variant<Intersect, Gradation, Bound, Complexity>;
+
+}  // namespace camber::config
 
 /// What a config says, as plain values, which describe their options themselves; some are options of a module.
 export namespace camber::config {
@@ -363,5 +604,48 @@ struct Pipeline {
     }
     friend bool operator==(const Pipeline&, const Pipeline&) = default;
 };
+
+/// The pipeline that a JSON text describes; `name` (the file's) goes into errors. `overrides` are `path=value`: a path
+/// of keys and positions from 0 with slashes (`stages/1/curve/objective`; a stage also by its verb,
+/// `stages/curve/objective`), a value in JSON or a bare word.
+/// Errors (usage): syntax with line and column; duplicate and unknown keys, wrong types and values out of range with
+/// their JSON path.
+[[nodiscard]] Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name,
+                                              std::span<const std::string> overrides = {});
+
+/// One part alone, as an argument gives it: JSON, a bare word of the part's own (`natural`, `surrogate`), and for a
+/// metric else a file's path.
+[[nodiscard]] Outcome<Metric> read_metric(std::string_view text, std::string_view name);
+[[nodiscard]] Outcome<Geometry> read_geometry(std::string_view text, std::string_view name);
+
+/// A shape to generate, as an argument or a file gives it: its name, JSON such as {"shell": {…}}, or a whole pipeline
+/// whose input is generated. `overrides` are `path=value` among the shape's options (`inner_layer/count=3`).
+[[nodiscard]] Outcome<Shape> read_shape(std::string_view text, std::string_view name,
+                                        std::span<const std::string> overrides = {});
+/// The word of a shape: shell, annulus …
+[[nodiscard]] std::string name_of(const Shape& shape);
+
+/// The whole pipeline with every default, as JSON; `read_pipeline` of it gives the same value.
+[[nodiscard]] std::string write_pipeline(const Pipeline& pipeline);
+
+/// The parts of a pipeline as JSON in one line. Stages contain the options that differ from the defaults.
+struct Parts {
+    std::string input, metric, geometry;
+    std::vector<std::string> metric_operations, stages;
+};
+[[nodiscard]] Parts parts_of(const Pipeline& pipeline);
+
+/// JSON Schema (draft 2020-12) of a config, for editors.
+[[nodiscard]] std::string pipeline_schema();
+
+/// What `explain` knows: pipeline, the stages, sources of mesh, metric and geometry.
+[[nodiscard]] std::vector<std::string> topics();
+
+/// A topic's meaning and options: names, types, defaults, units. Error (usage): unknown topic, with the nearest.
+[[nodiscard]] Outcome<std::string> explain(std::string_view topic);
+
+/// The same pipeline with its relative input paths (mesh, metric file) put below the folder: a config finds its data
+/// beside it, wherever the program is started. Outputs stay relative to the working directory.
+[[nodiscard]] Pipeline with_inputs_below(Pipeline pipeline, std::string_view folder);
 
 }  // namespace camber::config

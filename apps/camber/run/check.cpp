@@ -1,35 +1,29 @@
+// Checks of a mesh
 module;
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
 module camber.run;
 import camber.core;
 import camber.bezier;
-import camber.fields;
-import camber.io;
+import camber.metric;
 import camber.validity;
+import camber.crossing;
 import camber.soundness;
+import camber.io;
+import camber.fields;
 import camber.recipes;
-import :check;
-import :check_parts;
-import :curved_unit_mesh;
-import :element_measures;
-import :field_errors;
-import :file_numbers;
-import :histogram;
-import :pipeline;
-import :report;
-import :stages;
-import :unit_mesh;
 
 namespace camber::run {
 
@@ -296,5 +290,209 @@ Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile
     for (Notice& notice : mesh.notices) report->notices.push_back(std::move(notice.what));
     return report;
 }
+
+namespace {
+
+constexpr std::array<ConcernText, concern_count> texts{{
+    {"conformity", "no element twice, no face of more than two, no vertex inside a face"},
+    {"orientation", "no element reversed, inverted or flat"},
+    {"nodes", "none unused, none at the place of another"},
+    {"boundary", "all of it listed, once, and nothing else"},
+    {"closure", "the boundary is closed, and meets itself at no vertex or edge"},
+    {"walls", "no element has two faces on one smooth wall"},
+}};
+
+/// Whether `first` and `other` of a defect are vertices or nodes, which the file may number in another way.
+struct Vertices {
+    bool first = false, other = false;
+};
+Vertices vertices_of(Defect defect) {
+    switch (defect) {
+        case Defect::distant_vertex:
+        case Defect::distant_node:
+        case Defect::hanging_vertex:
+        case Defect::unused_vertex:
+        case Defect::pinched_vertex: return {.first = true};
+        case Defect::duplicate_vertex:
+        case Defect::slit_vertex:
+        case Defect::coincident_node:
+        case Defect::open_edge:
+        case Defect::crowded_edge: return {.first = true, .other = true};
+        default: return {};
+    }
+}
+
+}  // namespace
+
+Concern concern_of(Defect defect) {
+    switch (defect) {
+        case Defect::repeated_element:
+        case Defect::contradicting_element:
+        case Defect::crowded_face:
+        case Defect::hanging_vertex: return Concern::conformity;
+        case Defect::reversed_element:
+        case Defect::tangled_element:
+        case Defect::flat_element:
+        case Defect::tiny_element: return Concern::orientation;
+        case Defect::distant_vertex:
+        case Defect::distant_node:
+        case Defect::duplicate_vertex:
+        case Defect::unused_vertex:
+        case Defect::slit_vertex:
+        case Defect::coincident_node: return Concern::nodes;
+        case Defect::stray_facet:
+        case Defect::tiny_facet:
+        case Defect::repeated_facet:
+        case Defect::contradicting_facet:
+        case Defect::missing_facet:
+        case Defect::no_facets:
+        case Defect::missing_interface:
+        case Defect::inner_facet:
+        case Defect::lone_edge: return Concern::boundary;
+        case Defect::open_edge:
+        case Defect::crowded_edge:
+        case Defect::pinched_vertex: return Concern::closure;
+        case Defect::wall_element: return Concern::walls;
+    }
+    return Concern::conformity;
+}
+
+ConcernText text_of(Concern concern) { return texts[static_cast<std::size_t>(concern)]; }
+
+SoundnessReport soundness_report(Soundness soundness, const FileNumbers& numbers) {
+    SoundnessReport report{.sound = soundness.sound(), .empty = soundness.empty, .findings = {}};
+    report.findings.reserve(defect_count);
+    for (std::size_t i = 0; i < defect_count; ++i) {
+        const Defect defect{static_cast<std::uint8_t>(i)};
+        Finding& found = soundness.findings[i];
+        const auto [first, other] = vertices_of(defect);
+        if (first && found.first > 0) found.first = numbers(found.first - 1);
+        if (other && found.other > 0) found.other = numbers(found.other - 1);
+        report.findings.push_back({key(defect), concern_of(defect), found.count, found.first, found.other,
+                                   gravity(defect) != Gravity::harmless,
+                                   found.count > 0 ? sentence(soundness, defect) : std::string()});
+    }
+    return report;
+}
+
+namespace {
+
+/// Cells that are judged, and all of them.
+struct CellCounts {
+    std::size_t judged = 0, cells = 0;
+};
+
+/// What elements have, and `none` on the other cells. Elements come first, of a surface alone facets do.
+template <class T>
+MeshField at_cells(std::string name, const CellCounts& size, T none, auto&& value) {
+    Buffer<T> values(size.cells);
+    std::fill(values.begin(), values.end(), none);
+    for (std::size_t e = 0; e < size.judged; ++e) values[e] = static_cast<T>(value(e));
+    return {std::move(name), Centring::cell, FieldKind::scalar, Column<T>(std::move(values))};
+}
+
+template <int D>
+Outcome<MeshFields> fields_of(const LinearMesh<D>& mesh, const CheckReport& report, const Execution& execution) {
+    const CellCounts size{judged_count(mesh), mesh.elements.size() + mesh.facets.size() + mesh.edges.size()};
+    const ElementColumns& columns = report.elements;
+    auto qualities = map_each(execution, size.judged, [&](std::size_t e) { return quality_of(mesh, e); });
+    if (!qualities) return fail(qualities.error());
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+    std::vector<MeshField> fields{
+        at_cells<std::int32_t>("verdict", size, -1, [&](std::size_t e) { return columns.verdicts[e]; }),
+        at_cells<double>("quality", size, nan, [&](std::size_t e) { return (*qualities)[e]; })};
+    if (!columns.min_scaled_jacobian.empty())
+        fields.push_back(at_cells<double>("scaled_jacobian", size, nan,
+                                          [&](std::size_t e) { return columns.min_scaled_jacobian[e]; }));
+    return MeshFields(std::move(fields));
+}
+
+}  // namespace
+
+Outcome<MeshFields> check_fields(const AnyMesh& mesh, const CheckReport& report, const Execution& execution) {
+    return std::visit(
+        [&]<class Mesh>(const Mesh& m) {
+            if constexpr (std::is_same_v<Mesh, LinearMesh<Mesh::dimension>>)
+                return fields_of(m, report, execution);
+            else
+                return fields_of(m.linear, report, execution);
+        },
+        mesh);
+}
+
+namespace {
+
+template <int D>
+FacetReport facet_report(const QuadraticMesh<D>& mesh, FacetId f, bool listed, const FileNumbers& numbers) {
+    const std::size_t number = listed ? f.index() + 1 : 0;
+    FacetReport report{
+        .number = number, .tag = numbers.tag(D - 1, number), .reference = mesh.linear.facets.references[f]};
+    report.vertices.reserve(D);
+    for (const VertexId v : mesh.linear.facets.vertices[f]) report.vertices.push_back(numbers(v.index()));
+    return report;
+}
+
+template <int D>
+NodalFacet<D> straightened(const NodalFacet<D>& facet) {
+    std::array<Vec<D>, D> vertices;
+    for (int i = 0; i < D; ++i) vertices[i] = facet.nodes[i];
+    return straight_facet<D>(vertices);
+}
+
+template <int D>
+bool cross_straight(const QuadraticMesh<D>& mesh, const FacetCrossing& found) {
+    return found.first != found.second &&
+           crossing_of(straightened(nodal_facet(mesh, found.first)), straightened(nodal_facet(mesh, found.second))) !=
+               Crossing::disjoint;
+}
+
+}  // namespace
+
+template <int D>
+CrossingsReport crossings_report(const LinearMesh<D>& given, const CheckedWalls<D>& walls, const FileNumbers& numbers) {
+    const bool listed = given.facets.size() > 0 || given.elements.size() == 0;
+    const auto& [mesh, found, overlaps] = walls;
+    CrossingsReport report{.facets = mesh.linear.facets.size(),
+                           .pairs = found.pairs,
+                           .crossing = found.crossing,
+                           .touching = found.touching,
+                           .undecided = found.undecided,
+                           .cut_short = found.cut_short,
+                           .steps = found.steps};
+    report.found.reserve(found.found.size());
+    for (const FacetCrossing& pair : found.found)
+        report.found.push_back(
+            {pair.verdict,
+             {facet_report(mesh, pair.first, listed, numbers), facet_report(mesh, pair.second, listed, numbers)},
+             cross_straight(mesh, pair)});
+    return report;
+}
+
+template <int D>
+OverlapsReport overlaps_report(const LinearMesh<D>& given, const Overlaps<D>& overlaps, const FileNumbers& numbers) {
+    OverlapsReport report{.looked_at = overlaps.looked_at,
+                          .walls = overlaps.walls,
+                          .overlapping = overlaps.overlapping,
+                          .undecided = overlaps.undecided};
+    report.found.reserve(overlaps.found.size());
+    for (const ElementOverlap<D>& overlap : overlaps.found) {
+        OverlapReport pair{.point = {overlap.point.c.begin(), overlap.point.c.end()}};
+        for (const auto& [i, element] : {std::pair(0, overlap.first), std::pair(1, overlap.second)}) {
+            pair.elements[i] = element.index() + 1;
+            pair.tags[i] = numbers.tag(D, pair.elements[i]);
+            pair.references[i] = given.elements.references[element];
+        }
+        report.found.push_back(std::move(pair));
+    }
+    return report;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template CrossingsReport crossings_report<D>(const LinearMesh<D>&, const CheckedWalls<D>&, const FileNumbers&); \
+    template OverlapsReport overlaps_report<D>(const LinearMesh<D>&, const Overlaps<D>&, const FileNumbers&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

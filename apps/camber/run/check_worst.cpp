@@ -12,7 +12,6 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
-
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
@@ -20,10 +19,6 @@ import camber.bezier;
 import camber.validity;
 import camber.optimisation;
 import camber.soundness;
-import :check;
-import :check_parts;
-import :file_numbers;
-import :rows;
 
 namespace camber::run {
 

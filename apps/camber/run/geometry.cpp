@@ -1,21 +1,28 @@
+// Geometry of a pipeline: analytic, of CAD, or of the mesh itself
 module;
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <numbers>
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
+#include <fmt/format.h>
 module camber.run;
 import camber.core;
-import camber.config;
+import camber.bezier;
+import camber.soundness;
+import camber.io;
 import camber.surface;
 import camber.cad;
-import :report;
-import :stages;
+import camber.config;
 
 namespace camber::run {
 
@@ -203,13 +210,255 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
     return made(Geometry<D>(std::move(*surrogate)));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template OffSurfacesReport off_surfaces<D>(const LinearMesh<D>&, const AnalyticGeometry<D>&);                    \
-    template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                          \
-        const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);    \
-    template Outcome<MadeGeometry<D>> make_geometry<D>(                                                              \
-        const config::Geometry&, const GeometrySource&, const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, \
-        const FeatureOptions<D>&, std::span<const LagrangeNode<D>>, const Execution&);
+namespace {
+
+constexpr const char* where = "/geometry/mesh";
+
+template <int D>
+Outcome<Surrogate<D>> boundary_of(LinearMesh<D> mesh, const FeatureOptions<D>& features_by,
+                                  const Execution& execution) {
+    const auto sound = prepare(std::move(mesh), part_of(execution, 0, 0.2));
+    if (!sound) return fail(sound.error());
+    const auto edges = unique_edges(sound->mesh, part_of(execution, 0.2, 0.3));
+    if (!edges) return fail(edges.error());
+    const auto features = find_features(sound->mesh, *edges, features_by, part_of(execution, 0.3, 0.5));
+    if (!features) return fail(features.error());
+    return build_surrogate(sound->mesh, *edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 1));
+}
+
+/// With the mesh's own curves, where it has them.
+template <int D>
+Outcome<Surrogate<D>> boundary_of(QuadraticMesh<D> mesh, const FeatureOptions<D>& features_by,
+                                  const Execution& execution) {
+    const auto sound = prepare(std::move(mesh), part_of(execution, 0, 0.3));
+    if (!sound) return fail(sound.error());
+    const auto& [linear, edges, nodes] = sound->mesh;
+    const auto features = find_features(linear, edges, features_by, part_of(execution, 0.3, 0.5));
+    if (!features) return fail(features.error());
+    auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 0.7));
+    if (!smooth) return smooth;
+    auto curved = with_curves<D>(std::move(*smooth), linear, edges, *features, nodes.view(), StraightGeometry<D>{},
+                                 SurrogateOptions{}, part_of(execution, 0.7, 1));
+    if (!curved) return fail(curved.error());
+    return std::move(curved->surrogate);
+}
+
+template <int D>
+Outcome<Done> check_references(const Surrogate<D>& surrogate, const LinearMesh<D>& mesh) {
+    std::vector<Reference> known(surrogate.references.begin(), surrogate.references.end());
+    std::ranges::sort(known);
+    known.erase(std::ranges::unique(known).begin(), known.end());
+    for (const Reference reference : mesh.facets.references)
+        if (!std::ranges::binary_search(known, reference))
+            return fail(ErrorKind::usage,
+                        fmt::format("no boundary {} of that mesh has reference {}", simplex_name<D - 1>, reference),
+                        where, {}, "give a mesh whose boundary has the references of this one");
+    return Done{};
+}
+
+/// True if a point lies between a straight facet of the geometry's mesh and the surface over it, as vertices do that
+/// went only a part of their way to the surface.
+template <int D>
+bool is_below_surface(const Surrogate<D>& surrogate, const SurfacePoint<D>& foot, const Vec<D>& point) {
+    constexpr double slack = 1.1;  // the facet is not straight below the foot
+    if (!foot.facet.valid() || !foot.parameters) return false;
+    Barycentric<D - 1> xi{};
+    xi[0] = 1;
+    for (int i = 1; i < D; ++i) {
+        xi[i] = foot.parameters->u[i - 1];
+        xi[0] -= xi[i];
+    }
+    Vec<D> on_facet{};
+    for (int i = 0; i < D; ++i) {
+        Barycentric<D - 1> corner{};
+        corner[i] = 1;
+        on_facet += xi[i] * point_at(surrogate.facets[foot.facet], corner);
+    }
+    const Vec<D> down = on_facet - foot.point, off = point - foot.point;
+    return dot(off, down) >= 0 && norm(off) <= slack * norm(down);
+}
+
+template <int D>
+Outcome<Done> check_fit(const Geometry<D>& geometry, const Surrogate<D>& surrogate, const LinearMesh<D>& mesh,
+                        const Execution& execution) {
+    const auto accumulate = [&](BoundaryFit& fit, std::size_t f) {
+        const auto site = facet_site(mesh, FacetId(f));
+        const double most = fit_tolerance * distance(site.corners[0], site.corners[1]);
+        Misfit worst;
+        for (std::size_t i = 0; i < D; ++i) {
+            const auto foot =
+                geometry->project({.facet = {}, .reference = site.reference, .entity = {}}, site.corners[i]);
+            if (foot.distance > most && !is_below_surface(surrogate, foot, site.corners[i]))
+                worst = worse(worst, {foot.distance, most, mesh.facets.vertices[FacetId(f)][i], site.reference});
+        }
+        fit.add(worst);
+    };
+    const auto join = [](BoundaryFit a, const BoundaryFit& b) {
+        a.add(b);
+        return a;
+    };
+    const auto fit = reduce_each(execution, mesh.facets.size(), BoundaryFit{}, accumulate, join);
+    if (!fit) return fail(fit.error());
+    const auto worst = fit->refused();
+    if (!worst) return Done{};
+    return fail(ErrorKind::input,
+                fmt::format("is {:.3g} away from the boundary of the geometry's mesh, where 10 % of the length of the "
+                            "edges there, {:.3g}, is the most, but for few vertices",
+                            worst->distance, worst->allowed),
+                where, Entity{"vertex", worst->vertex.index() + 1},
+                "no other is farther; give a mesh of the same body, in the same place and units");
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
+                                      const LinearMesh<D>& mesh, MisfitPolicy misfits, const Execution& execution) {
+    return std::visit(
+        [&]<class Mesh>(const Mesh& of) -> Outcome<Geometry<D>> {
+            if constexpr (Mesh::dimension != D) {
+                return fail(ErrorKind::usage,
+                            fmt::format("is a mesh in {}D, the one to curve in {}D", Mesh::dimension, D), where, {},
+                            "give one of the same dimension");
+            } else {
+                auto surrogate = boundary_of<D>(of, features_by, part_of(execution, 0, 0.8));
+                if (!surrogate) return fail(surrogate.error());
+                if (auto known = check_references(*surrogate, mesh); !known) return fail(known.error());
+                Geometry<D> geometry(PrescribedSurrogate<D>{*surrogate});
+                if (misfits == MisfitPolicy::accepted) return geometry;
+                auto fits = check_fit(geometry, *surrogate, mesh, part_of(execution, 0.8, 1));
+                if (!fits) return fail(fits.error());
+                return geometry;
+            }
+        },
+        other);
+}
+
+namespace {
+
+constexpr int degree = 6;
+
+template <int D>
+constexpr auto lattice = [] {
+    std::array<Barycentric<D - 1>, node_count<degree, D - 1>> all{};
+    for (std::size_t n = 0; n < all.size(); ++n)
+        for (std::size_t i = 0; i < D; ++i)
+            all[n][i] = static_cast<double>(multi_indices<degree, D - 1>[n][i]) / degree;
+    return all;
+}();
+
+/// The lattice's point at α with one more in some places.
+template <int K>
+std::uint32_t point_at(MultiIndex<K> alpha, std::initializer_list<std::size_t> more) {
+    for (const std::size_t i : more) ++alpha[i];
+    return static_cast<std::uint32_t>(position<degree, K>(alpha));
+}
+
+/// The small facets between the points of a lattice, turned as the large one.
+std::vector<std::array<std::uint32_t, 2>> small_facets_2d() {
+    std::vector<std::array<std::uint32_t, 2>> all;
+    all.reserve(degree);
+    for (const auto& alpha : multi_indices<degree - 1, 1>)
+        all.push_back({point_at<1>(alpha, {0}), point_at<1>(alpha, {1})});
+    return all;
+}
+std::vector<std::array<std::uint32_t, 3>> small_facets_3d() {
+    std::vector<std::array<std::uint32_t, 3>> all;
+    all.reserve(degree * degree);
+    for (const auto& alpha : multi_indices<degree - 1, 2>)
+        all.push_back({point_at<2>(alpha, {0}), point_at<2>(alpha, {1}), point_at<2>(alpha, {2})});
+    for (const auto& alpha : multi_indices<degree - 2, 2>)
+        all.push_back({point_at<2>(alpha, {0, 1}), point_at<2>(alpha, {1, 2}), point_at<2>(alpha, {2, 0})});
+    return all;
+}
+template <int D>
+auto small_facets() {
+    if constexpr (D == 2)
+        return small_facets_2d();
+    else
+        return small_facets_3d();
+}
+
+Vec<2> normal_of(const std::array<Vec<2>, 2>& c) { return normalised(Vec<2>{{c[1][1] - c[0][1], c[0][0] - c[1][0]}}); }
+Vec<3> normal_of(const std::array<Vec<3>, 3>& c) { return normalised(cross(c[1] - c[0], c[2] - c[0])); }
+
+/// Points and normals over one facet.
+template <int D>
+void sample(const Geometry<D>& geometry, const FacetSite<D>& site, std::span<Vec<D>> points,
+            std::span<Vec<D>> normals) {
+    const bool has_surface = geometry->points_over(site, lattice<D>, points);
+    const Vec<D> own = normal_of(site.corners);
+    const SurfaceHint hint{.facet = site.id, .reference = site.reference, .entity = geometry->surface_at(site)};
+    for (std::size_t n = 0; n < points.size(); ++n) {
+        if (!has_surface) {
+            points[n] = {};
+            for (std::size_t i = 0; i < D; ++i) points[n] += lattice<D>[n][i] * site.corners[i];
+        }
+        normals[n] = has_surface ? geometry->project(hint, points[n]).normal : own;
+        // A surface has its own side; shown is that of the facet.
+        if (dot(normals[n], own) < 0) normals[n] = -normals[n];
+    }
+}
+
+template <int D>
+MeshField vectors(const Column<Vec<D>>& values) {
+    Buffer<double> column(values.size() * D);
+    for (std::size_t n = 0; n < values.size(); ++n)
+        std::copy(values[n].c.begin(), values[n].c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * D));
+    return {"normal", Centring::node, FieldKind::vector, Column<double>(std::move(column))};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D>& features,
+                                  const Geometry<D>& geometry, const Execution& execution) {
+    constexpr std::size_t n = lattice<D>.size();
+    const auto small = small_facets<D>();
+    const std::size_t facets = mesh.linear.facets.size(), m = small.size();
+    Buffer<Vec<D>> points(facets * n), normals(facets * n);
+    Buffer<SimplexVertices<D - 1>> vertices(facets * m);
+    Buffer<Reference> references(facets * m), of_points(facets * n);
+    Buffer<std::int32_t> numbers(facets * m), patches(facets * m);
+    std::fill(of_points.begin(), of_points.end(), 0);
+    auto done = each(
+        execution, facets,
+        [&](std::size_t f) {
+            sample(geometry, facet_site(mesh.linear, FacetId(f)), std::span(points).subspan(f * n, n),
+                   std::span(normals).subspan(f * n, n));
+            for (std::size_t k = 0; k < m; ++k) {
+                for (std::size_t i = 0; i < D; ++i) vertices[f * m + k][i] = VertexId(f * n + small[k][i]);
+                references[f * m + k] = mesh.linear.facets.references[f];
+                numbers[f * m + k] = static_cast<std::int32_t>(f + 1);
+                patches[f * m + k] = static_cast<std::int32_t>(features.patches[f]);
+            }
+        },
+        64);
+    if (!done) return fail(done.error());
+    LinearMesh<D> out;
+    out.points = std::move(points);
+    out.point_references = std::move(of_points);
+    out.facets.vertices = std::move(vertices);
+    out.facets.references = std::move(references);
+    const auto of_cells = [](const char* name, Buffer<std::int32_t> values) {
+        return MeshField{name, Centring::cell, FieldKind::scalar, Column<std::int32_t>(std::move(values))};
+    };
+    return SurfaceMesh{AnyMesh(std::move(out)),
+                       MeshFields({vectors<D>(Column<Vec<D>>(std::move(normals))),
+                                   of_cells("facet", std::move(numbers)), of_cells("patch", std::move(patches))})};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template OffSurfacesReport off_surfaces<D>(const LinearMesh<D>&, const AnalyticGeometry<D>&);                     \
+    template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                           \
+        const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);     \
+    template Outcome<MadeGeometry<D>> make_geometry<D>(                                                               \
+        const config::Geometry&, const GeometrySource&, const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&,  \
+        const FeatureOptions<D>&, std::span<const LagrangeNode<D>>, const Execution&);                                \
+    template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, \
+                                                      MisfitPolicy, const Execution&);                                \
+    template Outcome<SurfaceMesh> surface_mesh<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&,    \
+                                                  const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -1,19 +1,20 @@
+// Histograms
 module;
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
-
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 module camber.run;
-import :histogram;
-import :rows;
+import camber.core;
 
 namespace camber::run {
 
@@ -156,6 +157,194 @@ std::string bars(const Histogram& histogram) {
         out += letter;
     }
     return out;
+}
+
+namespace {
+
+constexpr std::array<QuantityInfo, quantity_count> infos{{
+    {Quantity::length_reduction, "length_reduction", "Length reduction", "length of the chord / length of the edge - 1",
+     "volume edges", 10},
+    {Quantity::length, "riemannian_length", "Riemannian length", "length in the metric", "volume edges", 2},
+    {Quantity::curvature, "curvature", "Curvature", "offset of the node / length of the chord", "volume edges", 10},
+    {Quantity::scaled_jacobian, "scaled_jacobian", "Scaled Jacobian", "smallest det J / det J of the straight element",
+     "elements", 10},
+    {Quantity::quality, "quality", "Quality", "mean ratio: 1 equilateral, 0 flat, negative inverted", "elements", 10},
+    {Quantity::edge_length, "edge_length", "Edge length", "length in the metric, of the straight edge", "edges", 2},
+    {Quantity::metric_quality, "metric_quality", "Quality in the metric",
+     "mean ratio in the metric: 1 unit, 0 flat, negative inverted", "elements", 10},
+    {Quantity::curved_edge_length, "curved_edge_length", "Length of curved edges",
+     "length in the metric, along the curve", "edges", 2},
+    {Quantity::curved_metric_quality, "curved_metric_quality", "Quality of curved elements in the metric",
+     "1 over the mean distortion: 1 unit, 0 folded, negative inverted", "elements", 10},
+}};
+
+/// m 10^k, the number that one reads: both are exact, so that their quotient is rounded once.
+double decimal(double m, int k) {
+    double power = 1;
+    for (int i = 0; i < std::abs(k); ++i) power *= 10;
+    return k < 0 ? m / power : m * power;
+}
+
+/// These leads in each decade from 10^first to 10^last.
+void add_decades(std::vector<double>& limits, int first, int last, std::initializer_list<double> leads) {
+    for (int k = first; k < last; ++k)
+        for (const double lead : leads) limits.push_back(decimal(lead, k));
+    limits.push_back(decimal(1, last));
+}
+
+std::vector<double> of_reductions() {
+    std::vector<double> limits{-0.1, -0.01, -0.001, 0, 1e-5, 1e-4};
+    add_decades(limits, -3, 2, {1, 1.5, 2, 3, 5, 7});
+    return limits;
+}
+
+std::vector<double> of_curvatures() {
+    std::vector<double> limits{0};
+    add_decades(limits, -3, 1, {1, 1.5, 2, 3, 5, 7});
+    return limits;
+}
+
+std::vector<double> of_lengths() {
+    constexpr int most = 10, fine = 3;
+    std::vector<double> limits;
+    for (int i = -most; i < -fine; ++i) limits.push_back(exp2(i));
+    for (int i = -4 * fine; i <= 4 * fine; ++i) limits.push_back(exp2(i / 4.0));
+    for (int i = fine + 1; i <= most; ++i) limits.push_back(exp2(i));
+    return limits;
+}
+
+/// None at 0.01: elements that were relaxed down to the usual bound lie on either side of it, and belong together.
+std::vector<double> of_jacobians() {
+    std::vector<double> limits{-10, -1, -0.1, -0.01, -0.001, -1e-6, -1e-9, 0};
+    add_decades(limits, -9, -3, {1});
+    for (const double x : {0.005, 0.02}) limits.push_back(x);
+    for (int i = 1; i <= 20; ++i) limits.push_back(i / 20.0);
+    return limits;
+}
+
+}  // namespace
+
+const QuantityInfo& info(Quantity quantity) { return infos[static_cast<std::size_t>(quantity)]; }
+
+std::vector<double> limits_of(Quantity quantity) {
+    switch (quantity) {
+        case Quantity::length_reduction: return of_reductions();
+        case Quantity::length:
+        case Quantity::edge_length:
+        case Quantity::curved_edge_length: return of_lengths();
+        case Quantity::curvature: return of_curvatures();
+        case Quantity::scaled_jacobian:
+        case Quantity::quality:
+        case Quantity::metric_quality:
+        case Quantity::curved_metric_quality: return of_jacobians();
+    }
+    return {};
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What is no series: the limits, and numbers by the series' names.
+constexpr std::array<std::string_view, 5> reserved{"edges", "mean", "min", "max", "not_a_number"};
+
+/// The number of a series, if the object of that key is there and has one.
+template <class T>
+std::optional<T> number_of(const Json& json, const char* key, const std::string& series) {
+    if (!json.contains(key) || !json.at(key).contains(series)) return {};
+    return json.at(key).at(series).get<T>();
+}
+
+/// A count; anything else than a whole number that is not negative is an error, and not converted.
+std::size_t count_of(const Json& json) { return json.get_ref<const Json::number_unsigned_t&>(); }
+
+std::vector<std::size_t> counts_of(const Json& json) {
+    std::vector<std::size_t> counts;
+    counts.reserve(json.size());
+    for (const Json& one : json) counts.push_back(count_of(one));
+    return counts;
+}
+
+std::size_t not_numbers_of(const Json& json, const std::string& series) {
+    if (!json.contains("not_a_number") || !json.at("not_a_number").contains(series)) return 0;
+    return count_of(json.at("not_a_number").at(series));
+}
+
+Series series_of(const Json& json, const std::string& name) {
+    Series s{.name = name,
+             .counts = counts_of(json.at(name)),
+             .mean = json.at("mean").at(name).get<double>(),
+             .extremes = {},
+             .not_numbers = not_numbers_of(json, name)};
+    const auto least = number_of<double>(json, "min", name), greatest = number_of<double>(json, "max", name);
+    if (least && greatest) s.extremes = Extremes{*least, *greatest};
+    return s;
+}
+
+Histogram histogram_of(Quantity quantity, const Json& json) {
+    Histogram h{quantity, json.at("edges").get<std::vector<double>>(), {}};
+    for (const auto& [name, value] : json.items())
+        if (std::find(reserved.begin(), reserved.end(), name) == reserved.end())
+            h.series.push_back(series_of(json, name));
+    return h;
+}
+
+/// Whether the parser keeps a key of a report. Its objects are lists, in which each key is looked for.
+bool keep_histograms(int depth, nlohmann::detail::parse_event_t event, const Json& parsed) {
+    return depth != 1 || event != nlohmann::detail::parse_event_t::key || parsed == "histograms";
+}
+
+bool is_sound(const Histogram& h) {
+    if (h.limits.empty() || h.series.empty()) return false;
+    for (std::size_t i = 1; i < h.limits.size(); ++i)
+        if (!(h.limits[i - 1] < h.limits[i])) return false;
+    for (const Series& s : h.series)
+        if (s.counts.size() != h.limits.size() + 1 || (s.extremes && s.extremes->least > s.extremes->greatest))
+            return false;
+    return true;
+}
+
+}  // namespace
+
+std::string histograms_json(const std::vector<Histogram>& histograms) {
+    Json all = Json::object();
+    for (const Histogram& h : histograms) {
+        Json one{{"edges", h.limits}};
+        Json means = Json::object(), least = Json::object(), greatest = Json::object(), not_numbers = Json::object();
+        for (const Series& s : h.series) {
+            one[s.name] = s.counts;
+            means[s.name] = s.mean;
+            not_numbers[s.name] = s.not_numbers;
+            if (!s.extremes) continue;
+            least[s.name] = s.extremes->least;
+            greatest[s.name] = s.extremes->greatest;
+        }
+        one["mean"] = std::move(means);
+        one["min"] = std::move(least);
+        one["max"] = std::move(greatest);
+        one["not_a_number"] = std::move(not_numbers);
+        all[std::string(info(h.quantity).key)] = std::move(one);
+    }
+    return all.dump();
+}
+
+std::optional<std::vector<Histogram>> histograms_of_report(std::string_view text) {
+    try {
+        const Json json = Json::parse(text.begin(), text.end(), keep_histograms);
+        const Json& all = json.at("histograms");
+        std::vector<Histogram> histograms;
+        for (std::size_t q = 0; q < quantity_count; ++q) {
+            const auto quantity = static_cast<Quantity>(q);
+            const std::string key(info(quantity).key);
+            if (!all.contains(key)) continue;
+            histograms.push_back(histogram_of(quantity, all.at(key)));
+            if (!is_sound(histograms.back())) return {};
+        }
+        if (histograms.empty()) return {};
+        return histograms;
+    } catch (const nlohmann::json::exception&) {
+        return {};
+    }
 }
 
 }  // namespace camber::run

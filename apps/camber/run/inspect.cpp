@@ -1,3 +1,4 @@
+// Descriptions of meshes, and tables of distances
 module;
 #include <algorithm>
 #include <array>
@@ -13,26 +14,18 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
 module camber.run;
 import camber.core;
 import camber.bezier;
-import camber.cad;
-import camber.config;
-import camber.io;
 import camber.soundness;
-import camber.recipes;
+import camber.io;
 import camber.surface;
-import :check_parts;
-import :file_numbers;
-import :geometry_source;
-import :distances_report;
-import :inspect;
-import :report;
-import :stages;
-import :surface_mesh;
+import camber.cad;
+import camber.recipes;
+import camber.config;
 
 namespace camber::run {
 
@@ -333,5 +326,272 @@ Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& ge
         found->report.notices.emplace_back("the file lists no boundary: it was found, and its facets have no numbers");
     return found;
 }
+
+namespace {
+
+std::string listed(const auto& items) {
+    constexpr std::size_t shown = 6;
+    std::string text;
+    for (std::size_t i = 0; i < items.size() && i < shown; ++i)
+        text += (i > 0 ? "," : "") + fmt::format("{}", items[i]);
+    return items.size() > shown ? text + ",…" : text;
+}
+
+std::string place_of(const HingeReport& at) {
+    std::string text = fmt::format("at ({:.6g})", fmt::join(at.point, ", "));
+    if (!at.facets.empty()) text += fmt::format(", facets {}", listed(at.facets));
+    return text;
+}
+
+std::string mesh_rows(const GeometryReport& r) {
+    const bool flat = r.mesh.dimension == 2;
+    std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", r.mesh.dimension, r.mesh.degree)) +
+                       table_row(flat ? "boundary edges" : "boundary triangles", r.mesh.facets);
+    if (r.interface_facets > 0) text += table_row("  with elements on both sides", r.interface_facets);
+    if (r.lone_facets > 0) text += table_row("! with elements on neither", r.lone_facets);
+    text += table_row(flat ? "smooth curves" : "patches", r.patches.size());
+    if (!flat) text += table_row("ridges", r.ridges.size());
+    text += table_row("corners", r.corners.size());
+    if (r.smooth_listed_edges > 0) text += table_row("listed edges that are no ridges", r.smooth_listed_edges);
+    return text;
+}
+
+std::string hinge_rows(const HingesReport& hinges, const std::string& name, std::size_t dimension) {
+    if (hinges.count == 0) return {};
+    std::string text = table_row(name, hinges.count);
+    for (const HingeReport& at : hinges.first)
+        text += fmt::format("    {} {} {}\n", dimension == 2 ? "vertex" : "edge", fmt::join(at.vertices, "-"),
+                            place_of(at));
+    return text;
+}
+
+/// The numbers of the n largest.
+template <class Size>
+std::vector<std::size_t> largest(std::size_t count, std::size_t n, Size&& size) {
+    std::vector<std::size_t> order(count);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return size(a) > size(b); });
+    order.resize(std::min(n, count));
+    return order;
+}
+
+std::string more(std::size_t all, std::size_t shown) {
+    return all > shown ? fmt::format("  and {} more: --worst, or --json for all\n", all - shown) : std::string();
+}
+
+std::string patch_rows(const GeometryReport& r) {
+    if (r.patches.empty() || r.worst == 0) return {};
+    const bool flat = r.mesh.dimension == 2;
+    std::string text = fmt::format("\n  {:<8}{:<16}{:>10}{:>13}{:>13}  {}\n", flat ? "curve" : "patch", "references",
+                                   flat ? "edges" : "triangles", flat ? "length" : "area", "size",
+                                   !r.cad ? "what"
+                                   : flat ? "what, CAD edges"
+                                          : "what, CAD faces");
+    for (const std::size_t i :
+         largest(r.patches.size(), r.worst, [&](std::size_t p) { return r.patches[p].facts.area; })) {
+        const auto& [facts, faces] = r.patches[i];
+        std::string what = facts.is_flat ? (flat ? "straight" : "flat") : "curved";
+        if (facts.interface_facets == facts.facets) what += ", interface";
+        if (!faces.empty()) what += ", " + listed(faces);
+        text += fmt::format("  {:<8}{:<16}{:>10}{:>13.6g}{:>13.6g}  {}\n", i + 1, listed(facts.references),
+                            grouped(facts.facets), facts.area, facts.size, what);
+    }
+    return text + more(r.patches.size(), r.worst);
+}
+
+std::string ridge_rows(const GeometryReport& r) {
+    if (r.ridges.empty() || r.worst == 0) return {};
+    std::string text = fmt::format("\n  {:<8}{:<16}{:>10}{:>13}  {}\n", "ridge", "references", "edges", "length",
+                                   "turns by (degrees)");
+    for (const std::size_t i : largest(r.ridges.size(), r.worst, [&](std::size_t c) { return r.ridges[c].length; })) {
+        const CurveFacts& ridge = r.ridges[i];
+        text += fmt::format("  {:<8}{:<16}{:>10}{:>13.6g}  {:.4g} to {:.4g}\n", i + 1, listed(ridge.references),
+                            grouped(ridge.edges), ridge.length, ridge.min_turn, ridge.largest_turn);
+    }
+    return text + more(r.ridges.size(), r.worst);
+}
+
+std::string suspicious_rows(const GeometryReport& r) {
+    std::string text;
+    for (const PlacesReport& places : r.suspicious) {
+        if (places.count == 0) continue;
+        text += table_row("! " + places.kind, fmt::format("{}: {}", grouped(places.count), places.text));
+        for (const PlaceReport& place : places.worst)
+            text += fmt::format("    {} {}\n", place.text, place_of(place.at));
+    }
+    return "\n" + (text.empty() ? table_row("suspicious places", std::string("none")) : text);
+}
+
+std::string distance_part(const GeometryReport& r) {
+    if (!r.distances) return {};
+    std::string text = fmt::format("\n  {} and the boundary as it is ({})\n", r.distances->geometry,
+                                   r.mesh.degree == 2 ? "curved" : "straight") +
+                       distance_rows(*r.distances);
+    return r.worst == 0 ? text : text + entity_rows(*r.distances, r.worst);
+}
+
+}  // namespace
+
+std::string inspect_table(const GeometryReport& r) {
+    const auto dimension = static_cast<std::size_t>(r.mesh.dimension);
+    const std::string hinge = r.mesh.dimension == 2 ? "vertices" : "edges";
+    return mesh_rows(r) + hinge_rows(r.open, hinge + " of one facet (open)", dimension) +
+           hinge_rows(r.crowded, hinge + " of more than two facets", dimension) +
+           hinge_rows(r.turned, "! facets turned to other sides", dimension) + (r.cad ? cad_rows(*r.cad) : "") +
+           patch_rows(r) + ridge_rows(r) + suspicious_rows(r) + distance_part(r);
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <int D>
+OneWayReport told(const OneWay<D>& way) {
+    if (way.samples == 0) return {};
+    return {way.samples,
+            way.largest,
+            way.mean,
+            {way.from.c.begin(), way.from.c.end()},
+            {way.to.c.begin(), way.to.c.end()},
+            way.facet.valid() ? way.facet.index() + 1 : 0};
+}
+
+std::string name_of(const EntityReport& entity) {
+    if (entity.kind == "none") return "facets without a surface";
+    if (entity.number > 0) return fmt::format("{} {}", entity.kind, entity.number);
+    if (!entity.beside.empty()) return fmt::format("{} between {}", entity.kind, fmt::join(entity.beside, " and "));
+    return fmt::format("{} between {}", entity.kind, fmt::join(entity.sides, " and "));
+}
+
+/// The surfaces beside a curve.
+template <int D>
+void tell_sides(const Geometry<D>& geometry, const GeometryEntity& entity, EntityReport& report) {
+    std::vector<std::string_view> kinds;
+    for (const std::int64_t side : entity.sides) {
+        if (side < 0) continue;
+        const EntityName name = geometry->called(GeometryEntity::surface(side));
+        report.sides.push_back(name.number);
+        report.beside.push_back(fmt::format("{} {}", name.kind, name.number));
+        kinds.push_back(name.kind);
+    }
+    if (kinds.size() < 2 || kinds[0] == kinds[1]) report.beside.clear();
+}
+
+/// "CAD model wing.step", with what else the entities are of.
+std::string name_of(const config::Geometry& geometry, const std::vector<EntityReport>& entities) {
+    if (std::holds_alternative<config::Straight>(geometry)) return "straight facets";
+    if (std::holds_alternative<config::Analytic>(geometry)) return "analytic surfaces";
+    if (const auto* other = std::get_if<config::FilePath>(&geometry)) return "boundary of " + other->path;
+    const auto* const cad = std::get_if<config::Cad>(&geometry);
+    if (!cad) return "surrogate of the mesh's own vertices";
+    const auto has = [&](std::string_view kind) {
+        return std::ranges::any_of(entities, [&](const EntityReport& e) { return e.kind == kind; });
+    };
+    return "CAD model " + cad->file.path + (has("surface") ? ", analytic surfaces" : "") +
+           (has("patch") ? ", surrogate" : "");
+}
+
+Json json(const OneWayReport& way) {
+    if (way.samples == 0) return {{"samples", 0}};
+    return {{"samples", way.samples}, {"largest", way.largest}, {"mean", way.mean},
+            {"from", way.from},       {"to", way.to},           {"facet", way.facet}};
+}
+
+/// Of the worst entity this way; none of one that was not measured.
+const EntityReport* worst_of(const DistancesReport& report, OneWayReport EntityReport::* way) {
+    const EntityReport* worst = nullptr;
+    for (const EntityReport& entity : report.entities)
+        if ((entity.*way).samples > 0 && (!worst || (entity.*way).largest > (worst->*way).largest)) worst = &entity;
+    return worst;
+}
+
+std::string one_way(const OneWayReport& way, const EntityReport* worst) {
+    if (way.samples == 0) return "not measured: it has no surface";
+    std::string text = fmt::format("largest {:.4g}, mean {:.4g}", way.largest, way.mean);
+    if (worst) text += fmt::format(" (worst: {})", worst->name);
+    return text;
+}
+
+std::string cell(const OneWayReport& way) {
+    return way.samples == 0 ? fmt::format("{:>11}{:>11}", "-", "-")
+                            : fmt::format("{:>11.4g}{:>11.4g}", way.largest, way.mean);
+}
+
+}  // namespace
+
+template <int D>
+DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
+                                 const config::Geometry& config) {
+    DistancesReport report{{}, told(distances.to_geometry), told(distances.to_boundary), {}};
+    report.entities.reserve(distances.entities.size());
+    for (const EntityDistances<D>& of : distances.entities) {
+        EntityReport entity;
+        const EntityName name = geometry->called(of.entity);
+        entity.kind = name.kind;
+        entity.number = name.number;
+        tell_sides(geometry, of.entity, entity);
+        entity.name = name_of(entity);
+        entity.is_flat = of.is_flat;
+        entity.references = of.references;
+        entity.pieces = of.pieces;
+        entity.measure = of.measure;
+        entity.to_geometry = told(of.to_geometry);
+        entity.to_boundary = told(of.to_boundary);
+        report.entities.push_back(std::move(entity));
+    }
+    report.geometry = name_of(config, report.entities);
+    return report;
+}
+
+std::string distances_json(const DistancesReport& report) {
+    Json j{{"to_geometry", json(report.to_geometry)}, {"to_boundary", json(report.to_boundary)}};
+    Json entities = Json::array();
+    for (const EntityReport& e : report.entities) {
+        Json entity{{"kind", e.kind}, {"number", e.number}};
+        if (!e.sides.empty()) entity["sides"] = e.sides;
+        if (!e.beside.empty()) entity["beside"] = e.beside;
+        entity["flat"] = e.is_flat;
+        entity["references"] = e.references;
+        entity["pieces"] = e.pieces;
+        entity["measure"] = e.measure;
+        entity["to_geometry"] = json(e.to_geometry);
+        entity["to_boundary"] = json(e.to_boundary);
+        entities.push_back(std::move(entity));
+    }
+    j["entities"] = std::move(entities);
+    return j.dump();
+}
+
+std::string distance_rows(const DistancesReport& report) {
+    return table_row("from the boundary to it",
+                     one_way(report.to_geometry, worst_of(report, &EntityReport::to_geometry))) +
+           table_row("from it to the boundary",
+                     one_way(report.to_boundary, worst_of(report, &EntityReport::to_boundary)));
+}
+
+std::string entity_rows(const DistancesReport& report, std::size_t most) {
+    std::vector<const EntityReport*> order;
+    order.reserve(report.entities.size());
+    for (const EntityReport& entity : report.entities) order.push_back(&entity);
+    const auto larger = [](const EntityReport* e) { return std::max(e->to_geometry.largest, e->to_boundary.largest); };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](const EntityReport* a, const EntityReport* b) { return larger(a) > larger(b); });
+    std::string text =
+        fmt::format("  {:<24}{:>10}{:>22}{:>22}\n  {:<24}{:>10}{:>11}{:>11}{:>11}{:>11}\n", "", "", "to the geometry",
+                    "to the boundary", "the farthest first", "pieces", "largest", "mean", "largest", "mean");
+    for (std::size_t i = 0; i < order.size() && i < most; ++i)
+        text += fmt::format("  {:<24}{:>10}{}{}\n", order[i]->name, order[i]->pieces, cell(order[i]->to_geometry),
+                            cell(order[i]->to_boundary));
+    if (order.size() > most) text += fmt::format("  and {} more: --worst, or --json for all\n", order.size() - most);
+    return text;
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                     \
+    template DistancesReport distances_report<D>(const GeometryDistances<D>&, const Geometry<D>&, \
+                                                 const config::Geometry&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
 
 }  // namespace camber::run

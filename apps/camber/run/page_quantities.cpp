@@ -15,17 +15,9 @@ module;
 module camber.run;
 import camber.core;
 import camber.drawing;
-import camber.io;
 import camber.metric;
 import camber.soundness;
-import :check;
-import :check_parts;
-import :element_measures;
-import :page;
-import :page_arrays;
-import :page_mesh;
-import :page_parts;
-import :solution;
+import camber.io;
 
 namespace camber::run {
 

@@ -1,5 +1,3 @@
-// Why not a library: PLplot and MathGL bring 36 and 40 packages (82 and 165 MB installed) and keep their plots in
-// global state, gnuplot is a program to start and to find; what is wanted is rectangles, lines and words.
 module;
 #include <algorithm>
 #include <cmath>
@@ -9,14 +7,14 @@ module;
 #include <string_view>
 #include <utility>
 #include <vector>
-
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
-import :histogram;
-import :plot;
 
 namespace camber::run {
+
+// Why not a library: PLplot and MathGL bring 36 and 40 packages (82 and 165 MB installed) and keep their plots in
+// global state, gnuplot is a program to start and to find; what is wanted is rectangles, lines and words.
 
 namespace {
 

@@ -4,14 +4,18 @@ module;
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 export module camber.run:report;
 import camber.core;
+import camber.interpolation;
+import camber.metric;
+import camber.validity;
+import camber.repair;
 import camber.recipes;
-import :distances_report;
-import :histogram;
-import :solution_report;
+import camber.distributed;
+import :measurements;
 
 /// What a run tells: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
@@ -38,7 +42,7 @@ struct EdgeReport {
     std::size_t longer = 0;    ///< edges that are longer than their chords
 };
 
-/// The stages worked in an order of their own: how bad the mesh's is (ordering:space_filling).
+/// The stages worked in an order of their own: how bad the mesh's is (ordering).
 struct ReorderedReport {
     double scatter = 0;
 };
@@ -69,7 +73,7 @@ struct MetricReport {
 /// A position on the boundary; an invalid one has no coordinates.
 using ReportedPlace = std::vector<double>;
 
-/// Number of boundary nodes that `curve` moved back towards their chords until no walls crossed (repair:uncross).
+/// Number of boundary nodes that `curve` moved back towards their chords until no walls crossed (repair:method).
 struct RelaxedWallsReport {
     std::size_t nodes = 0;
     double largest = 0;             ///< distance of a node from its target (model units)
@@ -85,7 +89,7 @@ struct WallsReport {
     std::optional<RelaxedWallsReport> relaxed = {};  ///< where nodes were moved back
 };
 
-/// Elements that overlap in the end (crossing:overlaps).
+/// Elements that overlap in the end (crossing:crossings).
 struct OverlappingReport {
     std::size_t overlapping = 0;  ///< places where they do; 0: none
     std::vector<double> point;    ///< one of them (model units)
@@ -161,7 +165,7 @@ struct CurvedPatchesReport {
 };
 
 /// Largest distance between the boundary in the end and its geometry, by the bound that the run requires
-/// (recipes:geometry_error).
+/// (recipes:remesh_mesh).
 struct GeometryErrorReport {
     double required = 0, reached = 0;  ///< of the facet that is farthest by its bound (model units)
     std::size_t far_facets = 0;        ///< number of facets that exceed their bounds
@@ -372,5 +376,227 @@ namespace camber::run {
 /// What both tables and both objects say of a CAD model.
 [[nodiscard]] std::string cad_rows(const CadReport& cad);
 [[nodiscard]] std::string cad_json(const CadReport& cad);
+
+}  // namespace camber::run
+
+/// How well the mesh carries a function: `camber check --field`.
+export namespace camber::run {
+
+/// Elements of one kind, with their shares of the squared L2 error over the mesh.
+struct ErrorBin {
+    std::string range;  ///< "0.01 to 0.1"
+    std::size_t elements = 0;
+    double straight = 0, same_boundary = 0, curved = 0;
+};
+/// One way to tell elements apart.
+struct ErrorPlace {
+    std::string_view key;  ///< in JSON
+    std::string_view title;
+    std::vector<ErrorBin> bins;  ///< those without elements included
+};
+
+/// Errors of the interpolants of one field; lengths^(D/2) times the field's unit (L2), that by a length (H1).
+struct FieldErrors {
+    std::string expression;
+    InterpolationError errors;
+    std::vector<ErrorPlace> places;
+};
+
+/// One number an element, by which errors are told apart.
+struct ElementKinds {
+    Buffer<double> curvature;        ///< the largest of its edges: |node − middle|/|chord|
+    Buffer<double> scaled_jacobian;  ///< the smallest
+    Buffer<double> hops;             ///< edges from its nearest vertex to the boundary; 8 stands for all above, too
+};
+template <int D>
+[[nodiscard]] Outcome<ElementKinds> element_kinds(const QuadraticMesh<D>& mesh,
+                                                  const Column<float>& min_scaled_jacobian, const Execution& execution);
+
+/// The errors of an expression, and where they sit. Errors: those of the expression and of `interpolation_error`.
+template <int D>
+[[nodiscard]] Outcome<FieldErrors> field_errors(const QuadraticMesh<D>& mesh, const std::string& expression,
+                                                const ElementKinds& kinds, const Execution& execution);
+
+/// Lines for a terminal; of degree 1 nothing is curved.
+[[nodiscard]] std::string field_table(const FieldErrors& field, const MeshReport& mesh);
+/// A JSON object.
+[[nodiscard]] std::string field_json(const FieldErrors& field);
+
+}  // namespace camber::run
+
+/// What each stage tells, and how it becomes part of the report.
+namespace camber::run {
+
+using Notices = std::vector<std::string>;
+
+/// Of all elements, at the bound asked for.
+struct VerdictsReport {
+    ValidityReport summary;
+    std::vector<std::size_t> invalid, undecided, below_bound;  ///< elements, from 1
+};
+/// `is_asked`: whether somebody did for the bound.
+template <int D>
+[[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_asked);
+
+/// Of the same, before anything was corrected.
+struct BeforeReport {
+    ValidityReport summary;
+};
+
+/// What a repair came to; `given_up`: elements on which the work was spent in vain.
+[[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t given_up, RepairMethod method);
+
+/// Reports nodes that were moved back because walls crossed.
+template <int D>
+[[nodiscard]] RelaxedWallsReport relaxed_walls_report(const MovedBack<D>& moved) {
+    return {moved.nodes, moved.largest, {moved.largest_at.c.begin(), moved.largest_at.c.end()}};
+}
+
+/// Of a correction.
+struct CorrectionReport {
+    RelaxReport relax;
+    std::optional<KeptBoundaryReport> kept_boundary;
+    std::vector<RemainingReport> remaining;
+};
+
+/// Of the stage that goes from vertex to vertex, but for its targets.
+struct CavitiesReport {
+    ValidityReport wanted;  ///< of the targets, before the cavities corrected them
+    RelaxReport relax;
+    ReinsertReport reinsert;
+};
+
+/// Planned places became the mesh's.
+struct CommitReport {};
+
+/// Of a plan at a run's end: whether its places are the mesh's.
+struct PlanReport {
+    bool is_mesh = false;
+};
+
+/// A mesh that passes are to change, and what they left.
+struct BeginsChangingReport {
+    UnitMeshReport unit_mesh;
+};
+struct FinishedNodesReport {
+    RemeshedNodesReport nodes;
+};
+struct FinishedReport {
+    UnitMeshReport unit_mesh;
+    std::vector<Histogram> histograms;
+};
+
+/// Of a run's end.
+struct MeasuresReport {
+    std::optional<EdgeReport> edges;  ///< after correction
+    std::optional<EdgeReport>
+        edges_in_straight_field;  ///< the same in the straight field, where the back mesh is curved
+    std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
+    std::optional<WallsReport> walls = {};
+    std::optional<DeviationReport> node_deviation = {}, vertex_deviation = {};
+    std::optional<DistancesReport> distances = {};
+    std::optional<GeometryErrorReport> geometry_error = {};
+    bool is_remeshed = false;  ///< what the report has of the boundary's vertices is of the mesh before
+    std::vector<Histogram> histograms;
+};
+
+void add(Report& report, const Notices& notices);
+void add(Report& report, const OverlappingReport& part);
+void add(Report& report, const MetricReport& part);
+void add(Report& report, const BoundaryReport& part);
+void add(Report& report, const BoundaryNodesReport& part);
+void add(Report& report, const CurveReport& part);
+void add(Report& report, const VerdictsReport& part);
+void add(Report& report, const BeforeReport& part);
+/// Corrections add up: of the cavities' own, and of a stage `relax` after them.
+void add(Report& report, const CorrectionReport& part);
+void add(Report& report, const CavitiesReport& part);
+void add(Report& report, const CommitReport&);
+void add(Report& report, const PlanReport& part);
+void add(Report& report, const MeshReport& part);
+void add(Report& report, const BeginsChangingReport& part);
+/// Passes of one kind add up.
+void add(Report& report, const PassReport& part);
+void add(Report& report, const FinishedReport& part);
+void add(Report& report, const FinishedNodesReport& part);
+void add(Report& report, const MeasuresReport& part);
+
+}  // namespace camber::run
+
+/// How near to unit a straight mesh is in a metric: `camber check --metric`, and before and after passes that change
+/// it.
+namespace camber::run {
+
+/// The report, and what it counts, one a unique edge and one an element.
+struct UnitMesh {
+    UnitMeshReport report;
+    std::vector<double> lengths, qualities;
+};
+
+/// Of lengths, one an edge, and qualities, one an element.
+[[nodiscard]] UnitMeshReport unit_mesh_report(std::string metric, const std::vector<double>& lengths,
+                                              const std::vector<double>& qualities);
+
+/// `metric`: the name of what the logs, one a vertex, are.
+template <int D>
+[[nodiscard]] Outcome<UnitMesh> measure_unit_mesh(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                  const Column<LogMetric<D>>& log_metrics, std::string metric,
+                                                  const Execution& execution);
+
+/// Of a mesh of degree 2: along its curves, and by the mean distortion of its elements.
+template <int D>
+[[nodiscard]] Outcome<UnitMesh> measure_unit_mesh(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& log_metrics,
+                                                  std::string metric, const Execution& execution);
+
+/// Its histograms, by one series of that name each.
+[[nodiscard]] std::vector<Histogram> histograms_of(const UnitMesh& measured, const std::string& series);
+
+/// Lines for a terminal; a JSON object.
+[[nodiscard]] std::string unit_mesh_rows(const UnitMeshReport& report);
+[[nodiscard]] std::string unit_mesh_json(const UnitMeshReport& report);
+
+}  // namespace camber::run
+
+/// How near to unit a mesh of degree 2 is in a metric, along its curves: `camber check --metric`.
+namespace camber::run {
+
+struct CurvedUnitMeshReport {
+    /// An element's quality, from 1: its mean, the least that was attained at a point, and what it is above everywhere.
+    struct Element {
+        std::size_t number = 0;
+        double quality = 0, least = 0, bound = 0;
+    };
+    UnitMeshReport unit_mesh;    ///< lengths along the curves, mean qualities
+    Element lowest;              ///< of the lowest quality at a point; its number 0: no element
+    double bound = 0;            ///< above which the quality is at every point of the mesh
+    std::vector<Element> worst;  ///< of the lowest mean qualities, the worst first
+};
+
+/// The report, and what it counts, one a unique edge and one an element.
+struct CurvedUnitMesh {
+    CurvedUnitMeshReport report;
+    std::vector<double> lengths, qualities;
+};
+
+/// `metric`: the name of what the logs, one a vertex, are; `worst`: how many elements to name.
+template <int D>
+[[nodiscard]] Outcome<CurvedUnitMesh> measure_curved_unit_mesh(const QuadraticMesh<D>& mesh,
+                                                               const Column<LogMetric<D>>& log_metrics,
+                                                               std::string metric, std::size_t worst,
+                                                               const Execution& execution);
+
+[[nodiscard]] std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::string& series);
+
+/// Lines for a terminal; a JSON object.
+[[nodiscard]] std::string curved_unit_mesh_rows(const CurvedUnitMeshReport& report);
+[[nodiscard]] std::string curved_unit_mesh_json(const CurvedUnitMeshReport& report);
+
+/// Of a mesh that ranks share: as of one as a whole, but for the last digits of means, which are summed rank by rank.
+struct UnitMeshOfRanks {
+    UnitMeshReport report;
+    std::vector<Histogram> histograms;
+};
+/// Errors: of any rank.
+[[nodiscard]] Outcome<UnitMeshOfRanks> unit_mesh_of_ranks(std::string metric, const MeasuredRows& own, Ranks& ranks);
 
 }  // namespace camber::run

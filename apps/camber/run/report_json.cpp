@@ -3,15 +3,9 @@ module;
 #include <string>
 #include <utility>
 #include <vector>
-
 #include <nlohmann/json.hpp>
 module camber.run;
 import camber.core;
-import :histogram;
-import :distances_report;
-import :report;
-import :solution_report;
-import :unit_mesh;
 
 namespace camber::run {
 

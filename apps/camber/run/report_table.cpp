@@ -4,17 +4,12 @@ module;
 #include <string>
 #include <string_view>
 #include <vector>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 module camber.run;
 import camber.core;
 import camber.metric;
-import :distances_report;
-import :file_numbers;
-import :report;
-import :solution_report;
-import :rows;
+import camber.edge_optimisation;
 
 namespace camber::run {
 

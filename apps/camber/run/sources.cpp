@@ -1,26 +1,29 @@
+// Stages that read, prepare, elevate and commit meshes
 module;
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <variant>
 #include <vector>
-
 #include <fmt/format.h>
 module camber.run;
 import camber.core;
 import camber.bezier;
-import camber.config;
-import camber.fields;
-import camber.io;
+import camber.ordering;
 import camber.metric;
-import camber.recipes;
 import camber.solution_metric;
+import camber.validity;
+import camber.soundness;
+import camber.io;
+import camber.fields;
 import camber.surface;
-import :report;
-import :stages;
-import :state;
+import camber.repair;
+import camber.recipes;
+import camber.config;
 
 namespace camber::run {
 
@@ -193,15 +196,178 @@ Outcome<SourcedMetric<D>> make_log_metrics(const MetricInput<D>& input, const co
     return made;
 }
 
+template Outcome<SourcedMetric<2>> log_metrics_of_file<2>(const MetricFile&, std::size_t, const Execution&);
+template Outcome<SourcedMetric<3>> log_metrics_of_file<3>(const MetricFile&, std::size_t, const Execution&);
+
+namespace {
+
+/// A mesh as it is used, and what is to be said of it.
+template <int D>
+struct Mended {
+    GivenMesh<D> mesh;
+    Notices notices;
+};
+template <int D>
+Outcome<Mended<D>> mended(GivenMesh<D> mesh, const Execution& execution) {
+    return std::visit(
+        [&](auto given) -> Outcome<Mended<D>> {
+            auto prepared = prepare(std::move(given), execution);
+            if (!prepared) return fail(prepared.error());
+            return Mended<D>{std::move(prepared->mesh), std::move(prepared->notices)};
+        },
+        std::move(mesh));
+}
+
+/// In the order to work in, which makes this too faster; nothing where there is something to say of the mesh, since
+/// that is said of the given one.
+template <int D>
+Outcome<std::optional<Sound<D>>> sound_in_order(const StageInputs<D>& given, BetterOrder order,
+                                                const Execution& execution) {
+    auto inputs = in_working_order(given, order.renumbering, part_of(execution, 0, 0.2));
+    if (!inputs) return fail(inputs.error());
+    auto made = mended<D>(std::move(inputs->mesh), part_of(execution, 0.2, 1));
+    if (!made || !made->notices.empty()) return std::nullopt;
+    return Sound<D>{{std::move(made->mesh), std::move(inputs->files)}, {}, std::move(order)};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::Stage> stages,
+                                const OrderingOptions& ordering, const Execution& execution) {
+    auto order = working_order(given, stages, ordering, part_of(execution, 0, 0.02));
+    if (!order) return fail(order.error());
+    const bool is_bad = order->has_value();
+    if (is_bad) {
+        auto sound = sound_in_order(given, std::move(**order), part_of(execution, 0.02, 0.9));
+        if (!sound) return fail(sound.error());
+        if (*sound) return std::move(**sound);
+    }
+    auto made = mended<D>(std::move(given.mesh), part_of(execution, is_bad ? 0.9 : 0.02, 1));
+    if (!made) return fail(made.error());
+    given.mesh = std::move(made->mesh);
+    Sound<D> sound{std::move(given), std::move(made->notices), {}};
+    if (!is_bad) return sound;
+    // Anew: elements may have gone.
+    auto now = working_order(sound.inputs, stages, ordering, without_progress(execution));
+    if (!now) return fail(now.error());
+    if (!*now) return sound;
+    auto inputs = in_working_order(std::move(sound.inputs), (*now)->renumbering, without_progress(execution));
+    if (!inputs) return fail(inputs.error());
+    return Sound<D>{std::move(*inputs), std::move(sound.notices), std::move(*now)};
+}
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Elevate& options) {
+    auto mesh =
+        run.step_of(options, [&](const Execution& e) { return elevate(std::get<LinearMesh<D>>(run.state.mesh), e); });
+    if (!mesh) return fail(mesh.error());
+    run.state.mesh = Quadratic<D>{std::move(*mesh), NodesOf::elevation, Unplanned<D>{}};
+    return Done{};
+}
+
+namespace {
+
+/// The nodes of a mesh that was read with its curves as a plan: its boundary's features tell what is given.
+template <int D>
+struct Adopted {
+    OwnNodes<D> own;
+    Proposal<D> proposal;
+    BoundaryReport report;
+};
+template <int D>
+Outcome<Adopted<D>> own_nodes(const QuadraticMesh<D>& mesh, const config::Features& options,
+                              const Execution& execution) {
+    auto features = find_features(mesh.linear, mesh.edges,
+                                  FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle}, execution);
+    if (!features) return fail(features.error());
+    Proposal<D> proposal = own_proposal(mesh, features->edge_kinds, options.required_boundary);
+    const BoundaryReport report{
+        features->surface_edges, features->ridge_edges, features->corners, features->patch_count, {}, {}};
+    return Adopted<D>{{std::move(*features)}, std::move(proposal), report};
+}
+
+/// The same where surfaces are prescribed: the boundary's nodes are brought onto them.
+template <int D>
+Outcome<Plan<D>> own_nodes_on_geometry(Runner<D>& run) {
+    const QuadraticMesh<D>& mesh = run.quadratic().mesh;
+    const std::span<const LagrangeNode<D>> curves(mesh.mid_nodes.data(), mesh.mid_nodes.size());
+    auto boundary = describe_boundary(run, mesh.linear, mesh.edges, curves);
+    if (!boundary) return fail(boundary.error());
+    return run.step("nodes", [&](const Execution& e) -> Outcome<Plan<D>> {
+        const Column<EdgeKind>& kinds = boundary->features.edge_kinds;
+        auto nodes = own_nodes_on(boundary->geometry, kinds, mesh, boundary->required, e);
+        if (!nodes) return fail(nodes.error());
+        Proposal<D> proposal = own_proposal(mesh, kinds, boundary->required);
+        proposal.mid_nodes = std::move(*nodes);
+        return Plan<D>{OwnNodes<D>{boundary->features, *boundary}, std::move(proposal)};
+    });
+}
+
+bool prescribes(const config::Geometry& geometry) {
+    return std::holds_alternative<config::Cad>(geometry) || std::holds_alternative<config::Analytic>(geometry) ||
+           std::holds_alternative<config::FilePath>(geometry);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> adopt_own_nodes(Runner<D>& run) {
+    if (run.quadratic().planned()) return Done{};
+    if (prescribes(run.config.geometry)) {
+        auto plan = own_nodes_on_geometry(run);
+        if (!plan) return fail(plan.error());
+        run.quadratic().plan = std::move(*plan);
+        return Done{};
+    }
+    auto made = run.step("features",
+                         [&](const Execution& e) { return own_nodes(run.quadratic().mesh, run.config.features, e); });
+    if (!made) return fail(made.error());
+    run.report(made->report);
+    run.quadratic().plan = Plan<D>{std::move(made->own), std::move(made->proposal)};
+    return Done{};
+}
+
+namespace {
+
+/// The proposal becomes the mesh's, valid or not: what is not is in the report, and the program's exit code.
+template <int D>
+Outcome<QuadraticMesh<D>> committed(const JudgedProposal<D>& judged) {
+    if (!judged.validation().certified()) return commit_uncertified(judged).mesh;
+    auto done = commit(judged);
+    if (!done) return fail(done.error());
+    return std::move(done->mesh);
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Commit& options) {
+    if (auto adopted = adopt_own_nodes(run); !adopted) return adopted;
+    return run.step_of(options, [&](const Execution& e) -> Outcome<Done> {
+        if (!run.plan().judged())
+            if (auto done = judge_plan(run, bound_for(run, {}), e); !done) return done;
+        const JudgedProposal<D> judged = *run.plan().judged();
+        auto mesh = committed(judged);
+        if (!mesh) return fail(mesh.error());
+        run.quadratic().mesh = std::move(*mesh);
+        run.plan().places = CommittedPlaces<D>{judged.proposal(), judged.validation()};
+        run.report(CommitReport{});
+        return Done{};
+    });
+}
+
 #define CAMBER_INSTANTIATE(D)                                                                            \
     template Outcome<SourcedMetric<D>> make_log_metrics<D>(const MetricInput<D>&, const config::Metric&, \
-                                                           const Execution&);
+                                                           const Execution&);                            \
+    template Outcome<Sound<D>> prepare_stage<D>(StageInputs<D>, std::span<const config::Stage>,          \
+                                                const OrderingOptions&, const Execution&);               \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Elevate&);                                 \
+    template Outcome<Done> adopt_own_nodes<D>(Runner<D>&);                                               \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Commit&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
-
-template Outcome<SourcedMetric<2>> log_metrics_of_file<2>(const MetricFile&, std::size_t, const Execution&);
-template Outcome<SourcedMetric<3>> log_metrics_of_file<3>(const MetricFile&, std::size_t, const Execution&);
 
 }  // namespace camber::run

@@ -1,9 +1,8 @@
 module;
-#include <unistd.h>
-
 #include <cerrno>
 #include <string>
 #include <utility>
+#include <unistd.h>
 module camber.app_shell:descriptor;
 import camber.core;
 

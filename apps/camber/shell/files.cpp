@@ -1,32 +1,34 @@
+// Files
 module;
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <climits>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
 module camber.app_shell;
 import camber.core;
 import :descriptor;
-import :files;
-import :memory;
 
 namespace camber::app {
 
@@ -268,6 +270,193 @@ Outcome<Done> check_writable(const std::string& path) {
     }
     if (::access(folder_of(target).c_str(), W_OK | X_OK) != 0) return fail_by_system(ErrorKind::write, path, "written");
     return Done{};
+}
+
+namespace {
+
+struct Mapping {
+    explicit Mapping(const Descriptor& file, std::size_t bytes)
+        : begin(::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file.get(), 0)), size(bytes) {}
+    Mapping(const Mapping&) = delete;
+    Mapping(Mapping&&) = delete;
+    Mapping& operator=(const Mapping&) = delete;
+    Mapping& operator=(Mapping&&) = delete;
+    ~Mapping() {
+        if (is_there()) ::munmap(begin, size);
+    }
+    [[nodiscard]] bool is_there() const { return begin != MAP_FAILED; }
+
+    void* begin;
+    std::size_t size;
+};
+
+}  // namespace
+
+Outcome<Column<std::byte>> map_file(const std::string& path) {
+    return guarded([&]() -> Outcome<Column<std::byte>> {
+        const auto unreadable = [&](int error) { return fail(system_error(ErrorKind::input, path, "read", error)); };
+        const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+        if (!file) return unreadable(errno);
+        struct stat status{};
+        if (::fstat(file.get(), &status) != 0) return unreadable(errno);
+        if (S_ISDIR(status.st_mode)) return unreadable(EISDIR);
+        if (!S_ISREG(status.st_mode))
+            return fail(ErrorKind::input, "is no plain file, which is read by several at any place", path, {},
+                        "copy it into one");
+        if (status.st_size == 0) return Column<std::byte>();
+        const auto size = static_cast<std::size_t>(status.st_size);
+        const auto mapping = std::make_shared<const Mapping>(file, size);
+        if (!mapping->is_there()) return unreadable(errno);
+        return Column<std::byte>({static_cast<const std::byte*>(mapping->begin), size}, mapping);
+    });
+}
+
+void give_back(std::span<const std::byte> of_mapped_file) {
+    if (of_mapped_file.empty()) return;
+    ::madvise(const_cast<std::byte*>(of_mapped_file.data()), of_mapped_file.size(), MADV_DONTNEED);
+}
+
+struct SharedFile::Open {
+    std::string path, target, draft;
+    Descriptor file;
+    bool is_makers = false;
+    RemovedOnSignals removed;
+};
+
+namespace {
+
+/// The same for the same name, of whatever length: FNV-1a.
+std::string mark_of(std::string_view name) {
+    std::uint64_t hash = 14695981039346656037U;
+    for (const char c : name) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211U;
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string text;
+    for (int shift = 60; shift >= 0; shift -= 4) text += digits[(hash >> static_cast<unsigned>(shift)) & 15U];
+    return text;
+}
+
+auto unwritable(const std::string& path, int error = errno) {
+    return fail(system_error(ErrorKind::write, path, "written", error));
+}
+
+/// Whether the name is still that of the open file.
+bool is_of(const Descriptor& file, const std::string& name) {
+    struct stat open{}, named{};
+    return ::fstat(file.get(), &open) == 0 && ::stat(name.c_str(), &named) == 0 && open.st_dev == named.st_dev &&
+           open.st_ino == named.st_ino;
+}
+
+}  // namespace
+
+SharedFile::SharedFile(std::unique_ptr<Open> open) : open_(std::move(open)) {}
+SharedFile::SharedFile(SharedFile&&) noexcept = default;
+SharedFile& SharedFile::operator=(SharedFile&&) noexcept = default;
+SharedFile::~SharedFile() {
+    if (open_ && open_->is_makers && is_of(open_->file, open_->draft)) ::unlink(open_->draft.c_str());
+}
+
+const std::string& SharedFile::draft() const { return open_->draft; }
+
+Outcome<SharedFile> SharedFile::make(const std::string& path, std::uint64_t bytes) {
+    if (auto writable = check_writable(path); !writable) return fail(std::move(writable.error()));
+    const std::string target = target_of(path);
+    const std::string draft = beside(target, ".camber-" + mark_of(target) + ".part");
+    ::unlink(draft.c_str());
+    Descriptor file(::open(draft.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666));
+    if (!file) return unwritable(path);
+    auto open = std::make_unique<Open>(Open{path, target, draft, std::move(file), true, RemovedOnSignals(draft)});
+    if (::ftruncate(open->file.get(), static_cast<off_t>(bytes)) != 0) {
+        const int error = errno;
+        ::unlink(draft.c_str());
+        return unwritable(path, error);
+    }
+    return SharedFile(std::move(open));
+}
+
+Outcome<SharedFile> SharedFile::join(const std::string& path, const std::string& draft) {
+    Descriptor file(::open(draft.c_str(), O_RDWR | O_CLOEXEC));
+    if (!file) return unwritable(path);
+    return SharedFile(
+        std::make_unique<Open>(Open{path, target_of(path), draft, std::move(file), false, RemovedOnSignals(draft)}));
+}
+
+Outcome<Done> SharedFile::write(std::uint64_t offset, std::span<const std::byte> bytes,
+                                const Execution& execution) const {
+    constexpr std::size_t largest = std::size_t{1} << 24U;  // the request to stop is looked for between two of these
+    while (!bytes.empty()) {
+        if (execution.stop.stop_requested()) return fail(ErrorKind::stopped, "stopped on request", open_->path);
+        const ssize_t n =
+            ::pwrite(open_->file.get(), bytes.data(), std::min(bytes.size(), largest), static_cast<off_t>(offset));
+        if (n < 0 && errno == EINTR) continue;
+        if (n < 0) return unwritable(open_->path);
+        bytes = bytes.subspan(static_cast<std::size_t>(n));
+        offset += static_cast<std::uint64_t>(n);
+    }
+    return Done{};
+}
+
+Outcome<Done> SharedFile::flush() const {
+    if (::fsync(open_->file.get()) != 0) return unwritable(open_->path);
+    return Done{};
+}
+
+Outcome<Done> SharedFile::publish() {
+    if (!is_of(open_->file, open_->draft))
+        return fail(ErrorKind::write, "its draft was taken away meanwhile", open_->path, {},
+                    "let one run at a time write it");
+    struct stat old{};
+    if (::stat(open_->target.c_str(), &old) == 0 && ::fchmod(open_->file.get(), old.st_mode & 07777U) != 0)
+        return unwritable(open_->path);
+    if (::rename(open_->draft.c_str(), open_->target.c_str()) != 0) return unwritable(open_->path);
+    open_->is_makers = false;
+    open_->removed = {};
+    if (const Descriptor folder(::open(folder_of(open_->target).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); folder)
+        ::fsync(folder.get());
+    return Done{};
+}
+
+namespace {
+
+const char* remedy_of(int error) {
+    switch (error) {
+        case ENOENT: return "check the path";
+        case EACCES:
+        case EPERM:
+        case EROFS: return "ask for the permission, or take another place";
+        case EISDIR: return "name a file";
+        case ENOTDIR: return "take another place";
+        case ENOSPC:
+        case EDQUOT: return "make room, or take another place";
+        case EFBIG: return "raise the limit (ulimit -f)";
+        default: return "";
+    }
+}
+
+}  // namespace
+
+Error system_error(ErrorKind kind, const std::string& path, const char* verb, int error) {
+    return {kind,
+            std::string("cannot be ") + verb + ": " + std::generic_category().message(error),
+            path,
+            {},
+            remedy_of(error)};
+}
+
+std::string target_of(const std::string& path) {
+    std::error_code ignored;
+    const auto resolved = std::filesystem::weakly_canonical(path, ignored);
+    return ignored ? path : resolved.string();
+}
+
+std::string folder_of(const std::string& path) {
+    const auto slash = path.rfind('/');
+    if (slash == std::string::npos) return ".";
+    return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+std::string beside(const std::string& path, const std::string& name) {
+    const auto slash = path.rfind('/');
+    return slash == std::string::npos ? name : path.substr(0, slash + 1) + name;
 }
 
 }  // namespace camber::app

@@ -1,12 +1,27 @@
+// Terminal, progress, messages and memory
 module;
-#include <sys/ioctl.h>
-#include <unistd.h>
-
 #include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstddef>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <utility>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <malloc.h>
+#include <sys/ioctl.h>
+#include <sys/resource.h>
+#include <unistd.h>
 module camber.app_shell;
+import camber.core;
 
 namespace camber::app {
 
@@ -53,6 +68,239 @@ std::string wrapped(std::string_view text, std::size_t width, std::size_t indent
         }
     }
     return out;
+}
+
+namespace {
+
+constexpr double shown_from = 1;  // second of a stage
+
+/// "850", "27 k", "1.3 M".
+std::string short_count(double count) {
+    if (count < 1e3) return fmt::format("{:.0f}", count);
+    if (count < 999.5e3) return fmt::format("{:.{}f} k", count / 1e3, count < 9.95e3 ? 1 : 0);
+    return fmt::format("{:.{}f} M", count / 1e6, count < 9.95e6 ? 1 : 0);
+}
+
+}  // namespace
+
+Progress::Progress(ProgressTold told)
+    : told_(std::move(told)), terminal_(!told_ && ::isatty(STDERR_FILENO) == 1 && voice() == Voice::usual) {
+    begin({});
+}
+
+Progress::~Progress() { wipe(); }
+
+void Progress::begin(std::string stage) {
+    wipe();
+    rounds_.reset();
+    stage_ = std::move(stage);
+    share_ = StageShare(elements_);
+    start_ = last_ = std::chrono::steady_clock::now();
+    if (told_ && !stage_.empty()) told_(stage_, 0);
+}
+
+void Progress::begin_in_rounds(std::string_view stage, const std::string& step) {
+    if (!rounds_) {
+        begin({});
+        share_ = StageShare();  // passes change the elements: there is no rate
+        rounds_.emplace();
+    }
+    rounds_->begin(step);
+    stage_ = fmt::format("{} {}: {}", stage, rounds_->round(), step);
+}
+
+std::function<void(std::size_t, std::size_t)> Progress::ticks() {
+    if (!terminal_ && !told_) return {};
+    return [this](std::size_t done, std::size_t total) { show(done, total); };
+}
+
+void Progress::show(std::size_t done, std::size_t total) {
+    using namespace std::chrono_literals;
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - start_).count();
+    constexpr double parts = 1e6;
+    if (rounds_ && total > 0) {
+        done = static_cast<std::size_t>(parts * rounds_->tick(static_cast<double>(done) / static_cast<double>(total)));
+        total = static_cast<std::size_t>(parts);
+    }
+    const Share share = share_.tick(done, total, seconds);
+    if (told_) return told_(stage_, share.part);
+    if (seconds < shown_from || (shown_ && now - last_ < 100ms)) return;
+    last_ = now;
+    shown_ = true;
+    std::fputs(("\r\x1b[K" + progress_line(stage_, share)).c_str(), stderr);
+    std::fflush(stderr);
+}
+
+void Progress::wipe() {
+    if (!std::exchange(shown_, false)) return;
+    std::fputs("\r\x1b[K", stderr);
+    std::fflush(stderr);
+}
+
+void RoundsShare::begin(const std::string& step) {
+    if (round_ == 0) first_ = step;
+    if (step == first_) {
+        if (round_ > 0) steps_before_ = step_ + 1;
+        ++round_;
+        step_ = 0;
+    } else {
+        ++step_;
+    }
+}
+
+double RoundsShare::tick(double part) {
+    const double left = pow(0.5, static_cast<double>(round_ > 0 ? round_ - 1 : 0));
+    const double of_round =
+        std::min((static_cast<double>(step_) + std::clamp(part, 0.0, 1.0)) / static_cast<double>(steps_before_), 1.0);
+    share_ = std::max(share_, 1 - left + 0.5 * left * of_round);
+    return share_;
+}
+
+Share StageShare::tick(std::size_t done, std::size_t total, double seconds) {
+    constexpr double enough_to_judge = 0.02, almost_all = 0.99;
+    const double told = total > 0 ? static_cast<double>(done) / static_cast<double>(total) : 0.0;
+    part_ = std::clamp(told, part_, almost_all);
+    if (part_ < enough_to_judge) return {part_};
+    const double a_second = seconds > 0 ? part_ * static_cast<double>(elements_) / seconds : 0;
+    return {part_, seconds * (1 - part_) / part_, a_second};
+}
+
+std::string progress_line(const std::string& stage, Share share) {
+    constexpr std::size_t width = 30;
+    const auto filled = static_cast<std::size_t>(share.part * static_cast<double>(width));
+    std::string line = fmt::format("{:<10} [{}{}] {:3.0f} %", stage, std::string(filled, '#'),
+                                   std::string(width - filled, ' '), 100 * share.part);
+    if (share.a_second >= 1) line += "  " + short_count(share.a_second) + " elements/s";
+    if (share.seconds_left > 0) line += fmt::format("  {:.0f} s left", share.seconds_left);
+    return line;
+}
+
+Around steps_shown(Progress& progress, Execution execution) {
+    return [&progress, execution](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
+        progress.begin(std::string(stage));
+        Execution shown = execution;
+        shown.progress = progress.ticks();
+        return guarded([&] { return body(shown); });
+    };
+}
+
+void hold_standard_streams() {
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
+    int fd = 0;  // the lowest that is free; opened for reading only, so that writing fails as on a closed one
+    while (fd >= 0 && fd <= STDERR_FILENO) fd = ::open("/dev/null", O_RDONLY);
+    if (fd > STDERR_FILENO) ::close(fd);
+}
+
+void StandardOutput::print(std::string_view text) {
+    if (voice() == Voice::none) return;
+    std::FILE* const to = fd_ == STDOUT_FILENO ? stdout : stderr;
+    if (error_ == 0 && std::fwrite(text.data(), 1, text.size(), to) < text.size()) error_ = errno;
+}
+
+Outcome<Done> StandardOutput::finish() {
+    if (error_ == 0 && std::fflush(fd_ == STDOUT_FILENO ? stdout : stderr) != 0) error_ = errno;
+    if (error_ == 0 || error_ == EPIPE) return Done{};
+    return fail(ErrorKind::write, "cannot be written: " + std::generic_category().message(error_), "standard output");
+}
+
+namespace {
+
+Voice of_program = Voice::usual;
+
+}  // namespace
+
+void set_voice(Voice voice) {
+    if (of_program != Voice::none) of_program = voice;
+}
+Voice voice() { return of_program; }
+
+Meter::Meter() : start_(std::chrono::steady_clock::now()) {}
+
+Usage Meter::read() const {
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+    struct rusage usage{};
+    ::getrusage(RUSAGE_SELF, &usage);  // the mark is never reset: whoever waits for this process reads it too
+    return {passed.count(), static_cast<std::size_t>(usage.ru_maxrss) * 1024};
+}
+
+namespace {
+
+constexpr std::size_t unlimited = std::numeric_limits<std::size_t>::max();
+
+/// A file of one number; "max", and what is not there or no number, is no limit.
+std::size_t number_in(const std::string& path) {
+    std::ifstream file(path);
+    std::size_t number = 0;
+    return file >> number ? number : unlimited;
+}
+
+/// The group of this process: in version 2 the line "0::/a/b", in version 1 "7:memory:/a/b" (cgroups(7)).
+std::string group_of_process(bool version_2) {
+    std::ifstream groups("/proc/self/cgroup");
+    for (std::string line; std::getline(groups, line);) {
+        const auto first = line.find(':');
+        const auto second = first == std::string::npos ? first : line.find(':', first + 1);
+        if (second == std::string::npos) continue;
+        const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
+        if (version_2 ? controllers == ",," : controllers.find(",memory,") != std::string::npos)
+            return line.substr(second + 1);
+    }
+    return "/";
+}
+
+std::size_t of_machine() {
+    const long pages = ::sysconf(_SC_PHYS_PAGES), size = ::sysconf(_SC_PAGESIZE);
+    if (pages <= 0 || size <= 0) return unlimited;
+    return static_cast<std::size_t>(pages) * static_cast<std::size_t>(size);
+}
+
+std::size_t of_process() {
+    struct rlimit limit{};
+    if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unlimited;
+    return limit.rlim_cur;
+}
+
+}  // namespace
+
+std::size_t cgroup_limit(const std::string& root, const std::string& group, const std::string& name) {
+    std::size_t least = unlimited;
+    for (std::string at = group == "/" ? "" : group;; at.erase(at.rfind('/'))) {
+        least = std::min(least, number_in(root + at + "/" + name));
+        if (at.rfind('/') == std::string::npos) return least;
+    }
+}
+
+MemoryLimit memory_limit() {
+    const std::size_t group =
+        std::min(cgroup_limit("/sys/fs/cgroup", group_of_process(true), "memory.max"),
+                 cgroup_limit("/sys/fs/cgroup/memory", group_of_process(false), "memory.limit_in_bytes"));
+    MemoryLimit least;
+    for (const auto& [bytes, source] : {std::pair{of_process(), "ulimit -v"}, std::pair{group, "the control group"},
+                                        std::pair{of_machine(), "this machine"}})
+        if (bytes < least.bytes) least = {bytes, source};
+    return least;
+}
+
+std::size_t resident_bytes() {
+    std::ifstream file("/proc/self/statm");
+    std::size_t pages = 0, resident = 0;
+    if (!(file >> pages >> resident)) return 0;
+    return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+void give_freed_arrays_back() {
+#ifdef __GLIBC__
+    constexpr int large = 1 << 22;
+    ::mallopt(M_MMAP_THRESHOLD, large);
+#endif
+}
+
+std::string readable(std::size_t bytes) {
+    constexpr double mebi = 1024 * 1024;
+    const double mib = static_cast<double>(bytes) / mebi;
+    return mib < 1024 ? fmt::format("{:.1f} MiB", mib) : fmt::format("{:.1f} GiB", mib / 1024);
 }
 
 }  // namespace camber::app

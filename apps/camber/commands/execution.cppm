@@ -1,0 +1,241 @@
+module;
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+module camber.commands:execution;
+import camber.core;
+import camber.io;
+import camber.config;
+import camber.run;
+import camber.app_shell;
+import :requests;
+
+namespace camber::app {
+
+/// An error that says no place, as one of that file.
+Error of_file(Error error, const std::string& path);
+
+/// A file's mesh, by its content; a flat one as a plane mesh in 2D with its lift, and a notice of that, or as a
+/// surface.
+Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat, const DecodeOptions& options,
+                               const Execution& execution);
+/// With the default options.
+[[nodiscard]] inline Outcome<DecodedMesh> read_mesh(const std::string& path, config::Flat flat,
+                                                    const Execution& execution) {
+    return read_mesh(path, flat, {}, execution);
+}
+
+/// A solution file for a mesh that was read: of a flat one's in space, what it says of directions in the plane.
+Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::string& path,
+                                           const Execution& execution);
+
+/// What a config's geometry is in files for: a CAD model, another mesh, unless that is given.
+Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
+                                           const Given& given = {});
+
+/// A pipeline as the mesh that it begins with asks for.
+using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyMesh&)>;
+
+/// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
+/// and adds them to those written. `fit`, if there is one, is asked once the input is read. Outputs with names of
+/// values in memory are not written: the run has them.
+Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, const Fit& fit = {}, Host host = {});
+
+/// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
+Outcome<std::string> plan(const config::Pipeline& pipeline, const Fit& fit = {});
+
+/// Whether all outputs can be written. Errors: usage, an ending; write.
+Outcome<Done> check_outputs(const config::Output& output);
+
+/// Whether what is given as a solution is a file, by its ending or as one is there; else it is an expression.
+[[nodiscard]] bool names_a_file(const std::string& text);
+/// Whether the ending is that of a format of solutions.
+[[nodiscard]] bool is_solution_file(std::string_view path);
+
+/// The format of a mesh that is written: the one of that name, or else by the path's ending, where `source` says of
+/// which format the input is (see format_to_write_again); standard output has no ending. Errors: usage.
+[[nodiscard]] Outcome<const MeshFormat*> format_of_mesh(const std::string& path, std::string_view name,
+                                                        std::string_view source = {});
+[[nodiscard]] Outcome<const SolutionFormat*> format_of_solution(const std::string& path, std::string_view name);
+/// Whether what is written there is a solution alone: by the format's name, or the path's ending.
+[[nodiscard]] bool is_solution_output(const std::string& path, std::string_view name);
+
+/// The mesh in this format; the fields only where that has place for them.
+[[nodiscard]] Outcome<Done> write_mesh(const MeshFormat& format, const AnyMesh& mesh, const MeshFields& fields,
+                                       EncodeOptions options, const std::string& path, const Execution& execution);
+/// The same in a format for viewers; a flat mesh of one with three coordinates where it was. Whether that can be is
+/// asked before the work; an empty path: nothing is to be written. Errors: usage.
+[[nodiscard]] Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::optional<Lift>& lift,
+                                              const std::string& path, const Execution& execution);
+[[nodiscard]] Outcome<Done> check_viewer_output(const std::string& path);
+[[nodiscard]] Outcome<Done> write_solution(const SolutionFormat& format, const Solution& solution,
+                                           const std::string& path, const Execution& execution);
+
+/// Reports names of fields that are others in files of this format.
+void tell_renames(const MeshFormat& format, const MeshFields& fields);
+
+/// Gives the mesh the names of references that it had before it was in a file without any.
+void name_references(AnyMesh& mesh, const run::Groups& groups);
+
+/// The bound of a stream that should be a mesh: a quarter of the memory if it begins as a format does; that of a text
+/// if its name alone says so; none is read that does neither.
+[[nodiscard]] StreamBound bound_of_mesh(const std::string& path);
+
+/// A solution file's content, in whichever format it is.
+[[nodiscard]] Outcome<DecodedSolution> read_solution(const std::string& path, const Execution& execution);
+
+[[nodiscard]] Outcome<Done> write_text(const std::string& path, std::string_view text);
+
+/// The files that plots in a folder may become, one a quantity. The folder is made where its own is there.
+[[nodiscard]] std::vector<std::string> plot_files(const std::string& folder);
+[[nodiscard]] Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder,
+                                        Written& written);
+
+enum class Role : std::uint8_t { input, input_mesh, output_mesh, output };
+
+/// A file that a verb reads or writes.
+struct NamedFile {
+    std::string path, word;  ///< the word by which it was named: an option, or a place in the config
+    Role role;
+};
+
+/// Whether every path can be one, and no output is also an input or another output, by whatever path or link. Only the
+/// mesh that is made may take the place of the one it is made from. Asked before any work is done. Errors: usage.
+[[nodiscard]] Outcome<Done> check_named_files(const std::vector<NamedFile>& files);
+
+/// How a pipeline's files were named.
+struct PipelineWords {
+    const char *input, *solution, *metric, *cad, *geometry, *mesh, *vtu, *plots, *report, *page;
+};
+inline constexpr PipelineWords words_of_options{"the input", "--solution", "--metric", "--cad",    "--geometry",
+                                                "-o",        "--vtu",      "--plots",  "--report", "--page"};
+inline constexpr PipelineWords words_of_config{"/input/mesh",    "/solution/file", "/metric/file", "/geometry/cad/file",
+                                               "/geometry/mesh", "/output/mesh",   "/output/vtu",  "/output/plots",
+                                               "/output/report", "/output/page"};
+
+[[nodiscard]] std::vector<NamedFile> files_of(const config::Pipeline& pipeline, const PipelineWords& words);
+
+}  // namespace camber::app
+
+/// Fields of a solution on a mesh, from and to files.
+namespace camber::app {
+
+using run::NamedField;
+
+/// The fields of numbers at the nodes of a mesh that was read with them. Notices of those that are left out.
+[[nodiscard]] std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Notice>& notices);
+
+/// The fields of a solution file, or of a mesh file at its nodes, on that mesh: at its vertices, or at all nodes that
+/// it has in degree 2. On a straight mesh the rows of the edges' nodes come after those of the vertices, in the order
+/// of (lower vertex, higher vertex). Fields of a solution file are called field_1 and so on. `only`: the names of those
+/// that are wanted; empty: all. Errors (input): rows that are not those of the mesh, a mesh that is another one, no
+/// field at nodes; (usage): a name that it does not have.
+[[nodiscard]] Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, const std::string& path,
+                                                                 const std::vector<std::string>& only,
+                                                                 std::vector<Notice>& notices,
+                                                                 const Execution& execution);
+
+/// A metric of that mesh, by its vertices or all nodes: a solution file's rows, or of a mesh file with the same nodes
+/// the field `metric`, or else its only tensor, or else its only number, a size. Errors: those of reading; (input) a
+/// mesh file without such a field.
+[[nodiscard]] Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::string& path,
+                                                         std::vector<Notice>& notices, const Execution& execution);
+
+/// Metric files of that mesh, rows at its vertices. Errors: those of reading.
+[[nodiscard]] Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
+                                                                      const std::vector<config::FilePath>& files,
+                                                                      std::vector<Notice>& notices,
+                                                                      const Execution& execution);
+
+/// Writes fields to a solution file, with rows as the mesh's file counts its nodes, or with the mesh to a format that
+/// has fields: the format of that name, else that of the ending, where the mesh's own goes by it that one. Errors: an
+/// ending that is none of these (usage); those of writing.
+[[nodiscard]] Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
+                                               const std::string& path, std::string_view format,
+                                               const Execution& execution);
+/// The same with the mesh, in this format; fields only where it has a place for them.
+[[nodiscard]] Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
+                                            const MeshFormat& format, const std::string& path,
+                                            const Execution& execution);
+/// Whether that can be, and whether the format has a place for such fields: asked before the work. Errors: usage.
+[[nodiscard]] Outcome<Done> check_fields_output(const std::string& path, std::string_view format);
+[[nodiscard]] Outcome<Done> check_place_for(const std::string& path, std::string_view format, FieldKind kind);
+
+/// The folder of all cycles, and within it one of each: a cycle's is made as a part, and has its name once all of it is
+/// there.
+class CycleFolders {
+  public:
+    /// In a place that is kept: new, or with its cycles up to `last` and their table. Errors: usage, there are cycles
+    /// already, or none to go on from; input, the table; write.
+    [[nodiscard]] static Outcome<CycleFolders> anew(const std::string& folder);
+    [[nodiscard]] static Outcome<CycleFolders> going_on(const std::string& folder, int last);
+    /// Beside a file, and gone in the end.
+    [[nodiscard]] static Outcome<CycleFolders> passing(const std::string& beside);
+
+    CycleFolders(const CycleFolders&) = delete;
+    CycleFolders& operator=(const CycleFolders&) = delete;
+    CycleFolders(CycleFolders&& other) noexcept;
+    CycleFolders& operator=(CycleFolders&&) = delete;
+    ~CycleFolders();
+
+    [[nodiscard]] bool is_kept() const { return is_kept_; }
+    [[nodiscard]] const std::string& path() const { return path_; }
+    [[nodiscard]] const std::vector<run::CycleRow>& rows() const { return rows_; }
+
+    /// An empty folder for a cycle that is being made.
+    [[nodiscard]] Outcome<std::string> part_of_cycle(int cycle) const;
+    [[nodiscard]] std::string of_cycle(int cycle) const;
+    /// The part becomes the cycle's folder, and the row one of the table, written with the series.
+    [[nodiscard]] Outcome<Done> add(const run::CycleRow& row, const std::string& view);
+
+    /// Names of references of the first mesh, beside the cycles: their files may have no place for them. Errors: write;
+    /// input, the file; none: there are no names.
+    [[nodiscard]] Outcome<Done> store_groups(const run::Groups& groups) const;
+    [[nodiscard]] Outcome<run::Groups> groups() const;
+
+  private:
+    CycleFolders(std::string path, bool is_kept) : path_(std::move(path)), is_kept_(is_kept) {}
+
+    std::string path_;
+    bool is_kept_;
+    std::vector<run::CycleRow> rows_;
+};
+
+/// What is asked of cycles beside the config.
+struct CyclesChoice {
+    std::optional<int> from;  ///< the cycle of an earlier run that they go on from; none: they begin anew
+    int degree = 0;           ///< that the mesh is to have; 0: any
+};
+
+/// Where the cycles of a config are kept; empty: nothing is.
+[[nodiscard]] std::string kept_folder(const config::Pipeline& pipeline);
+
+/// Runs a config's cycles: their table as it comes to be, messages, and the exit code. What they made last stands in
+/// the config's outputs after every cycle.
+[[nodiscard]] int run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice);
+
+/// What became of a verb's arguments, whose files are named so: the cycles, or the plan of them.
+[[nodiscard]] int run_or_plan_cycles(const config::Pipeline& pipeline, const std::vector<NamedFile>& files,
+                                     const CyclesChoice& choice, bool dry_run);
+
+/// The same as text, with nothing done but reading the input.
+[[nodiscard]] Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice);
+
+/// All that a run takes from files, or a generated mesh; what is given in memory from there. Errors: those of reading;
+/// what the config says of files that are not there (usage).
+[[nodiscard]] Outcome<run::Inputs> read_inputs(const config::Pipeline& pipeline, const Given& given,
+                                               const Execution& execution);
+
+/// Steps of which the host is told, and which it may stop.
+[[nodiscard]] inline Around steps_for(Progress& progress, const Host& host, int threads) {
+    return steps_shown(progress, Execution{.threads = threads, .stop = host.stop});
+}
+
+/// A run's outcome, its mesh where the input was.
+[[nodiscard]] MadeInMemory made_of(run::Run run, const DecodedMesh& input);
+
+}  // namespace camber::app

@@ -1,0 +1,263 @@
+module;
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+export module camber.commands:requests;
+import camber.core;
+import camber.drawing;
+import camber.transfer;
+import camber.io;
+import camber.cad;
+import camber.distributed;
+import camber.config;
+import camber.run;
+import camber.app_shell;
+
+export namespace camber::app {
+
+/// "camber: …" in a line on standard error. Where that cannot be written there is nobody to tell.
+void tell(const std::string& line);
+
+/// The same of what is worth knowing and no error; not said where the program is to be quiet.
+void tell_note(const std::string& note);
+
+/// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
+int report_error(const Error& error);
+
+/// The last error that was not said, where the program has no voice.
+[[nodiscard]] std::optional<Error> error_not_said();
+
+/// Prints the whole of what a verb says to standard output, and returns its exit code: 0, or that of the error if the
+/// text cannot be written.
+[[nodiscard]] int end_with(std::string_view text);
+
+}  // namespace camber::app
+
+namespace camber::app {
+
+/// A line of the table that a verb prints.
+[[nodiscard]] std::string result_row(std::string_view name, std::string_view value);
+
+/// The outputs of a verb as they come to be: an error after the first of them says which were written.
+class Written {
+  public:
+    /// What came of writing the file; it is one of those that were written, or the error tells of them.
+    [[nodiscard]] Outcome<Done> add(const std::string& path, Outcome<Done> outcome);
+    /// An error that comes after them.
+    [[nodiscard]] Error told(Error error) const;
+    /// Whether one of them is standard output: what is said goes elsewhere.
+    [[nodiscard]] bool takes_standard_output() const;
+    [[nodiscard]] const std::vector<std::string>& paths() const { return paths_; }
+
+  private:
+    std::vector<std::string> paths_;
+};
+
+/// "  wrote wing.vtu\n", for each path that is not empty.
+[[nodiscard]] std::string wrote_rows(const std::vector<std::string>& paths);
+
+/// As above, of what a verb that wrote these files says: nothing where it is to be quiet, and to standard error where a
+/// file went to standard output. An error also tells which outputs were written.
+[[nodiscard]] int end_with(std::string_view text, const Written& written);
+
+}  // namespace camber::app
+
+export namespace camber::app {
+
+/// A mesh as a picture.
+struct PictureArguments {
+    std::string input, output;
+    std::string size, cut, view, zoom;    ///< "1200x900"; "x=0.5"; "top", "1,-2,1"; "X,Y,Z,RADIUS"; empty: the usual
+    std::string metric, solution, field;  ///< files, and the name of a field of the latter; empty: none, the first
+    std::optional<run::PictureColour> colour = {};
+    Background background = Background::light;
+    bool no_edges = false;
+    int worst = 0;
+    config::Flat flat = config::Flat::plane;
+    int threads = 0;
+};
+[[nodiscard]] int picture_command(const PictureArguments& arguments);
+
+/// The work of the process that reads a CAD file for another, and its exit code, if the arguments are of that.
+[[nodiscard]] std::optional<int> cad_reader(std::span<const char* const> arguments);
+
+}  // namespace camber::app
+
+namespace camber::app {
+
+/// The model of a config's file, read by a process of its own: what crashes, never ends or takes all memory on a
+/// damaged file is an error of the file (input). Errors also: of read_cad.
+[[nodiscard]] Outcome<CadModel> read_cad_apart(const config::Cad& cad, const Execution& execution);
+
+}  // namespace camber::app
+
+export namespace camber::app {
+
+/// `did you mean "curve"?` where the word is one slip away from a known one (a letter too many, missing, wrong, or two
+/// swapped) or its beginning; else `known: …`.
+[[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& known);
+
+/// `did you mean "wing.mesh"?` of a file that is not there, where its folder has one of that name with another ending,
+/// or one slip away; else empty.
+[[nodiscard]] std::string suggested_file(const std::string& path);
+
+}  // namespace camber::app
+
+/// Runs of programs that have their meshes in memory and not in files.
+export namespace camber::app {
+
+/// What a caller has, by the names that a config or a verb's arguments have it by (config::is_in_memory).
+struct Given {
+    std::map<std::string, DecodedMesh, std::less<>> meshes = {};
+    std::map<std::string, Solution, std::less<>> metrics = {};  ///< rows as a file of the mesh has them
+    std::map<std::string, std::vector<run::NamedField>, std::less<>> solutions = {};
+    run::Groups groups = {};  ///< names of references of an input mesh whose file has none
+};
+
+/// Where the names of references of a run's mesh are stored.
+enum class NamesOfGroups : std::uint8_t {
+    in_its_file,    ///< those that the format has no place for are lost, and reported
+    by_the_caller,  ///< the caller has them
+};
+
+/// Whom a run is for: what it has in memory, who may stop it, who is told how far it is, and who shares it.
+struct Host {
+    Given given = {};
+    NamesOfGroups names = NamesOfGroups::in_its_file;
+    std::stop_token stop = stop_on_signals();
+    ProgressTold told = {};  ///< none: the terminal
+    std::shared_ptr<Ranks> ranks = one_rank();
+    GraphPartitioner partition = {};  ///< of what several ranks hold; none: there is none
+};
+
+/// Those outputs that are files.
+[[nodiscard]] config::Output files_of(config::Output output);
+
+}  // namespace camber::app
+
+/// The verbs over meshes in memory, for other languages (apps/python, apps/c): the same work as the program's, and the
+/// same bytes. Errors: those of the verbs.
+export namespace camber::app {
+
+/// What came of a run.
+struct MadeInMemory {
+    DecodedMesh mesh;
+    std::string report = {};                     ///< JSON: docs/report.md
+    std::optional<Solution> metric = {};         ///< at the vertices, where a stage made one
+    std::vector<run::NamedField> solution = {};  ///< the input's fields on this mesh
+    std::vector<std::string> notices = {};       ///< worth knowing, and no error
+    bool holds_what_was_asked = true;            ///< false: the report lists what it misses
+    bool has_valid_elements = true;              ///< false: elements remain that are not certified valid
+};
+
+/// A config's stages, once; a mesh that begins with curves has no need of `elevate`. Its outputs that are files are
+/// written.
+[[nodiscard]] Outcome<MadeInMemory> run_in_memory(config::Pipeline pipeline, Host host);
+
+/// The solution on a mesh; `guess`: that of the cycle before, brought to it.
+using Solver = std::function<Outcome<std::vector<run::NamedField>>(
+    const DecodedMesh& mesh, const std::vector<run::NamedField>& guess, int cycle)>;
+
+struct AdaptedInMemory {
+    MadeInMemory result;  ///< see run::row_of_result; with the solver's solution, where there is one
+    std::string cycles;   ///< JSON: a row a cycle
+    std::string reason;   ///< why they ended before their number; empty: they did not
+};
+/// A config's cycles; `solver`: empty, the config's metric or expression says what the mesh is adapted to. `degree`:
+/// that meshes must have; 0: any.
+[[nodiscard]] Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, const Solver& solver,
+                                                       Host host);
+
+/// The report of `camber check`, as JSON (docs/report.md), and of each element its verdict and figures by name.
+struct ElementColumn {
+    std::string name;
+    std::vector<double> values;
+};
+struct CheckedInMemory {
+    std::string report, table;
+    std::vector<ElementColumn> elements;
+    bool all_good = false;
+};
+[[nodiscard]] Outcome<CheckedInMemory> check_in_memory(const DecodedMesh& mesh, const std::optional<Solution>& metric,
+                                                       const run::CheckOptions& options, Host host);
+
+/// The page of `camber report`, as HTML.
+[[nodiscard]] Outcome<std::string> page_in_memory(const DecodedMesh& mesh, const std::vector<run::NamedField>& fields,
+                                                  const std::string& title, const run::PageOptions& options, Host host);
+
+/// The report of `camber geometry`, as JSON.
+[[nodiscard]] Outcome<std::string> geometry_in_memory(const DecodedMesh& mesh, const config::Geometry& geometry,
+                                                      const run::InspectOptions& options, Host host);
+
+/// The metric that a config's source and operations make on its input, at the vertices; its stages are not run.
+struct MetricInMemory {
+    Solution metric;
+    double complexity = 0, largest_anisotropy = 0;
+    std::vector<std::string> notices;
+};
+[[nodiscard]] Outcome<MetricInMemory> metric_in_memory(const config::Pipeline& pipeline, Host host);
+
+/// Second derivatives of a field at the vertices.
+[[nodiscard]] Outcome<Solution> hessians_in_memory(const DecodedMesh& mesh, const run::NamedField& field, Host host);
+
+/// Fields of a mesh on another one.
+[[nodiscard]] Outcome<std::vector<run::NamedField>> transfer_in_memory(const DecodedMesh& old_mesh,
+                                                                       const DecodedMesh& new_mesh,
+                                                                       std::vector<run::NamedField> fields,
+                                                                       const TransferOptions& options, Host host);
+
+/// A file's mesh with its fields, and a mesh to a file, as `camber convert` does both.
+[[nodiscard]] Outcome<DecodedMesh> read_into_memory(const std::string& path, config::Flat flat,
+                                                    const DecodeOptions& options, Host host);
+[[nodiscard]] Outcome<std::vector<std::string>> write_from_memory(const DecodedMesh& mesh,
+                                                                  const std::vector<run::NamedField>& fields,
+                                                                  const std::string& path, const std::string& format,
+                                                                  Host host);
+/// The nodal fields that a mesh was read with.
+[[nodiscard]] std::vector<run::NamedField> nodal_fields_of(const DecodedMesh& mesh);
+
+/// A file of so many bytes that all ranks write, each its pieces; it has its name once all have done so. All ranks call
+/// it, also one whose pieces failed: none writes then. Errors: of any rank; write, stopped.
+[[nodiscard]] Outcome<Done> write_together(Ranks& ranks, const std::string& path, std::uint64_t bytes,
+                                           const Outcome<std::span<const FilePiece>>& pieces,
+                                           const Execution& execution);
+
+/// The same of pieces that are made a few at a time, in so many turns; all ranks make theirs in each turn together.
+[[nodiscard]] Outcome<Done> write_together(Ranks& ranks, const std::string& path, std::uint64_t bytes,
+                                           std::size_t turns,
+                                           const std::function<Outcome<std::vector<FilePiece>>(std::size_t)>& pieces_of,
+                                           const Execution& execution);
+
+/// A .meshb of these totals and lists that all ranks write so: in each turn a part of its rows, and along with the
+/// first rank's first what the file begins and ends with.
+template <int D, int Degree>
+[[nodiscard]] Outcome<Done> write_meshb_together(
+    Ranks& ranks, const std::string& path, const PartTotals& totals, const LinearMesh<D>& lists, std::size_t turns,
+    const std::function<Outcome<FilePart<D, Degree>>(std::size_t)>& part_of, const Execution& execution) {
+    const auto frame = gmf_frame<D, Degree>(totals, lists);
+    if (!frame) return fail(frame.error());
+    const Execution quiet = without_progress(execution);
+    const auto pieces_of = [&](std::size_t turn) -> Outcome<std::vector<FilePiece>> {
+        const auto part = part_of(turn);
+        if (!part) return fail(part.error());
+        auto pieces = encode_gmf_part<D, Degree>(*frame, *part, quiet);
+        if (!pieces || turn > 0 || ranks.rank() > 0) return pieces;
+        auto rest = encode_gmf_frame<D, Degree>(*frame, lists, quiet);
+        if (!rest) return rest;
+        std::ranges::move(*rest, std::back_inserter(*pieces));
+        return pieces;
+    };
+    return write_together(ranks, path, frame->bytes, turns, pieces_of, execution);
+}
+
+}  // namespace camber::app

@@ -1,0 +1,352 @@
+module;
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+export module camber.run:measurements;
+import camber.core;
+import camber.transfer;
+import camber.io;
+import camber.surface;
+import camber.config;
+
+export namespace camber::run {
+
+/// What is counted, each with bins of its own that never change, so that runs can be compared.
+enum class Quantity : std::uint8_t {
+    length_reduction,
+    length,
+    curvature,
+    scaled_jacobian,
+    quality,
+    edge_length,
+    metric_quality,
+    curved_edge_length,
+    curved_metric_quality
+};
+inline constexpr std::size_t quantity_count = 9;
+inline constexpr std::size_t run_quantity_count =
+    4;  ///< those of runs, the first; the others are of meshes that are checked
+
+struct QuantityInfo {
+    Quantity quantity;
+    std::string_view key;     ///< in report.json
+    std::string_view title;   ///< of a plot
+    std::string_view axis;    ///< what the numbers are, with their unit
+    std::string_view things;  ///< what is counted
+    int base;                 ///< limits at its whole powers are numbered first on an axis
+};
+[[nodiscard]] const QuantityInfo& info(Quantity quantity);
+
+/// The limits of a quantity's bins, rising and finer towards the tails, by decades where values span them:
+/// - length_reduction: −0.1, −0.01, −0.001, 0, 1e-5, 1e-4, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 100;
+/// - length in the metric: 2^-10 … 2^10 by octaves, by quarters of them from 2^-3 to 2^3;
+/// - curvature: 0, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 10;
+/// - scaled Jacobian and quality: −10, −1, −0.1, −0.01, −0.001, −1e-6, −1e-9, 0, then 1e-9 … 0.001 by decades,
+///   0.005, 0.02, and 0.05, 0.1 … 1.
+[[nodiscard]] std::vector<double> limits_of(Quantity quantity);
+
+/// What the open bins at the ends hold at most.
+struct Extremes {
+    double least = 0, greatest = 0;
+    friend bool operator==(const Extremes&, const Extremes&) = default;
+};
+
+/// The counts of one state of the mesh. There is one more than there are limits: below the first limit, from each
+/// limit (included) to the next, and from the last up; so −∞ counts in the first and ∞ in the last. NaN counts in none
+/// of them: with `not_numbers` the counts sum to the number of values.
+struct Series {
+    std::string name;  ///< "straight", "before", "after" (correction), "count"
+    std::vector<std::size_t> counts;
+    double mean = 0;                   ///< of the finite values; 0 without any
+    std::optional<Extremes> extremes;  ///< of the finite values, if there are any
+    std::size_t not_numbers = 0;
+    friend bool operator==(const Series&, const Series&) = default;
+};
+
+struct Histogram {
+    Quantity quantity = Quantity::length_reduction;
+    std::vector<double> limits;
+    std::vector<Series> series;
+    friend bool operator==(const Histogram&, const Histogram&) = default;
+};
+
+[[nodiscard]] Series counted(std::string name, std::span<const double> limits, std::span<const double> values);
+
+[[nodiscard]] const Series* find_series(const Histogram& histogram, std::string_view name);
+
+/// Bars for a terminal, the series side by side, without colours: about 100 columns at most. Bins that are empty in all
+/// series are left out at either end, and are one row where several follow each other on one side of zero.
+[[nodiscard]] std::string bars(const Histogram& histogram);
+
+/// The histograms as an object of JSON, by their keys.
+[[nodiscard]] std::string histograms_json(const std::vector<Histogram>& histograms);
+
+/// The histograms of a report.json, also of one without extremes (written before there were). Nothing when the text is
+/// no JSON object with histograms as Camber writes them.
+[[nodiscard]] std::optional<std::vector<Histogram>> histograms_of_report(std::string_view json);
+
+}  // namespace camber::run
+
+/// How far a boundary and its geometry are from each other, as it is told.
+export namespace camber::run {
+
+/// See OneWay.
+struct OneWayReport {
+    std::size_t samples = 0;
+    double largest = 0, mean = 0;
+    std::vector<double> from, to;
+    std::size_t facet = 0;  ///< from 1; 0: none
+};
+
+struct EntityReport {
+    std::string kind;                   ///< `face` and `edge` of a CAD model, `patch`, `ridge` …; `none`
+    std::size_t number = 0;             ///< as its maker counts, from 1; 0: it has none
+    std::string name;                   ///< as one says it
+    std::vector<std::size_t> sides;     ///< of a curve: the numbers of the surfaces beside it
+    std::vector<std::string> beside;    ///< of a curve between surfaces of two makers: as one says these
+    bool is_flat = false;               ///< of a surface that facets lie on
+    std::vector<Reference> references;  ///< of those facets
+    std::size_t pieces = 0;             ///< facets, of a curve edges
+    double measure = 0;                 ///< their area or length
+    OneWayReport to_geometry, to_boundary;
+};
+
+struct DistancesReport {
+    std::string geometry;  ///< as one says it: "CAD model wing.step, analytic surfaces, surrogate"
+    OneWayReport to_geometry, to_boundary;
+    std::vector<EntityReport> entities;
+};
+
+/// Entities are called as the geometry calls them, and it by the config.
+template <int D>
+[[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
+                                               const config::Geometry& config);
+
+/// One object.
+[[nodiscard]] std::string distances_json(const DistancesReport& report);
+/// Two lines, the worst entity named; and one for each of the worst entities.
+[[nodiscard]] std::string distance_rows(const DistancesReport& report);
+[[nodiscard]] std::string entity_rows(const DistancesReport& report, std::size_t most);
+
+}  // namespace camber::run
+
+/// What is told of a solution: of the metric that was made for it, and of its way to another mesh.
+export namespace camber::run {
+
+struct SolutionMetricReport {
+    int degree = 1;                    ///< of the elements that are to interpolate
+    double asked = 0, complexity = 0;  ///< that was asked for, and what came out
+    double elements = 0;               ///< of a mesh of that complexity, about
+    double of_fixed = 0;               ///< complexity of sizes, geometry and bounds alone
+    bool is_fixed_alone = false;       ///< these have all of it: the solution has no say
+    bool is_reached = true;            ///< within the tolerance
+    bool is_graded = true;             ///< false: a gradation ended before its time
+    int evaluations = 0, gradations = 0;
+    double largest_anisotropy = 1;
+    double at_min = 0, at_max = 0;                                ///< shares of the vertices with a size at the bounds
+    std::size_t rows = 0, from_inner_fits = 0, lower_degree = 0;  ///< of recovered derivatives
+    std::size_t zero_models = 0, floored_models = 0;
+    double models_max_anisotropy = 0;
+    std::vector<std::string> fields_in_doubt = {};  ///< fields whose values are as unrelated as in a random order
+};
+
+struct TransferReport {
+    TransferMethod method = TransferMethod::interpolate;
+    std::vector<std::string> fields;
+    TransferStatistics statistics;
+};
+
+/// The rows of the verbs `metric` and `transfer`.
+[[nodiscard]] std::string solution_metric_rows(const SolutionMetricReport& report);
+[[nodiscard]] std::string transfer_rows(const TransferReport& report);
+/// What is short of what was asked for.
+[[nodiscard]] std::vector<std::string> solution_metric_notices(const SolutionMetricReport& report);
+
+}  // namespace camber::run
+
+namespace camber::run {
+
+/// A row of a run's table, and those of its end.
+[[nodiscard]] std::string solution_metric_row(const SolutionMetricReport& report);
+[[nodiscard]] std::string carried_rows(const TransferReport& report);
+/// One object each.
+[[nodiscard]] std::string solution_metric_json(const SolutionMetricReport& report);
+[[nodiscard]] std::string transfer_json(const TransferReport& report);
+
+}  // namespace camber::run
+
+export namespace camber::run {
+
+/// Largest resident memory of a run (elevate, curve, validate, relax, commit) on a mesh of that size, in bytes: what
+/// the program itself takes, and so much a vertex and an element. Fitted to the peaks that report.json gave where walls
+/// are curved and the field goes along with them: shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of
+/// 3·10⁵ and 3·10⁶ triangles. Off by −7 % to +7 % there; the objective `shape` takes a tenth to a fifth less, a run
+/// where no wall moves a fifth. Saturates instead of overflowing. A mesh to be generated, or fields in a VTU
+/// file, come on top.
+[[nodiscard]] constexpr std::size_t estimated_peak_bytes(std::size_t vertices, std::size_t elements, int dimension) {
+    const double program = 10.5e6;
+    const double a_vertex = dimension == 2 ? 300 : 1000;
+    const double an_element = dimension == 2 ? 200 : 210;
+    const double bytes =
+        program + a_vertex * static_cast<double>(vertices) + an_element * static_cast<double>(elements);
+    constexpr double most = 9.2e18;
+    return static_cast<std::size_t>(bytes < most ? bytes : most);
+}
+
+/// The memory that there is for a run, and who says so.
+struct AvailableMemory {
+    std::size_t bytes = std::numeric_limits<std::size_t>::max();
+    std::string source;
+};
+
+/// What passes that split make of a mesh, and the largest resident memory of that (bytes).
+struct Growth {
+    double elements = 0;  ///< that the metric asks for
+    std::size_t peak_bytes = 0;
+};
+
+inline constexpr double bytes_of_program = 13e6;
+/// Of a mesh that passes changed, where it is made one as any other.
+[[nodiscard]] constexpr double bytes_of_element(int dimension, int degree) {
+    return (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
+}
+
+/// `complexity`: ∫ sqrt(det M) over the mesh. A mesh whose edges end below √2 has some 11.5 tetrahedra, 2.5 triangles
+/// for each unit of it, as meshes came out; shorter edges so many times more. Memory is at its peak where the changed
+/// mesh is made one as any other: 256 and 263 bytes a tetrahedron (10^5 and 3·10^5 of them, one thread), 347 a triangle
+/// (1.2·10^5), 450 a tetrahedron of degree 2 (7·10^4).
+[[nodiscard]] inline Growth expected_growth(double complexity, double longest_edge, std::size_t elements_before,
+                                            int dimension, int degree) {
+    const double refined = pow(std::sqrt(2.0) / longest_edge, dimension);
+    const double elements = (dimension == 2 ? 2.5 : 11.5) * complexity * refined;
+    const double bytes =
+        bytes_of_program + bytes_of_element(dimension, degree) * (elements + static_cast<double>(elements_before));
+    constexpr double most = 9.2e18;
+    return {elements, static_cast<std::size_t>(bytes < most ? bytes : most)};
+}
+
+/// How many elements passes may make with so many bytes.
+[[nodiscard]] inline std::size_t max_elements_within(std::size_t bytes, int dimension, int degree) {
+    const double room = static_cast<double>(bytes) - bytes_of_program;
+    return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
+}
+
+}  // namespace camber::run
+
+/// How the file that a mesh is from calls its vertices, elements and references. One numbering for all reports: a
+/// vertex has the number of its file (of Gmsh's the tag), an element its place among the file's, from 1; a tag that
+/// differs from it stands beside.
+export namespace camber::run {
+
+struct FileNumbers {
+    Column<std::uint32_t> nodes = {};  ///< DecodedMesh::node_numbers
+    FileTags tags = {};
+
+    /// Of a vertex, or of one of the nodes that follow them.
+    [[nodiscard]] std::size_t operator()(std::size_t node) const {
+        if (!nodes.empty()) return nodes[node];
+        return node < tags.vertices.size() ? tags.vertices[node] : node + 1;
+    }
+    /// Of a simplex of a dimension, by its place from 1; 0: it has none beside its place.
+    [[nodiscard]] std::uint64_t tag(int dimension, std::size_t place) const {
+        const auto& all = tags.simplices[static_cast<std::size_t>(dimension)];
+        return place > 0 && place <= all.size() ? all[place - 1] : 0;
+    }
+};
+
+/// "71", "71 (tag 323)".
+[[nodiscard]] std::string called(std::size_t place, std::uint64_t tag);
+
+/// Names of references, by the dimension of what has them.
+using Groups = std::vector<Group>;
+/// Empty where it has none.
+[[nodiscard]] std::string name_in(const Groups& groups, int dimension, Reference reference);
+/// "3", "3 wall".
+[[nodiscard]] std::string called(const Groups& groups, int dimension, Reference reference);
+
+[[nodiscard]] FileNumbers numbers_of(const DecodedMesh& mesh);
+[[nodiscard]] Groups groups_of(const AnyMesh& mesh);
+
+}  // namespace camber::run
+
+namespace camber::run {
+
+/// 1234567 → "1 234 567".
+[[nodiscard]] std::string grouped(std::size_t n);
+
+/// One line of a table for a terminal.
+[[nodiscard]] std::string table_row(std::string_view name, const std::string& value);
+[[nodiscard]] std::string table_row(std::string_view name, std::size_t n);
+
+/// A lower bound in four digits, and an upper one: what is read back is not above the former, not below the latter.
+[[nodiscard]] std::string lower_bound_text(double x);
+[[nodiscard]] std::string upper_bound_text(double x);
+
+/// The lower bound of a scaled Jacobian; "> 0" where its sign is certain and no number above 0 is.
+[[nodiscard]] std::string scaled_jacobian_text(double least, bool is_positive);
+
+}  // namespace camber::run
+
+/// Which stage may come after which: one table.
+export namespace camber::run {
+
+/// What a run holds, as far as the order of its stages goes; each holds more than the one before.
+enum class Holds : std::uint8_t {
+    straight_mesh,
+    curved_mesh,    ///< of degree 2
+    planned_nodes,  ///< and places for its nodes; a mesh that was read with its curves begins so: its own nodes
+};
+
+/// What a stage does about places that are planned for nodes and are not the mesh's.
+enum class Places : std::uint8_t {
+    keeps,
+    plans,  ///< makes or changes them
+    commits,
+    refuses  ///< changes the mesh itself: there must be none
+};
+
+/// A stage of the pipeline: it runs where the run holds from `least` to `most`.
+template <class Options>
+struct StageRow {
+    std::string_view name;
+    Holds least = Holds::straight_mesh, most = Holds::planned_nodes;
+    std::optional<Holds> makes = {};  ///< none: holds what it held
+    Places places = Places::keeps;
+};
+
+/// One row for each alternative of config::Stage; forgotten, it does not compile.
+inline constexpr std::tuple stage_rows{
+    StageRow<config::Elevate>{"elevate", Holds::straight_mesh, Holds::straight_mesh, Holds::curved_mesh},
+    StageRow<config::Curve>{"curve", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes, Places::plans},
+    StageRow<config::Validate>{"validate", Holds::curved_mesh, Holds::planned_nodes},
+    StageRow<config::Relax>{"relax", Holds::planned_nodes, Holds::planned_nodes, {}, Places::plans},
+    StageRow<config::Commit>{"commit", Holds::planned_nodes, Holds::planned_nodes, {}, Places::commits},
+    StageRow<config::Reinsert>{"reinsert", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes,
+                               Places::commits},
+    StageRow<config::Collapse>{"collapse", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    StageRow<config::Split>{"split", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    StageRow<config::Swap>{"swap", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    StageRow<config::Smooth>{"smooth", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    StageRow<config::Mend>{"mend", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    StageRow<config::Remesh>{"remesh", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+};
+
+/// Whether a stage is a pass that changes the topology.
+template <class Options>
+[[nodiscard]] constexpr bool changes_topology() {
+    return std::get<StageRow<Options>>(stage_rows).places == Places::refuses;
+}
+
+/// Whether these stages can run one after the other on a mesh of that degree, before anything is done. Errors name the
+/// stage's JSON path: usage (a stage that must come before it is missing, or one is there that must not), or without
+/// the path input (the mesh is of degree 1, or of degree 2, and its stages take it as it is).
+[[nodiscard]] Outcome<Done> check_order(std::span<const config::Stage> stages, int degree);
+
+}  // namespace camber::run
