@@ -17,7 +17,7 @@ add_library(camber_warnings INTERFACE)
 target_compile_options(camber_warnings INTERFACE
     -Wall -Wextra -Wpedantic -Wconversion -Wno-sign-conversion -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-align
     -Woverloaded-virtual -Wextra-semi -Wimplicit-fallthrough -Wnewline-eof -Wundef
-    -Wno-psabi) # functions of packs (core:pack) are always inlined: no call passes one
+    -Wno-psabi) # functions of packs (core:tensors) are always inlined: no call passes one
 
 # What must agree between everything that sees a module: C++20 without extensions, threads, and sums that are not fused behind our back
 # (validity is decided by rounding errors that are accounted for).
@@ -27,15 +27,6 @@ function(camber_common TARGET)
     target_compile_options(${TARGET} PUBLIC -pthread -ffp-contract=off)
     target_link_options(${TARGET} PUBLIC -pthread)
     target_link_libraries(${TARGET} PRIVATE $<BUILD_INTERFACE:camber_warnings> PUBLIC $<BUILD_INTERFACE:camber_header_module>)
-endfunction()
-
-# camber_modules_first(TARGET module …): of an inline function that several units have, the linker keeps the first copy: that of these
-# modules, which is optimised, and not that of units which are not. (Without this the modules run with the other units' copies, and cavity
-# takes twice as long under the sanitizers.)
-function(camber_modules_first TARGET)
-    list(REMOVE_ITEM ARGN ${camber_light})
-    list(TRANSFORM ARGN REPLACE "(.+)" "$<TARGET_FILE:camber::\\1>" OUTPUT_VARIABLE archives)
-    target_link_options(${TARGET} PRIVATE LINKER:--whole-archive ${archives} LINKER:--no-whole-archive)
 endfunction()
 
 # What find_package wants to hear for a library; a package that is not here needs no more than its name.
@@ -100,7 +91,10 @@ function(camber_module NAME)
     add_library(camber::${NAME} ALIAS ${target})
     camber_common(${target})
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${NAME})
-    camber_sources(${target} INTERFACE ${MODULE_INTERFACE} PARTS ${MODULE_PARTS} IMPL ${MODULE_IMPL})
+    target_sources(${target} PUBLIC FILE_SET CXX_MODULES FILES ${MODULE_INTERFACE} PRIVATE ${MODULE_IMPL})
+    if(MODULE_PARTS)
+        target_sources(${target} PRIVATE FILE_SET parts TYPE CXX_MODULES FILES ${MODULE_PARTS})
+    endif()
 
     foreach(used IN LISTS MODULE_USES)
         if(NOT TARGET camber::${used})
@@ -139,20 +133,7 @@ function(camber_module NAME)
         install(TARGETS ${target} EXPORT camberTargets
             ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
             FILE_SET CXX_MODULES DESTINATION "${CAMBER_INSTALL_MODULES}/${NAME}")
-        if(camber_together)
-            camber_install_text("${camber_together_install}/${target}.cppm" "${CAMBER_INSTALL_MODULES}/${NAME}")
-        endif()
     endif()
-endfunction()
-
-# camber_install_text(TEXT FOLDER): in place of the text that was compiled, which has just been installed, the one without this machine's
-# folders. Not by install(FILES), which leaves a file that is as old.
-function(camber_install_text TEXT FOLDER)
-    cmake_path(GET TEXT FILENAME name)
-    install(CODE "
-        set(text \"${FOLDER}/${name}\")
-        cmake_path(ABSOLUTE_PATH text BASE_DIRECTORY \"\${CMAKE_INSTALL_PREFIX}\")
-        file(COPY_FILE \"${TEXT}\" \"\$ENV{DESTDIR}\${text}\")")
 endfunction()
 
 # camber_install(): once, after the last module: the package file, with one component a module.

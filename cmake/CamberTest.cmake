@@ -5,14 +5,14 @@
 #   the executable example_NAME from modules/NAME/example.cpp, which sees only the module and those that its interface imports; known to
 #   CTest as example_NAME, and failed by an exit code other than 0: each example judges its own result.
 # camber_bench(NAME SOURCES a.cpp … USES core … [LINK library …])
-#   the executable bench_NAME (Google Benchmark), run by `./x bench`.
+#   the executable bench_NAME (Google Benchmark).
 # camber_program(NAME SOURCES a.cpp … USES core … [LINK library …])
-#   the executable NAME that measures something and takes arguments; neither a test nor run by `./x bench`. It may include what is in
+#   the executable NAME that measures something and takes arguments; neither a test nor a benchmark. It may include what is in
 #   tests/support/.
 include_guard(GLOBAL)
 
-# What optimisation costs a test unit in compiling it does not win back in running: measured in docs/development.md.
-set(CAMBER_TEST_OPTIMISATION "-O0" CACHE STRING "Optimisation of test units; the modules that they test keep that of the build")
+# Not -O0: the linker can take a test's copy of an inline function for the whole program.
+set(CAMBER_TEST_OPTIMISATION "-O1" CACHE STRING "Optimisation of test units; the modules that they test keep that of the build")
 
 # Benchmarks that are only to compile and link, as for `.ci/run`, need none: -O0.
 set(CAMBER_BENCH_OPTIMISATION "" CACHE STRING "Optimisation of benchmarks; empty: that of the build")
@@ -23,11 +23,9 @@ function(camber_test NAME)
         message(FATAL_ERROR "camber_test(${NAME}): unknown: ${TEST_UNPARSED_ARGUMENTS}")
     endif()
     set(target test_${NAME})
-    add_executable(${target})
-    camber_units(${target} IMPL ${TEST_SOURCES})
+    add_executable(${target} ${TEST_SOURCES})
     camber_common(${target})
     target_compile_options(${target} PRIVATE ${CAMBER_TEST_OPTIMISATION})
-    camber_modules_first(${target} ${TEST_USES})
     list(TRANSFORM TEST_USES PREPEND camber::)
     target_link_libraries(${target} PRIVATE camber_test_support ${TEST_USES} ${TEST_LINK})
     target_compile_definitions(${target} PRIVATE

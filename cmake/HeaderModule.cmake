@@ -14,7 +14,7 @@ set(camber_standard_headers
     algorithm array atomic bit cctype cerrno charconv chrono climits cmath compare concepts csignal cstddef cstdint cstdio cstdlib cstring
     deque exception filesystem fstream functional initializer_list iomanip ios iosfwd istream iterator limits list locale map memory
     memory_resource mutex new numbers numeric optional ostream queue random ranges ratio set shared_mutex span sstream stack stdexcept
-    stop_token string string_view system_error thread tuple type_traits typeinfo unordered_map unordered_set utility variant vector version)
+    stop_token string string_view system_error thread tuple type_traits typeinfo unordered_map unordered_set utility valarray variant vector version)
 
 # The folder of libstdc++'s headers, from the preprocessor's own line for <vector>; empty for another library.
 function(camber_standard_folder RESULT)

@@ -19,6 +19,7 @@
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.cavity;
 import camber.operation;
 import camber.adapt;

@@ -1,4 +1,4 @@
-// The laws of the operator of degree 2 by random operations: `./x laws` runs them whole.
+// The laws of the operator of degree 2 by random operations: the program `curved_laws` runs them all.
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -103,3 +103,17 @@ TEST_CASE("numbers of nodes") {
     CHECK(multinomial<2>({1, 1, 1}) == 6);
     CHECK(multinomial<3>({2, 1, 1, 0}) == 12);
 }
+
+TEST_CASE("inversion finds the inverse of a matrix and reports a singular one") {
+    const SquareMatrix<3> a{{{0, 2, 1}, {3, 0, 0}, {1, 1, 4}}};
+    const auto inverse = inverted(a);
+    CHECK(inverse.is_regular);
+    for (int i = 0; i < 3; ++i)
+        for (int j = 0; j < 3; ++j) {
+            double sum = 0;
+            for (int k = 0; k < 3; ++k) sum += a[i][k] * inverse.matrix[k][j];
+            CHECK(std::abs(sum - (i == j ? 1 : 0)) < 1e-15);
+        }
+    CHECK_FALSE(inverted(SquareMatrix<2>{{{1, 2}, {2, 4}}}).is_regular);
+    CHECK_FALSE(inverted(SquareMatrix<2>{{{0, 0}, {0, 1}}}).is_regular);
+}

@@ -1,4 +1,5 @@
 // What is known of few rows: against std::map.
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
@@ -51,6 +52,50 @@ TEST_CASE("a sparse set holds what was put in") {
     CHECK_FALSE(set.contains(VertexId(std::size_t{0})));
     for (std::size_t i = 0; i < 1000; i += 3) set.insert(VertexId(i));
     for (std::size_t i = 0; i < 1000; ++i) CHECK(set.contains(VertexId(i)) == (i % 3 == 0));
+}
+
+TEST_CASE("scratch tables hold what was put in until they are cleared") {
+    ScratchSet<VertexId> set;
+    ScratchMap<VertexId, int> map(2);
+    for (const std::size_t step : {3U, 7U, 2U}) {
+        for (std::size_t i = 0; i < 1000; i += step) {
+            CHECK(set.insert(VertexId(i)));
+            CHECK(map.insert(VertexId(i), static_cast<int>(i)) == static_cast<int>(i));
+        }
+        CHECK_FALSE(set.insert(VertexId(std::size_t{0})));
+        CHECK(map.insert(VertexId(std::size_t{0}), 5) == 0);
+        for (std::size_t i = 0; i < 1000; ++i) {
+            const int* value = map.find(VertexId(i));
+            REQUIRE((value != nullptr) == (i % step == 0));
+            if (value) CHECK(*value == static_cast<int>(i));
+        }
+        set.clear();
+        map.clear();
+        CHECK(map.size() == 0);
+        for (std::size_t i = 0; i < 1000; ++i) CHECK_FALSE(map.contains(VertexId(i)));
+    }
+}
+
+TEST_CASE("a row table finds the first row of each key") {
+    property("as std::map", [](std::uint64_t seed) {
+        Dice dice(seed);
+        std::vector<std::array<std::uint64_t, 2>> keys(dice.below(200));
+        for (auto& key : keys) key = {dice.below(10), dice.below(10)};
+        RowTable table(keys.size());
+        std::map<std::array<std::uint64_t, 2>, std::uint32_t> model;
+        for (std::uint32_t row = 0; row < keys.size(); ++row) {
+            const auto is_same = [&](std::uint32_t other) { return keys[other] == keys[row]; };
+            RC_ASSERT(table.insert(hash_of(keys[row]), row, is_same) ==
+                      model.try_emplace(keys[row], row).first->second);
+        }
+        for (std::uint64_t i = 0; i < 10; ++i)
+            for (std::uint64_t j = 0; j < 10; ++j) {
+                const std::array key{i, j};
+                const auto expected = model.find(key);
+                RC_ASSERT(table.find(hash_of(key), [&](std::uint32_t row) { return keys[row] == key; }) ==
+                          (expected == model.end() ? RowTable::none : expected->second));
+            }
+    });
 }
 
 TEST_CASE("a memo makes a value once, whoever asks") {

@@ -9,6 +9,7 @@
 
 import camber.core;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.validity;
 import camber.curving;
 

@@ -23,6 +23,7 @@
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.surface;
 import camber.curving;
 

@@ -1,10 +1,10 @@
-"""Does each source of the program take its elementary functions from `core:elementary`? The C library chooses its own by the processor, and
+"""Does each source of the program take its elementary functions from `core:tensors`? The C library chooses its own by the processor, and
 with them the last digits: a mesh made with them has other bytes on another machine.
 
     python3 tests/includes/check_functions.py [FILE…]        all sources of modules/ and apps/ without FILE; exit code 1: some do not
 
 Square roots, `fma`, rounding, and what takes a number apart are exact, and are those of the library. Exception: modules/cad/occ, whose
-OpenCASCADE calls the library by itself. Expressions of users are evaluated by muParser with our functions (modules/fields/scalar.cpp).
+OpenCASCADE calls the library by itself. Expressions of users are evaluated by muParser with our functions (modules/fields/expression.cpp).
 What this text cannot see, a call without `std::` in a unit that does not import `camber.core`, tests/pipelines/test_processors.py finds in
 the program.
 """
@@ -37,7 +37,7 @@ def main(arguments):
             continue
         for line, what in refused(path):
             bad += 1
-            print(f"{name}:{line}: {what} has other last digits on other processors; use the function of camber.core (core:elementary)")
+            print(f"{name}:{line}: {what} has other last digits on other processors; use the function of camber.core (core:tensors)")
     return 1 if bad else 0
 
 

@@ -1,9 +1,10 @@
-// Gauss–Jacobi rules against the beta function.
+// Gauss–Jacobi and conical rules against the beta function.
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <cstddef>
 
+import camber.bezier;
 import camber.interpolation;
 
 using namespace camber;
@@ -35,4 +36,21 @@ TEST_CASE("nodes rise inside the interval, weights are positive") {
         }
         CHECK(before < 1);
     }
+}
+
+TEST_CASE("a conical rule of n points a direction is exact for polynomials of degree 2n - 1") {
+    for (int n = 1; n <= 6; ++n)
+        for (int i = 0; i <= 2 * n - 1; ++i) {
+            const int j = 2 * n - 1 - i;  // ∫ ξ_1^i ξ_2^j
+            double triangle = 0, tetrahedron = 0;
+            for (const auto& [xi, weight] : conical_rule<2>(n)) {
+                CHECK(weight > 0);
+                triangle += weight * std::pow(xi[1], i) * std::pow(xi[2], j);
+            }
+            for (const auto& [xi, weight] : conical_rule<3>(n))
+                tetrahedron += weight * std::pow(xi[1], i) * std::pow(xi[3], j);
+            const double numerator = std::tgamma(i + 1.0) * std::tgamma(j + 1.0);
+            CHECK(std::abs(triangle * std::tgamma(2 * n + 2.0) - numerator) < 1e-12 * numerator);
+            CHECK(std::abs(tetrahedron * std::tgamma(2 * n + 3.0) - numerator) < 1e-12 * numerator);
+        }
 }

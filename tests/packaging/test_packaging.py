@@ -2,7 +2,7 @@
 
     python3 tests/packaging/test_packaging.py build/bin/camber build cmake [unittest arguments]
 
-The packages are those of `./x package`, but for a quicker compression.
+The packages are those of docs/installing.md, with faster compression.
 """
 import os
 import pathlib

@@ -171,6 +171,19 @@ class Modules(unittest.TestCase):
             below = [floors[used] for used in manifest(module).get("USES", [])]
             self.assertEqual(floor, max(below, default=-1) + 1, module)
 
+    def test_the_map_has_a_line_for_each_source_file(self):
+        text = text_of(ROOT / "docs" / "architecture.md").split("## Source files of the modules")[1]
+        listed = {}
+        for section in text.split("\n### ")[1:]:
+            listed[section.split("\n")[0]] = sorted(re.findall(r"^\| `([^`]+)` \| .", section, re.MULTILINE))
+        self.assertEqual(list(listed), self.floors())
+        for module, files in listed.items():
+            folder = ROOT / "modules" / module
+            there = [str(path.relative_to(folder)) for path in folder.rglob("*") if path.suffix in (".cpp", ".cppm", ".hpp")]
+            alone = sum(name.endswith(".cppm") for name in there) == 1  # otherwise the primary unit only exports its partitions
+            unlisted = ["example.cpp"] if alone else ["example.cpp", f"{module}.cppm"]
+            self.assertEqual(files, sorted(set(there) - set(unlisted)), module)
+
 
 if __name__ == "__main__":
     unittest.main()

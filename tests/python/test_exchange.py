@@ -135,7 +135,7 @@ class Dolfinx(unittest.TestCase):
         try:
             import dolfinx  # noqa: F401
         except ImportError:
-            self.skipTest("dolfinx is not installed")  # 1 GB: `./x examples` installs it
+            self.skipTest("dolfinx is not installed")  # 1 GB: Debian's python3-dolfinx
         import ufl
         from dolfinx import fem
 

@@ -15,6 +15,7 @@
 import camber.core;
 import camber.bezier;
 import camber.metric;
+import camber.edge_optimisation;
 import camber.validity;
 import camber.optimisation;
 import camber.soundness;
