@@ -43,11 +43,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", type=Path)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(targets))
-    parser.add_argument("--seconds", type=int, default=60)
+    parser.add_argument("--seconds", type=int, default=60, help="for each target, at least 1")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     options = parser.parse_args()
     if unknown := [target for target in options.targets if target not in targets]:
         parser.error(f"unknown target {unknown[0]}; targets: {', '.join(targets)}")
+    if options.seconds < 1:
+        parser.error("--seconds must be at least 1")
+    if missing := [target for target in options.targets or targets if not (options.build / "bin" / f"fuzz_{target}").exists()]:
+        parser.error(f"{options.build}/bin has no fuzz_{missing[0]}: run ./x build sanitize")
     with ThreadPoolExecutor(options.jobs) as pool:
         return 0 if all(list(pool.map(lambda target: run(options.build, target, options.seconds), options.targets or targets))) else 1
 
