@@ -1,4 +1,4 @@
-// Memory of large arrays, in files or on large pages.
+// Owners of columns; memory of large arrays, in files or on large pages.
 module;
 #include <atomic>
 #include <cstddef>
@@ -7,6 +7,7 @@ module;
 #include <mutex>
 #include <new>
 #include <string>
+#include <utility>
 #ifdef __linux__
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -18,6 +19,22 @@ module;
 module camber.core;
 
 namespace camber {
+
+SharedOwner::SharedOwner(const SharedOwner& other) noexcept : value_(other.value_) {
+    if (value_ != nullptr) value_->owners_.fetch_add(1, std::memory_order_relaxed);
+}
+SharedOwner::SharedOwner(SharedOwner&& other) noexcept : value_(std::exchange(other.value_, nullptr)) {}
+SharedOwner& SharedOwner::operator=(const SharedOwner& other) noexcept { return *this = SharedOwner(other); }
+SharedOwner& SharedOwner::operator=(SharedOwner&& other) noexcept {
+    SharedOwner taken(std::move(other));  // ends the former ownership here
+    std::swap(value_, taken.value_);
+    return *this;
+}
+SharedOwner::~SharedOwner() {
+    if (value_ != nullptr && value_->owners_.fetch_sub(1, std::memory_order_acq_rel) == 1) delete value_;
+}
+
+bool SharedOwner::is_only() const { return value_ != nullptr && value_->owners_.load(std::memory_order_acquire) == 1; }
 
 #ifdef __linux__
 

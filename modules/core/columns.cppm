@@ -86,6 +86,49 @@ struct Uninitialised : std::allocator<T> {
 template <class T>
 using Buffer = std::vector<T, Uninitialised<T>>;
 
+}  // namespace camber
+
+namespace camber {
+
+/// An owner of a value that all copies of the owner share. Its copies and its destructor are not inline, because a copy
+/// of a mesh has dozens of them. The other members are declared inline: those of a module are not inline otherwise.
+class SharedOwner {
+  public:
+    class Value {
+      public:
+        Value() = default;
+        Value(const Value&) = delete;
+        Value(Value&&) = delete;
+        Value& operator=(const Value&) = delete;
+        Value& operator=(Value&&) = delete;
+        virtual ~Value() = default;
+
+      private:
+        friend SharedOwner;
+        std::atomic<std::size_t> owners_ = 1;
+    };
+
+    SharedOwner() = default;
+    /// Takes a value that was made by `new`.
+    inline explicit SharedOwner(Value* value) : value_(value) {}
+    SharedOwner(const SharedOwner& other) noexcept;
+    SharedOwner(SharedOwner&& other) noexcept;
+    SharedOwner& operator=(const SharedOwner& other) noexcept;
+    SharedOwner& operator=(SharedOwner&& other) noexcept;
+    ~SharedOwner();
+
+    [[nodiscard]] inline Value* value() const { return value_; }
+    /// True if this is the only owner. All reads through other owners have then ended.
+    [[nodiscard]] bool is_only() const;
+
+  private:
+    Value* value_ = nullptr;
+};
+
+}  // namespace camber
+
+export namespace camber {
+
 /// An immutable shared array: copying costs a reference count. To change one, `take` its buffer (moved
 /// out when nobody else holds it, copied once otherwise) and make a new column of it.
 template <class T>
@@ -94,41 +137,39 @@ class Column {
     using value_type = T;
 
     Column() = default;
-    Column(Buffer<T> buffer)  // NOLINT(*-explicit-*)
-        : array_(std::make_shared<Array>(Array{{}, {}, std::move(buffer)})) {
-        array_->items = array_->own;
+    Column(Buffer<T> buffer) : owner_(new Array) {  // NOLINT(*-explicit-*)
+        array()->own = std::move(buffer);
+        array()->items = array()->own;
     }
     /// Of an array of somebody else, who leaves it as it is until `owner` is destroyed, in whichever thread that is:
     /// nothing is copied.
-    Column(std::span<const T> items, std::shared_ptr<const void> owner)
-        : array_(std::make_shared<Array>(Array{items, std::move(owner), {}})) {}
+    Column(std::span<const T> items, std::shared_ptr<const void> owner) : owner_(new Array) {
+        array()->items = items;
+        array()->owner = std::move(owner);
+    }
 
-    [[nodiscard]] std::size_t size() const { return array_ ? array_->items.size() : 0; }
+    [[nodiscard]] std::size_t size() const { return array() ? array()->items.size() : 0; }
     [[nodiscard]] bool empty() const { return size() == 0; }
-    [[nodiscard]] const T* data() const { return array_ ? array_->items.data() : nullptr; }
+    [[nodiscard]] const T* data() const { return array() ? array()->items.data() : nullptr; }
     [[nodiscard]] const T* begin() const { return data(); }
     [[nodiscard]] const T* end() const { return data() + size(); }
     [[nodiscard]] std::span<const T> view() const { return {data(), size()}; }
-    [[nodiscard]] const T& operator[](std::size_t i) const { return array_->items[i]; }
+    [[nodiscard]] const T& operator[](std::size_t i) const { return array()->items[i]; }
     template <class Tag>
     [[nodiscard]] const T& operator[](Id<Tag> id) const {
-        return array_->items[id.index()];
+        return array()->items[id.index()];
     }
 
     /// The column's buffer to write on: moved out of a uniquely owned column, copied from a shared one or from an array
     /// of somebody else.
     [[nodiscard]] friend Buffer<T> take(Column column) {
-        if (!column.array_) return {};
-        if (column.array_.use_count() == 1 && !column.array_->owner) {
-            // Whoever held it before has finished reading: the count alone is a relaxed load.
-            std::atomic_thread_fence(std::memory_order_acquire);
-            return std::move(column.array_->own);
-        }
+        if (!column.array()) return {};
+        if (column.owner_.is_only() && !column.array()->owner) return std::move(column.array()->own);
         return Buffer<T>(column.begin(), column.end());
     }
 
     friend bool operator==(const Column& a, const Column& b) {
-        if (a.array_ == b.array_) return true;
+        if (a.array() == b.array()) return true;
         if (a.size() != b.size()) return false;
         for (std::size_t i = 0; i < a.size(); ++i)
             if (!(a[i] == b[i])) return false;
@@ -136,12 +177,14 @@ class Column {
     }
 
   private:
-    struct Array {
+    struct Array : SharedOwner::Value {
         std::span<const T> items;
         std::shared_ptr<const void> owner;  ///< of those, where it is somebody else
         Buffer<T> own;
     };
-    std::shared_ptr<Array> array_;
+    [[nodiscard]] Array* array() const { return static_cast<Array*>(owner_.value()); }
+
+    SharedOwner owner_;
 };
 
 /// From now on large arrays (of a Buffer, or a Column made of one) lie in files of that folder which have no name and

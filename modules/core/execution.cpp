@@ -3,6 +3,7 @@ module;
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tl/expected.hpp>
 
 #include <algorithm>
 #include <array>
@@ -13,9 +14,12 @@ module;
 #include <cstddef>
 #include <mutex>
 #include <new>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <utility>
 module camber.core;
 
 namespace camber {
@@ -70,6 +74,36 @@ std::string Limits::interval() const {
            (above_all ? "inf" : number(high)) + (high_open || above_all ? ")" : "]");
 }
 
+Error::Error() = default;
+Error::Error(ErrorKind kind_, std::string what_, std::string where_, std::optional<Entity> entity_, std::string remedy_)
+    : kind(kind_),
+      what(std::move(what_)),
+      where(std::move(where_)),
+      entity(std::move(entity_)),
+      remedy(std::move(remedy_)) {}
+Error::Error(const Error&) = default;
+Error::Error(Error&&) noexcept = default;
+Error& Error::operator=(const Error&) = default;
+Error& Error::operator=(Error&&) noexcept = default;
+Error::~Error() = default;
+
+tl::unexpected<Error> fail(Error error) { return tl::unexpected<Error>(std::move(error)); }
+
+tl::unexpected<Error> fail(ErrorKind kind, std::string what, std::string where, std::optional<Entity> entity,
+                           std::string remedy) {
+    return fail(Error(kind, std::move(what), std::move(where), std::move(entity), std::move(remedy)));
+}
+
+std::string describe(const Error& e) {
+    constexpr std::size_t longest = 4096;
+    std::string line;
+    if (!e.where.empty()) line += shortened(e.where, longest) + ": ";
+    if (e.entity) line += e.entity->kind + " " + std::to_string(e.entity->number) + ": ";
+    line += shortened(e.what, longest);
+    if (!e.remedy.empty()) line += " (" + shortened(e.remedy, longest) + ")";
+    return line;
+}
+
 std::string out_of_limits(const Limits& limits, std::string_view got) {
     return "must be " + limits.text() + ", got " + shortened(got);
 }
@@ -89,6 +123,33 @@ Error out_of_memory(const std::bad_alloc& failure) {
             file->folder(),
             {},
             file->error() == EFBIG ? "raise the limit (ulimit -f)" : "make room, or take another place for the output"};
+}
+
+namespace {
+
+/// Whether an exception says that there is no thread to be had: TBB tells it by a runtime_error of the call's name.
+bool tells_of_threads(const std::runtime_error& error) {
+    return dynamic_cast<const std::system_error*>(&error) != nullptr ||
+           std::string_view(error.what()).starts_with("pthread_");
+}
+
+}  // namespace
+
+Error out_of_resources() {
+    try {
+        throw;
+    } catch (const std::bad_alloc& failure) {
+        return out_of_memory(failure);
+    } catch (const std::length_error&) {
+        return out_of_memory(std::bad_alloc());
+    } catch (const std::runtime_error& error) {
+        if (!tells_of_threads(error)) throw;
+        return {ErrorKind::memory,
+                std::string("the system refuses: ") + error.what(),
+                {},
+                {},
+                "use fewer threads: --threads 1"};
+    }
 }
 
 namespace {

@@ -5,13 +5,12 @@ module;
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <limits>
 #include <new>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -51,12 +50,22 @@ struct Entity {
 
 /// Why a stage gave no value. `what` is one sentence without a full stop; `where` is a file with its
 /// place (line or byte) or a JSON path; `remedy` says what the user can do. Printed by `describe`.
+/// Its constructors are not inline: each function that returns an Outcome contains several.
 struct Error {
     ErrorKind kind = ErrorKind::internal;
     std::string what;
     std::string where;
     std::optional<Entity> entity;
     std::string remedy;
+
+    Error();
+    Error(ErrorKind kind, std::string what, std::string where = {}, std::optional<Entity> entity = {},
+          std::string remedy = {});
+    Error(const Error&);
+    Error(Error&&) noexcept;
+    Error& operator=(const Error&);
+    Error& operator=(Error&&) noexcept;
+    ~Error();
 };
 
 /// A value, or why there is none.
@@ -67,24 +76,14 @@ using Outcome = tl::expected<T, Error>;
 struct Done {};
 
 /// An outcome without a value.
-[[nodiscard]] inline tl::unexpected<Error> fail(Error error) { return tl::unexpected<Error>(std::move(error)); }
+[[nodiscard]] tl::unexpected<Error> fail(Error error);
 
 /// The same from the parts of an Error.
-[[nodiscard]] inline tl::unexpected<Error> fail(ErrorKind kind, std::string what, std::string where = {},
-                                                std::optional<Entity> entity = {}, std::string remedy = {}) {
-    return tl::unexpected<Error>(Error{kind, std::move(what), std::move(where), std::move(entity), std::move(remedy)});
-}
+[[nodiscard]] tl::unexpected<Error> fail(ErrorKind kind, std::string what, std::string where = {},
+                                         std::optional<Entity> entity = {}, std::string remedy = {});
 
 /// One line: `where: entity: what (remedy)`. Each part is at most 4096 bytes long, as paths are.
-[[nodiscard]] inline std::string describe(const Error& e) {
-    constexpr std::size_t longest = 4096;
-    std::string line;
-    if (!e.where.empty()) line += shortened(e.where, longest) + ": ";
-    if (e.entity) line += e.entity->kind + " " + std::to_string(e.entity->number) + ": ";
-    line += shortened(e.what, longest);
-    if (!e.remedy.empty()) line += " (" + shortened(e.remedy, longest) + ")";
-    return line;
-}
+[[nodiscard]] std::string describe(const Error& e);
 
 // How a struct of options describes its members, once for all who read, check, write or explain them: a static
 // function `options()` that returns a tuple of `Option`. A default is the member's own initialiser.
@@ -170,7 +169,8 @@ concept HasOptions = requires { std::tuple_size<decltype(S::options())>::value; 
 /// f(option) for each option of S, in the order in which S lists them.
 template <HasOptions S, class F>
 constexpr void each_option(F&& f) {
-    std::apply([&](const auto&... o) { (f(o), ...); }, S::options());
+    constexpr auto options = S::options();
+    std::apply([&](const auto&... o) { (f(o), ...); }, options);
 }
 
 /// What S says of a member. That the member is no option does not compile.
@@ -264,15 +264,12 @@ template <HasWords E>
     return all;
 }
 
-/// Whether an exception says that there is no thread to be had: TBB tells it by a runtime_error of the call's name.
-[[nodiscard]] inline bool tells_of_threads(const std::runtime_error& error) {
-    return dynamic_cast<const std::system_error*>(&error) != nullptr ||
-           std::string_view(error.what()).starts_with("pthread_");
-}
-
 /// The error of an allocation that failed. Of an array in a file it is the system's reason: a full disk, a limit of the
 /// size of files (kind write).
 [[nodiscard]] Error out_of_memory(const std::bad_alloc& failure);
+
+/// The error of the exception that is being handled if memory or a thread is not to be had. Throws others again.
+[[nodiscard]] Error out_of_resources();
 
 /// Runs f() → Outcome at a module's face: memory or a thread that is not to be had becomes an error of kind memory.
 /// Other exceptions are broken promises and pass.
@@ -280,14 +277,8 @@ template <class F>
 [[nodiscard]] auto guarded(F&& f) -> decltype(f()) {
     try {
         return f();
-    } catch (const std::bad_alloc& failure) {
-        return fail(out_of_memory(failure));
-    } catch (const std::length_error&) {
-        return fail(out_of_memory(std::bad_alloc()));
-    } catch (const std::runtime_error& error) {
-        if (!tells_of_threads(error)) throw;
-        return fail(ErrorKind::memory, std::string("the system refuses: ") + error.what(), {}, {},
-                    "use fewer threads: --threads 1");
+    } catch (const std::exception&) {
+        return fail(out_of_resources());
     }
 }
 
