@@ -1,17 +1,13 @@
 module;
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <cstring>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <type_traits>
 #include <utility>
-#include <variant>
 #include <vector>
 #include <nlohmann/json.hpp>
 module camber.config:codec;
@@ -57,196 +53,168 @@ struct Place {
 /// Puts the limits of a number into its schema.
 void add_limits(const Limits& limits, Json& schema);
 
-/// One field of a struct S: the single description from which it is read, written, explained and put into the schema.
-template <class S>
-struct Field {
-    std::string name, doc, unit_name;
-    Limits limits;
-    bool is_required = false;
-    /// The keys that it takes in the struct's object: its name, or those of an inlined choice, of which exactly one.
-    std::vector<std::string> keys;
-    std::function<Outcome<Done>(const Json& object, const std::string& key, const Place&, const Limits&, S&)> read;
-    std::function<void(const S&, Json& object)> write;
-    std::function<Json(const std::string& key, const Limits&)> schema;
-    std::function<std::string(const Limits&)> type;
+/// How values of a type are read from JSON, written to it, put into the schema, and called. Values are passed by
+/// address and without their type, so that the same functions serve all structs, choices and lists. `codec_of<T>` is
+/// the one of the type T.
+class Codec {
+  public:
+    Codec() = default;
+    Codec(const Codec&) = default;
+    Codec(Codec&&) = default;
+    Codec& operator=(const Codec&) = default;
+    Codec& operator=(Codec&&) = default;
+    virtual ~Codec() = default;
 
-    [[nodiscard]] Field unit(std::string text) && { return unit_name = std::move(text), std::move(*this); }
-    [[nodiscard]] Field at_least(double x) && { return limits.low = x, std::move(*this); }
-    [[nodiscard]] Field above(double x) && { return limits.low = x, limits.low_open = true, std::move(*this); }
-    [[nodiscard]] Field at_most(double x) && { return limits.high = x, std::move(*this); }
-    [[nodiscard]] Field below(double x) && { return limits.high = x, limits.high_open = true, std::move(*this); }
-    [[nodiscard]] Field count(std::size_t least, std::size_t most) && {
-        return limits.min_count = least, limits.max_count = most, std::move(*this);
-    }
-    [[nodiscard]] Field required() && { return is_required = true, std::move(*this); }
-};
-
-/// A struct of options: an object in JSON.
-template <class S>
-struct Description {
-    std::string name, doc;
-    std::vector<Field<S>> fields;
-    /// What is wrong with a value whose fields are right one by one; empty when nothing is.
-    std::function<std::string(const S&)> check;
-};
-
-/// One of several: an object with one key, or the bare key where the alternative needs no options.
-struct Alternative {
-    std::string key, doc;
-};
-template <class V>
-struct Choice {
-    std::string name, doc;
-    std::vector<Alternative> alternatives;  ///< in the variant's order
+    [[nodiscard]] virtual Outcome<Done> read(const Json&, const Place&, const Limits&, void* into) const = 0;
+    [[nodiscard]] virtual Json write(const void* value) const = 0;
+    [[nodiscard]] virtual Json schema(const Limits&) const = 0;
+    [[nodiscard]] virtual std::string type(const Limits&) const = 0;
+    /// Whether an alternative of this type may be given by its bare key.
+    [[nodiscard]] virtual bool may_be_bare() const { return false; }
 };
 
 /// Specialised for each struct and variant in describe_*.cpp, and declared in description.cppm.
 template <class T>
-struct Described;  // static const Description<T> / Choice<T>& get()
+struct Described;  // static const Description / Choice / Wrapper& get()
 
 template <class T>
-using DescriptionOf = std::remove_cvref_t<decltype(Described<T>::get())>;
-template <class T>
-concept Struct = std::same_as<DescriptionOf<T>, Description<T>>;
-template <class T>
-concept OneOf = std::same_as<DescriptionOf<T>, Choice<T>>;
-
-/// How a type is read from JSON, written to it, put into the schema, and called.
-template <class T>
-struct Codec;
-
+const Codec& codec_of();
 template <>
-struct Codec<double> {
-    static Outcome<double> read(const Json&, const Place&, const Limits&);
-    static Json write(double x) { return x; }
-    static Json schema(const Limits&);
-    static std::string type(const Limits&);
-};
+const Codec& codec_of<double>();
+template <>
+const Codec& codec_of<std::string>();
+template <>
+const Codec& codec_of<FilePath>();
 /// A number, or null where it is only recommended.
 template <>
-struct Codec<JacobianBound> {
-    static Outcome<JacobianBound> read(const Json& json, const Place& place, const Limits& limits) {
-        if (json.is_null()) return JacobianBound{};
-        return Codec<double>::read(json, place, limits).map([](double asked) { return JacobianBound(asked); });
-    }
-    static Json write(const JacobianBound& bound) { return bound.is_asked ? Json(bound.value) : Json(nullptr); }
-    static Json schema(const Limits& limits) {
-        Json schema = Codec<double>::schema(limits);
-        schema["type"] = {"number", "null"};
-        return schema;
-    }
-    static std::string type(const Limits& limits) { return Codec<double>::type(limits) + ", or null"; }
-};
-template <std::integral T>
-    requires(!std::same_as<T, bool>)
-struct Codec<T> {
-    static Outcome<T> read(const Json& json, const Place& place, const Limits& limits) {
-        if (!json.is_number_integer()) return bad(place, "expected a whole number, got " + kind_of(json));
-        const bool fits = json.is_number_unsigned() ? std::in_range<T>(json.get<std::uint64_t>())
-                                                    : std::in_range<T>(json.get<std::int64_t>());
-        if (!fits || !limits.hold(json.get<double>()))
-            return bad(place, limits.text().empty() ? "must be a smaller number, got " + json.dump()
-                                                    : out_of_limits(limits, json.dump()));
-        return json.get<T>();
-    }
-    static Json write(T x) { return x; }
-    static Json schema(const Limits& limits) {
-        Json schema{{"type", "integer"}};
-        add_limits(limits, schema);
-        if (std::is_unsigned_v<T> && !schema.contains("minimum")) schema["minimum"] = 0;
-        return schema;
-    }
-    static std::string type(const Limits& limits) {
-        return limits.text().empty() ? "whole number" : "whole number, " + limits.text();
-    }
-};
-template <>
-struct Codec<std::string> {
-    static Outcome<std::string> read(const Json&, const Place&, const Limits&);
-    static Json write(const std::string& text) { return text; }
-    static Json schema(const Limits&) { return {{"type", "string"}}; }
-    static std::string type(const Limits&) { return "string"; }
-};
-template <>
-struct Codec<FilePath> {
-    static Outcome<FilePath> read(const Json&, const Place&, const Limits&);
-    static Json write(const FilePath& file) { return file.path; }
-    static Json schema(const Limits&) { return {{"type", "string"}, {"minLength", 1}}; }
-    static std::string type(const Limits&) { return "path of a file"; }
-};
-
-/// Arrays, whatever holds them: `Make` takes the items.
-[[nodiscard]] Outcome<Done> check_array(const Json& json, const Place& place, const Limits& limits);
-[[nodiscard]] std::string array_type(const std::string& item, const Limits& limits);
-[[nodiscard]] Json array_schema(Json items, const Limits& limits);
+const Codec& codec_of<JacobianBound>();
 
 template <class T>
-struct Codec<std::vector<T>> {
-    static Outcome<std::vector<T>> read(const Json& json, const Place& place, const Limits& limits) {
-        if (auto checked = check_array(json, place, limits); !checked) return fail(checked.error());
-        std::vector<T> items;
-        for (std::size_t i = 0; i < json.size(); ++i) {
-            auto item = Codec<T>::read(json[i], place.at(i), limits);
-            if (!item) return fail(item.error());
-            items.push_back(std::move(*item));
-        }
-        return items;
+[[nodiscard]] Json written(const T& value) {
+    return codec_of<T>().write(&value);
+}
+
+/// Whether JSON is a whole number within the limits, which `fits` the type.
+[[nodiscard]] Outcome<Done> check_integer(const Json& json, const Place& place, const Limits& limits, bool fits);
+[[nodiscard]] Json integer_schema(const Limits& limits, bool is_unsigned);
+[[nodiscard]] std::string integer_type(const Limits& limits);
+
+template <std::integral T>
+class IntegerCodec : public Codec {
+    Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override {
+        const bool fits = json.is_number_unsigned()
+                              ? std::in_range<T>(json.get<std::uint64_t>())
+                              : json.is_number_integer() && std::in_range<T>(json.get<std::int64_t>());
+        auto checked = check_integer(json, place, limits, fits);
+        if (checked) *static_cast<T*>(into) = json.get<T>();
+        return checked;
     }
-    static Json write(const std::vector<T>& items) {
-        Json json = Json::array();
-        for (const T& item : items) json.push_back(Codec<T>::write(item));
-        return json;
-    }
-    static Json schema(const Limits& limits) { return array_schema(Codec<T>::schema(limits), limits); }
-    static std::string type(const Limits& limits) { return array_type(Codec<T>::type(limits), limits); }
+    Json write(const void* value) const override { return *static_cast<const T*>(value); }
+    Json schema(const Limits& limits) const override { return integer_schema(limits, std::is_unsigned_v<T>); }
+    std::string type(const Limits& limits) const override { return integer_type(limits); }
 };
 
-template <std::size_t N>
-[[nodiscard]] Limits exactly(Limits limits) {
-    limits.min_count = limits.max_count = N;
-    return limits;
-}
-template <class T, std::size_t N>
-struct Codec<std::array<T, N>> {
-    using Items = Codec<std::vector<T>>;
-    static Outcome<std::array<T, N>> read(const Json& json, const Place& place, const Limits& limits) {
-        return Items::read(json, place, exactly<N>(limits)).map([](const std::vector<T>& items) {
-            std::array<T, N> all{};
-            for (std::size_t i = 0; i < N; ++i) all[i] = items[i];
-            return all;
-        });
+/// The words of an enumeration of one byte.
+class WordCodec : public Codec {
+  public:
+    template <HasWords T>
+    explicit WordCodec(T) {
+        static_assert(sizeof(T) == 1);
+        for (const auto& w : words(T{})) {
+            words_.emplace_back(w.word);
+            values_.push_back(static_cast<unsigned char>(w.value));
+        }
     }
-    static Json write(const std::array<T, N>& items) { return Items::write({items.begin(), items.end()}); }
-    static Json schema(const Limits& limits) { return Items::schema(exactly<N>(limits)); }
-    static std::string type(const Limits& limits) { return Items::type(exactly<N>(limits)); }
+    Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override;
+    Json write(const void* value) const override;
+    Json schema(const Limits&) const override;
+    std::string type(const Limits&) const override;
+
+  private:
+    std::vector<std::string> words_;
+    std::vector<unsigned char> values_;
+};
+
+/// Lists, whatever holds them and their items.
+class ListCodec : public Codec {
+  public:
+    explicit ListCodec(const Codec& items) : items_(&items) {}
+    Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override;
+    Json write(const void* list) const override;
+    Json schema(const Limits& limits) const override;
+    std::string type(const Limits& limits) const override;
+
+  private:
+    /// The option's limits with those of the type.
+    [[nodiscard]] virtual Limits counted(const Limits& limits) const { return limits; }
+    [[nodiscard]] virtual std::size_t size(const void* list) const = 0;
+    /// Makes it a list of this many default values.
+    virtual void renew(void* list, std::size_t size) const = 0;
+    [[nodiscard]] virtual void* item(void* list, std::size_t i) const = 0;
+
+    const Codec* items_;
+};
+[[nodiscard]] std::string list_type(const std::string& item, const Limits& limits);
+
+template <class T>
+class VectorCodec : public ListCodec {
+  public:
+    VectorCodec() : ListCodec(codec_of<T>()) {}
+
+  private:
+    using List = std::vector<T>;
+    std::size_t size(const void* list) const override { return static_cast<const List*>(list)->size(); }
+    void renew(void* list, std::size_t size) const override { *static_cast<List*>(list) = List(size); }
+    void* item(void* list, std::size_t i) const override { return &(*static_cast<List*>(list))[i]; }
+};
+template <class T, std::size_t N>
+class ArrayCodec : public ListCodec {
+  public:
+    ArrayCodec() : ListCodec(codec_of<T>()) {}
+
+  private:
+    Limits counted(const Limits& limits) const override {
+        Limits exactly = limits;
+        exactly.min_count = exactly.max_count = N;
+        return exactly;
+    }
+    std::size_t size(const void*) const override { return N; }
+    void renew(void*, std::size_t) const override {}
+    void* item(void* list, std::size_t i) const override { return &(*static_cast<std::array<T, N>*>(list))[i]; }
+};
+
+/// The codec of a type without a name in configs.
+template <class T>
+struct Unnamed;
+template <std::integral T>
+struct Unnamed<T> {
+    IntegerCodec<T> codec;
+};
+template <HasWords T>
+struct Unnamed<T> {
+    WordCodec codec{T{}};
+};
+template <class T>
+struct Unnamed<std::vector<T>> {
+    VectorCodec<T> codec;
+};
+template <class T, std::size_t N>
+struct Unnamed<std::array<T, N>> {
+    ArrayCodec<T, N> codec;
 };
 template <int D>
-struct Codec<Vec<D>> {
-    using Items = Codec<std::array<double, D>>;
-    static Outcome<Vec<D>> read(const Json& json, const Place& place, const Limits& limits) {
-        return Items::read(json, place, limits).map([](const std::array<double, D>& c) { return Vec<D>{c}; });
-    }
-    static Json write(const Vec<D>& v) { return Items::write(v.c); }
-    static Json schema(const Limits& limits) { return Items::schema(limits); }
-    static std::string type(const Limits& limits) { return Items::type(limits); }
+struct Unnamed<Vec<D>> {
+    ArrayCodec<double, D> codec;  ///< a Vec is its array
 };
 
-template <HasWords T>
-struct Codec<T> {
-    static Outcome<T> read(const Json& json, const Place& place, const Limits&) {
-        for (const auto& w : words(T{}))
-            if (json == w.word) return w.value;
-        const std::string word = json.is_string() ? json.get<std::string>() : std::string{};
-        return bad(place, "expected " + type({}) + ", got " + kind_of(json),
-                   nearest(word, all_words<T>()).empty() ? "" : suggestion(word, all_words<T>()));
+template <class T>
+const Codec& codec_of() {
+    if constexpr (requires { Described<T>::get(); }) {
+        return Described<T>::get();
+    } else {
+        static const Unnamed<T> unnamed;
+        return unnamed.codec;
     }
-    static Json write(T x) { return word_of(x); }
-    static Json schema(const Limits&) { return {{"enum", all_words<T>()}}; }
-    static std::string type(const Limits&) {
-        std::string text;
-        for (const auto& word : all_words<T>()) text += (text.empty() ? "\"" : " or \"") + word + "\"";
-        return text;
-    }
-};
+}
 
 }  // namespace camber::config

@@ -21,126 +21,90 @@ import :description;
 
 namespace camber::config {
 
-namespace {
-
-Limits counted(std::size_t least, std::size_t most) {
-    Limits limits;
-    limits.min_count = least;
-    limits.max_count = most;
-    return limits;
-}
-
-using Strings = Codec<std::vector<std::string>>;
-const Limits axes = counted(2, 3);
-const Limits entries = counted(3, 6);
-
-}  // namespace
-
-const Description<SurfaceMetric>& Described<SurfaceMetric>::get() {
-    static const Description<SurfaceMetric> description{
+const Description& Described<SurfaceMetric>::get() {
+    static const Description description = described<SurfaceMetric>(
         "surface",
         "Thin along the normals of the boundary, wide along it, isotropic in the volume; gradation carries it inwards. "
-        "At ridges and corners every side's normal is thin.",
-        listed<SurfaceMetric>(),
-        {}};
+        "At ridges and corners every side's normal is thin.");
     return description;
 }
 
-const Description<ReferenceSize>& Described<ReferenceSize>::get() {
-    static const Description<ReferenceSize> description{
-        "sizes", "A size at the vertices of what has one of the references.", listed<ReferenceSize>(), {}};
+const Description& Described<ReferenceSize>::get() {
+    static const Description description =
+        described<ReferenceSize>("sizes", "A size at the vertices of what has one of the references.");
     return description;
 }
-Outcome<SizesMetric> Codec<SizesMetric>::read(const Json& json, const Place& place, const Limits&) {
-    return Items::read(json, place, counted(1, 100000)).map([](std::vector<ReferenceSize> sizes) {
-        return SizesMetric{std::move(sizes)};
-    });
+const Wrapper& Described<SizesMetric>::get() {
+    static const Wrapper wrapper(&SizesMetric::sizes, Limits{.min_count = 1, .max_count = 100000}, "array of sizes");
+    return wrapper;
 }
-Json Codec<SizesMetric>::write(const SizesMetric& metric) { return Items::write(metric.sizes); }
-Json Codec<SizesMetric>::schema(const Limits&) { return Items::schema(counted(1, 100000)); }
-std::string Codec<SizesMetric>::type(const Limits&) { return "array of sizes"; }
 
-const Description<GeometryMetric>& Described<GeometryMetric>::get() {
-    static const Description<GeometryMetric> description{
+const Description& Described<GeometryMetric>::get() {
+    static const Description description = described<GeometryMetric>(
         "geometry-sizes",
         "Sizes along the boundary by its curvature: that chords stay near to it, and that it turns by no more than an "
-        "angle along one; and across the domain where it is thin.",
-        listed<GeometryMetric>(),
-        {}};
+        "angle along one; and across the domain where it is thin.");
     return description;
 }
 
-const Description<SolutionMetric>& Described<SolutionMetric>::get() {
-    static const Description<SolutionMetric> description{
+const Description& Described<SolutionMetric>::get() {
+    static const Description description = described<SolutionMetric>(
         "metric-of-solution",
         "Of all metrics of a complexity the one that interpolates the run's solution best, as camber metric makes it: "
         "docs/algorithms/metric-from-solution.md.",
-        listed<SolutionMetric>(), [](const SolutionMetric& s) -> std::string {
+        [](const SolutionMetric& s) -> std::string {
             if ((s.complexity > 0) + (s.vertices > 0) + (s.elements > 0) > 1)
                 return "give one of \"complexity\", \"vertices\" and \"elements\"";
             if (s.gradation > 0 && s.gradation <= 1) return "gradation is a ratio above 1";
             if (s.max_size > 0 && s.max_size < s.min_size) return "max_size is below min_size";
             if (s.max_anisotropy > 0 && s.max_anisotropy < 1) return "max_anisotropy is a ratio of at least 1";
             return {};
-        }};
+        });
     return description;
 }
 
-const Description<LinearField>& Described<LinearField>::get() {
-    static const Description<LinearField> description{
+const Description& Described<LinearField>::get() {
+    static const Description description = described<LinearField>(
         "linear",
         "UGAWG's linear: thin across a plane of constant z (2D: y), with min_size + 2 (size - min_size) |z - "
-        "position| across and size along it.",
-        listed<LinearField>(),
-        {}};
+        "position| across and size along it.");
     return description;
 }
 
-const Description<PolarOneField>& Described<PolarOneField>::get() {
-    static const Description<PolarOneField> description{
+const Description& Described<PolarOneField>::get() {
+    static const Description description = described<PolarOneField>(
         "polar-1",
         "UGAWG's polar-1: a curved layer, thin along the radius r of the z axis, with min_size + 2 (size - "
-        "min_size) |r - radius|, and size elsewhere.",
-        listed<PolarOneField>(),
-        {}};
+        "min_size) |r - radius|, and size elsewhere.");
     return description;
 }
 
-const Description<PolarTwoField>& Described<PolarTwoField>::get() {
-    static const Description<PolarTwoField> description{
-        "polar-2",
-        "UGAWG's polar-2: polar-1 with shorter edges around the circle near the layer.",
-        listed<PolarTwoField>(),
-        {}};
+const Description& Described<PolarTwoField>::get() {
+    static const Description description = described<PolarTwoField>(
+        "polar-2", "UGAWG's polar-2: polar-1 with shorter edges around the circle near the layer.");
     return description;
 }
 
-const Description<PlanarShock>& Described<PlanarShock>::get() {
-    static const Description<PlanarShock> description{
-        "planar-shock", "Thin across a plane, where tanh(distance / width) jumps.", listed<PlanarShock>(), {}};
+const Description& Described<PlanarShock>::get() {
+    static const Description description =
+        described<PlanarShock>("planar-shock", "Thin across a plane, where tanh(distance / width) jumps.");
     return description;
 }
 
-const Description<SphericalShock>& Described<SphericalShock>::get() {
-    static const Description<SphericalShock> description{
-        "spherical-shock",
-        "Thin across a sphere (2D: a circle), where tanh(distance / width) jumps.",
-        listed<SphericalShock>(),
-        {}};
+const Description& Described<SphericalShock>::get() {
+    static const Description description = described<SphericalShock>(
+        "spherical-shock", "Thin across a sphere (2D: a circle), where tanh(distance / width) jumps.");
     return description;
 }
 
-const Description<RotatingField>& Described<RotatingField>::get() {
-    static const Description<RotatingField> description{
-        "rotating",
-        "Constant sizes whose axes turn in the x, y plane with x: by a whole turn over the period.",
-        listed<RotatingField>(),
-        {}};
+const Description& Described<RotatingField>::get() {
+    static const Description description = described<RotatingField>(
+        "rotating", "Constant sizes whose axes turn in the x, y plane with x: by a whole turn over the period.");
     return description;
 }
 
-const Choice<FieldMetric>& Described<FieldMetric>::get() {
-    static const auto choice =
+const Choice& Described<FieldMetric>::get() {
+    static const Choice choice =
         choice_of<FieldMetric>("field", "An analytic metric field; the defaults are those of the benchmarks.",
                                key<LinearField>("linear", "UGAWG: thin across a plane"),
                                key<PolarOneField>("polar-1", "UGAWG: thin along the radius"),
@@ -151,8 +115,8 @@ const Choice<FieldMetric>& Described<FieldMetric>::get() {
     return choice;
 }
 
-const Choice<MetricExpression>& Described<MetricExpression>::get() {
-    static const auto choice = choice_of<MetricExpression>(
+const Choice& Described<MetricExpression>::get() {
+    static const Choice choice = choice_of<MetricExpression>(
         "expression",
         "Expressions of x, y, z: numbers, + - * / ^, comparisons, c ? a : b, pi, sqrt, exp, log, sin, tanh, atan2, "
         "abs, "
@@ -163,8 +127,8 @@ const Choice<MetricExpression>& Described<MetricExpression>::get() {
     return choice;
 }
 
-const Choice<MetricOperation>& Described<MetricOperation>::get() {
-    static const auto choice = choice_of<MetricOperation>(
+const Choice& Described<MetricOperation>::get() {
+    static const Choice choice = choice_of<MetricOperation>(
         "metric_operations", "One step of what is done to the metric.",
         key<Intersect>("intersect", "with another metric: the largest sizes that both allow"),
         key<Gradation>("gradation", "limit how fast sizes grow"), key<Bound>("bound", "limit sizes and anisotropy"),
@@ -172,67 +136,51 @@ const Choice<MetricOperation>& Described<MetricOperation>::get() {
     return choice;
 }
 
-const Description<Gradation>& Described<Gradation>::get() {
-    static const Description<Gradation> description{
-        "gradation",
-        "Limits how fast sizes grow from vertex to vertex, along every edge; sizes only fall.",
-        listed<Gradation>(),
-        {}};
+const Description& Described<Gradation>::get() {
+    static const Description description = described<Gradation>(
+        "gradation", "Limits how fast sizes grow from vertex to vertex, along every edge; sizes only fall.");
     return description;
 }
 
-const Description<Bound>& Described<Bound>::get() {
-    static const Description<Bound> description{"bound", "Limits sizes, then anisotropy (long sizes become shorter).",
-                                                listed<Bound>(), [](const Bound& s) -> std::string {
-                                                    if (s.max_size > 0 && s.max_size < s.min_size)
-                                                        return "max_size is below min_size";
-                                                    if (s.max_anisotropy > 0 && s.max_anisotropy < 1)
-                                                        return "max_anisotropy is a ratio of at least 1";
-                                                    return {};
-                                                }};
+const Description& Described<Bound>::get() {
+    static const Description description = described<Bound>(
+        "bound", "Limits sizes, then anisotropy (long sizes become shorter).", [](const Bound& s) -> std::string {
+            if (s.max_size > 0 && s.max_size < s.min_size) return "max_size is below min_size";
+            if (s.max_anisotropy > 0 && s.max_anisotropy < 1) return "max_anisotropy is a ratio of at least 1";
+            return {};
+        });
     return description;
 }
 
-const Description<Complexity>& Described<Complexity>::get() {
-    static const Description<Complexity> description{
+const Description& Described<Complexity>::get() {
+    static const Description description = described<Complexity>(
         "complexity",
         "Scales all sizes alike, so that the integral of sqrt(det M) over the mesh is the target: a mesh that fits has "
-        "about 12 times as many tetrahedra (2.6 times as many triangles).",
-        listed<Complexity>(),
-        {}};
+        "about 12 times as many tetrahedra (2.6 times as many triangles).");
     return description;
 }
 
-Outcome<SizeExpression> Codec<SizeExpression>::read(const Json& json, const Place& place, const Limits& limits) {
-    return Codec<std::string>::read(json, place, limits).map([](std::string s) {
-        return SizeExpression{std::move(s)};
-    });
+const Wrapper& Described<SizeExpression>::get() {
+    static const Wrapper wrapper(&SizeExpression::size, {}, "expression");
+    return wrapper;
 }
-Json Codec<SizeExpression>::schema(const Limits& limits) { return Codec<std::string>::schema(limits); }
-std::string Codec<SizeExpression>::type(const Limits&) { return "expression"; }
 
-Outcome<SizesExpression> Codec<SizesExpression>::read(const Json& json, const Place& place, const Limits&) {
-    return Strings::read(json, place, axes).map([](std::vector<std::string> s) {
-        return SizesExpression{std::move(s)};
-    });
+const Wrapper& Described<SizesExpression>::get() {
+    static const Limits axes{.min_count = 2, .max_count = 3};
+    static const Wrapper wrapper(&SizesExpression::sizes, axes, list_type("expression", axes));
+    return wrapper;
 }
-Json Codec<SizesExpression>::schema(const Limits&) { return Strings::schema(axes); }
-std::string Codec<SizesExpression>::type(const Limits&) { return array_type("expression", axes); }
 
-Outcome<TensorExpression> Codec<TensorExpression>::read(const Json& json, const Place& place, const Limits&) {
-    return Strings::read(json, place, entries).map([](std::vector<std::string> s) {
-        return TensorExpression{std::move(s)};
-    });
+const Wrapper& Described<TensorExpression>::get() {
+    static const Limits entries{.min_count = 3, .max_count = 6};
+    static const Wrapper wrapper(&TensorExpression::tensor, entries, list_type("expression", entries));
+    return wrapper;
 }
-Json Codec<TensorExpression>::schema(const Limits&) { return Strings::schema(entries); }
-std::string Codec<TensorExpression>::type(const Limits&) { return array_type("expression", entries); }
 
-Outcome<Intersect> Codec<Intersect>::read(const Json& json, const Place& place, const Limits& limits) {
-    return Codec<Metric>::read(json, place, limits).map([](Metric metric) { return Intersect{std::move(metric)}; });
+const Wrapper& Described<Intersect>::get() {
+    static const Wrapper wrapper(&Intersect::metric);
+    return wrapper;
 }
-Json Codec<Intersect>::write(const Intersect& intersect) { return Codec<Metric>::write(intersect.metric); }
-Json Codec<Intersect>::schema(const Limits& limits) { return Codec<Metric>::schema(limits); }
-std::string Codec<Intersect>::type(const Limits& limits) { return Codec<Metric>::type(limits); }
 
 namespace {
 
@@ -263,13 +211,13 @@ std::string wrong_with(const Adaptation& a) {
 
 }  // namespace
 
-const Description<Adaptation>& Described<Adaptation>::get() {
-    static const Description<Adaptation> description{
+const Description& Described<Adaptation>::get() {
+    static const Description description = described<Adaptation>(
         "adapt",
         "Cycles of the stages, each on the mesh that the one before made, until that has settled; a solver may be "
         "asked "
         "for the solution in between. Without a geometry of its own every cycle takes the boundary of the first mesh.",
-        listed<Adaptation>(), wrong_with};
+        wrong_with);
     return description;
 }
 

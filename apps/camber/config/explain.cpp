@@ -57,29 +57,26 @@ struct Topic {
 };
 
 /// The keys of an option, and those of its values that are words.
-template <class S>
-void add_words(const Field<S>& option, const std::string& in, const std::string& text, std::vector<Word>& words) {
+void add_words(const Field& option, const std::string& in, const std::string& text, std::vector<Word>& words) {
     const auto add = [&](const std::string& name) {
         words.push_back({name, fmt::format("{}, in {}\n{}\n  see also: camber explain {}\n", name, in, text, in)});
     };
     for (const std::string& key : option.keys) {
         add(key);
-        const Json schema = option.schema(key, option.limits);
+        const Json schema = option.schema(key);
         if (!schema.contains("enum")) continue;
         for (const Json& value : schema["enum"])
             if (value.is_string() && value.get<std::string>() != key) add(value.get<std::string>());
     }
 }
 
-template <class S>
-Topic topic_of_struct() {
-    const auto& d = Described<S>::get();
+Topic topic_of(const Description& d) {
     std::string text = fmt::format("{}\n\n{}", d.name, wrapped(d.doc, 2));
     if (d.fields.empty()) text += "\n  no options\n";
-    const Json defaults = Codec<S>::write(S{});
+    const Json defaults = d.defaults();
     std::vector<Word> words;
-    for (const auto& f : d.fields) {
-        std::string facts = f.type(f.limits);
+    for (const Field& f : d.fields) {
+        std::string facts = f.type();
         if (!f.unit_name.empty()) facts += "; in " + f.unit_name;
         if (f.is_required)
             facts += "; required";
@@ -92,28 +89,22 @@ Topic topic_of_struct() {
     return {d.name, std::move(text), std::move(words)};
 }
 
-template <class V>
-Topic topic_of_choice() {
-    const auto& c = Described<V>::get();
+Topic topic_of(const Choice& c) {
     std::string text = fmt::format("{}\n\n{}\n", c.name, wrapped(c.doc, 2));
     std::vector<Word> words;
-    each_alternative<V>([&](auto index, auto sample) {
-        const auto& [key, doc] = c.alternatives[index];
-        text += fmt::format("  {:<12} {}\n", key, doc);
+    for (const Alternative& a : c.alternatives) {
+        text += fmt::format("  {:<12} {}\n", a.key, a.doc);
         words.push_back(
-            {key, fmt::format("{0}\n\n{1}\n  in \"{2}\": {{\"{0}\": {3}}}\n  see also: camber explain {2}\n", key,
-                              wrapped(doc, 2), c.name, Codec<decltype(sample)>::type({}))});
-    });
-    text += fmt::format("\n  in JSON: {}\n", Codec<V>::type({}));
+            {a.key, fmt::format("{0}\n\n{1}\n  in \"{2}\": {{\"{0}\": {3}}}\n  see also: camber explain {2}\n", a.key,
+                                wrapped(a.doc, 2), c.name, a.codec->type({}))});
+    }
+    text += fmt::format("\n  in JSON: {}\n", c.type({}));
     return {c.name, std::move(text), std::move(words)};
 }
 
-/// One topic a stage, and cycles of them and the output, which come after.
-std::vector<Topic> with_stages(std::vector<Topic> topics) {
-    each_alternative<Stage>([&](auto, auto stage) { topics.push_back(topic_of_struct<decltype(stage)>()); });
-    topics.push_back(topic_of_struct<Adaptation>());
-    topics.push_back(topic_of_struct<Output>());
-    return topics;
+template <class... T>
+std::vector<Topic> topics_of() {
+    return {topic_of(Described<T>::get())...};
 }
 
 /// Words of sources and operations that have no options of their own are topics as well.
@@ -127,47 +118,16 @@ std::vector<Topic> with_words(std::vector<Topic> topics) {
     return topics;
 }
 
+/// The stages come after what they use.
 const std::vector<Topic>& all_topics() {
-    static const std::vector<Topic> all = with_words(with_stages({topic_of_struct<Pipeline>(),
-                                                                  topic_of_struct<Input>(),
-                                                                  topic_of_struct<GivenSolution>(),
-                                                                  topic_of_choice<Shape>(),
-                                                                  topic_of_struct<ShellOptions<3>>(),
-                                                                  topic_of_struct<ShellOptions<2>>(),
-                                                                  topic_of_struct<BoxOptions<3>>(),
-                                                                  topic_of_struct<BoxOptions<2>>(),
-                                                                  topic_of_struct<BumpOptions>(),
-                                                                  topic_of_struct<BoundaryLayer>(),
-                                                                  topic_of_choice<Metric>(),
-                                                                  topic_of_struct<NaturalMetric>(),
-                                                                  topic_of_struct<ConstantMetric>(),
-                                                                  topic_of_struct<SurfaceMetric>(),
-                                                                  topic_of_struct<ReferenceSize>(),
-                                                                  topic_of_struct<GeometryMetric>(),
-                                                                  topic_of_struct<SolutionMetric>(),
-                                                                  topic_of_choice<FieldMetric>(),
-                                                                  topic_of_struct<LinearField>(),
-                                                                  topic_of_struct<PolarOneField>(),
-                                                                  topic_of_struct<PolarTwoField>(),
-                                                                  topic_of_struct<PlanarShock>(),
-                                                                  topic_of_struct<SphericalShock>(),
-                                                                  topic_of_struct<RotatingField>(),
-                                                                  topic_of_choice<MetricExpression>(),
-                                                                  topic_of_choice<MetricOperation>(),
-                                                                  topic_of_struct<Gradation>(),
-                                                                  topic_of_struct<Bound>(),
-                                                                  topic_of_struct<Complexity>(),
-                                                                  topic_of_choice<Geometry>(),
-                                                                  topic_of_struct<Surrogate>(),
-                                                                  topic_of_struct<Straight>(),
-                                                                  topic_of_struct<AnalyticSurface>(),
-                                                                  topic_of_struct<Cad>(),
-                                                                  topic_of_struct<Plane>(),
-                                                                  topic_of_struct<Sphere>(),
-                                                                  topic_of_struct<Cylinder>(),
-                                                                  topic_of_struct<Torus>(),
-                                                                  topic_of_struct<Features>(),
-                                                                  topic_of_choice<Stage>()}));
+    static const std::vector<Topic> all = with_words(
+        topics_of<Pipeline, Input, GivenSolution, Shape, ShellOptions<3>, ShellOptions<2>, BoxOptions<3>, BoxOptions<2>,
+                  BumpOptions, BoundaryLayer, Metric, NaturalMetric, ConstantMetric, SurfaceMetric, ReferenceSize,
+                  GeometryMetric, SolutionMetric, FieldMetric, LinearField, PolarOneField, PolarTwoField, PlanarShock,
+                  SphericalShock, RotatingField, MetricExpression, MetricOperation, Gradation, Bound, Complexity,
+                  Geometry, Surrogate, Straight, AnalyticSurface, Cad, Plane, Sphere, Cylinder, Torus, Features, Stage,
+                  Elevate, Curve, Validate, Relax, Commit, Reinsert, Collapse, Split, Swap, Smooth, Mend, Remesh,
+                  Adaptation, Output>());
     return all;
 }
 
@@ -201,16 +161,23 @@ Outcome<Json> parse_part(std::string_view text, std::string_view name) {
 }
 
 template <class T>
+Outcome<T> read(const Json& json, const Place& place) {
+    T value{};
+    if (auto done = codec_of<T>().read(json, place, {}, &value); !done) return fail(std::move(done.error()));
+    return value;
+}
+
+template <class T>
 Outcome<T> read_part(std::string_view text, std::string_view name) {
     auto json = parse_part(text, name);
     if (!json) return fail(json.error());
-    return Codec<T>::read(*json, {std::string(name), ""}, {});
+    return read<T>(*json, {std::string(name), ""});
 }
 
 /// The shape that JSON describes alone, or as the input of a whole pipeline.
 Outcome<Shape> shape_of(const Json& json, const Place& place) {
-    if (!json.is_object() || !json.contains("input")) return Codec<Shape>::read(json, place, {});
-    auto pipeline = Codec<Pipeline>::read(json, place, {});
+    if (!json.is_object() || !json.contains("input")) return read<Shape>(json, place);
+    auto pipeline = read<Pipeline>(json, place);
     if (!pipeline) return fail(std::move(pipeline.error()));
     if (auto* shape = std::get_if<Shape>(&pipeline->input.source)) return *shape;
     return bad(place.at("input"), "reads a mesh, it generates none", "use camber convert, or camber run");
@@ -235,20 +202,20 @@ Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name, st
     if (!json) return fail(json.error());
     if (!overrides.empty() && json->is_object()) {
         // Overrides may name what the text leaves to the defaults.
-        const Json defaults = Codec<Pipeline>::write({});
+        const Json defaults = written(Pipeline{});
         for (const auto& [key, value] : defaults.items())
             if (key != "input" && !json->contains(key)) (*json)[key] = value;
         for (const std::string& assignment : overrides)
             if (auto done = override_value(*json, assignment); !done) return fail(done.error());
     }
-    return Codec<Pipeline>::read(*json, {std::string(name), ""}, {});
+    return read<Pipeline>(*json, {std::string(name), ""});
 }
 
 Outcome<Metric> read_metric(std::string_view text, std::string_view name) {
     // A file is meant by what has an ending or a folder, and by a word that is not near to one of the metric's own.
     const bool is_json = text.find_first_of("{\"") != std::string_view::npos;
     const bool is_word = text.find_first_of("./\\") == std::string_view::npos;
-    if (!is_json && !text.empty() && !(is_word && !nearest(text, Codec<Metric>::keys()).empty()))
+    if (!is_json && !text.empty() && !(is_word && !nearest(text, Described<Metric>::get().keys()).empty()))
         return Metric(FilePath{std::string(text)});
     return read_part<Metric>(text, name);
 }
@@ -263,16 +230,16 @@ Outcome<Shape> read_shape(std::string_view text, std::string_view name, std::spa
     auto shape = shape_of(*json, {std::string(name), ""});
     if (!shape || overrides.empty()) return shape;
     // Overrides may name what the text leaves to the defaults.
-    Json options = Codec<Shape>::options(*shape);
+    Json options = Described<Shape>::get().options(&*shape);
     for (const std::string& assignment : overrides)
         if (auto done = override_value(options, assignment); !done) return fail(done.error());
-    return Codec<Shape>::read(Json{{name_of(*shape), std::move(options)}}, {"--set", ""}, {});
+    return read<Shape>(Json{{name_of(*shape), std::move(options)}}, {"--set", ""});
 }
 
-std::string name_of(const Shape& shape) { return Codec<Shape>::key(shape); }
+std::string name_of(const Shape& shape) { return Described<Shape>::get().key(&shape); }
 
 std::string write_pipeline(const Pipeline& pipeline) {
-    return Codec<Pipeline>::write(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+    return written(pipeline).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 Parts parts_of(const Pipeline& pipeline) {
@@ -280,22 +247,23 @@ Parts parts_of(const Pipeline& pipeline) {
         return json.is_string() ? json.get<std::string>() : json.dump(-1, ' ', false, Json::error_handler_t::replace);
     };
     const Input& input = pipeline.input;
-    const std::string flat = input.flat == Flat{} ? "" : " flat=" + text(Codec<Flat>::write(input.flat));
+    const std::string flat = input.flat == Flat{} ? "" : " flat=" + text(written(input.flat));
     const auto* const file = std::get_if<FilePath>(&input.source);
-    Parts parts{(file != nullptr ? file->path : text(Codec<MeshSource>::write(input.source))) + flat,
-                text(Codec<Metric>::write(pipeline.metric)),
-                text(Codec<Geometry>::write(pipeline.geometry)),
+    Parts parts{(file != nullptr ? file->path : text(written(input.source))) + flat,
+                text(written(pipeline.metric)),
+                text(written(pipeline.geometry)),
                 {},
                 {}};
     parts.metric_operations.reserve(pipeline.metric_operations.size());
     for (const MetricOperation& operation : pipeline.metric_operations)
-        parts.metric_operations.push_back(text(Codec<MetricOperation>::write(operation)));
+        parts.metric_operations.push_back(text(written(operation)));
     parts.stages.reserve(pipeline.stages.size());
+    const Choice& stages = Described<Stage>::get();
     for (const Stage& stage : pipeline.stages) {
-        std::string line = Codec<Stage>::key(stage);
-        const Json options = Codec<Stage>::options(stage);
-        const Json defaults =
-            std::visit([](const auto& s) { return Codec<std::remove_cvref_t<decltype(s)>>::write({}); }, stage);
+        std::string line = stages.key(&stage);
+        Stage by_default;
+        stages.alternatives[stage.index()].emplace(&by_default);
+        const Json options = stages.options(&stage), defaults = stages.options(&by_default);
         for (const auto& [key, value] : options.items())
             if (value != defaults[key]) line += " " + key + "=" + text(value);
         parts.stages.push_back(std::move(line));
@@ -305,7 +273,7 @@ Parts parts_of(const Pipeline& pipeline) {
 
 std::string pipeline_schema() {
     Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Camber pipeline"}};
-    schema.update(Codec<Pipeline>::schema({}));
+    schema.update(codec_of<Pipeline>().schema({}));
     schema["properties"]["$schema"] = {{"type", "string"}, {"description", "this schema, for editors"}};
     return schema.dump(2) + "\n";
 }

@@ -1,4 +1,4 @@
-// JSON, and its codec
+// JSON, and the codecs of numbers, words and lists
 module;
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,9 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.validity;
 import :codec;
+import :values;
 
 namespace camber::config {
 
@@ -220,48 +222,171 @@ void add_limits(const Limits& limits, Json& schema) {
     if (std::isfinite(limits.high)) schema[limits.high_open ? "exclusiveMaximum" : "maximum"] = limits.high;
 }
 
-Outcome<double> Codec<double>::read(const Json& json, const Place& place, const Limits& limits) {
-    if (!json.is_number()) return bad(place, "expected a number, got " + kind_of(json));
-    const auto x = json.get<double>();
-    if (!std::isfinite(x)) return bad(place, "the number is too large");
-    if (!limits.hold(x)) return bad(place, out_of_limits(limits, json.dump()));
-    return x;
+namespace {
+
+struct NumberCodec : Codec {
+    Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override {
+        if (!json.is_number()) return bad(place, "expected a number, got " + kind_of(json));
+        const auto x = json.get<double>();
+        if (!std::isfinite(x)) return bad(place, "the number is too large");
+        if (!limits.hold(x)) return bad(place, out_of_limits(limits, json.dump()));
+        *static_cast<double*>(into) = x;
+        return Done{};
+    }
+    Json write(const void* value) const override { return *static_cast<const double*>(value); }
+    Json schema(const Limits& limits) const override {
+        Json schema{{"type", "number"}};
+        add_limits(limits, schema);
+        return schema;
+    }
+    std::string type(const Limits& limits) const override {
+        return limits.text().empty() ? "number" : "number, " + limits.text();
+    }
+};
+
+/// A number, or null where it is only recommended.
+struct BoundCodec : Codec {
+    Outcome<Done> read(const Json& json, const Place& place, const Limits& limits, void* into) const override {
+        double asked = 0;
+        auto done = json.is_null() ? Done{} : codec_of<double>().read(json, place, limits, &asked);
+        if (done) *static_cast<JacobianBound*>(into) = json.is_null() ? JacobianBound{} : JacobianBound(asked);
+        return done;
+    }
+    Json write(const void* value) const override {
+        const auto& bound = *static_cast<const JacobianBound*>(value);
+        return bound.is_asked ? Json(bound.value) : Json(nullptr);
+    }
+    Json schema(const Limits& limits) const override {
+        Json schema = codec_of<double>().schema(limits);
+        schema["type"] = {"number", "null"};
+        return schema;
+    }
+    std::string type(const Limits& limits) const override { return codec_of<double>().type(limits) + ", or null"; }
+};
+
+struct StringCodec : Codec {
+    Outcome<Done> read(const Json& json, const Place& place, const Limits&, void* into) const override {
+        if (!json.is_string()) return bad(place, "expected a string, got " + kind_of(json));
+        *static_cast<std::string*>(into) = json.get<std::string>();
+        return Done{};
+    }
+    Json write(const void* value) const override { return *static_cast<const std::string*>(value); }
+    Json schema(const Limits&) const override { return {{"type", "string"}}; }
+    std::string type(const Limits&) const override { return "string"; }
+};
+
+struct PathCodec : Codec {
+    Outcome<Done> read(const Json& json, const Place& place, const Limits&, void* into) const override {
+        if (!json.is_string()) return bad(place, "expected a file's path, got " + kind_of(json));
+        if (json.get<std::string>().empty()) return bad(place, "the path is empty");
+        *static_cast<FilePath*>(into) = FilePath{json.get<std::string>()};
+        return Done{};
+    }
+    Json write(const void* value) const override { return static_cast<const FilePath*>(value)->path; }
+    Json schema(const Limits&) const override { return {{"type", "string"}, {"minLength", 1}}; }
+    std::string type(const Limits&) const override { return "path of a file"; }
+};
+
+}  // namespace
+
+template <>
+const Codec& codec_of<double>() {
+    static const NumberCodec codec;
+    return codec;
+}
+template <>
+const Codec& codec_of<JacobianBound>() {
+    static const BoundCodec codec;
+    return codec;
+}
+template <>
+const Codec& codec_of<std::string>() {
+    static const StringCodec codec;
+    return codec;
+}
+template <>
+const Codec& codec_of<FilePath>() {
+    static const PathCodec codec;
+    return codec;
 }
 
-Json Codec<double>::schema(const Limits& limits) {
-    Json schema{{"type", "number"}};
+Outcome<Done> check_integer(const Json& json, const Place& place, const Limits& limits, bool fits) {
+    if (!json.is_number_integer()) return bad(place, "expected a whole number, got " + kind_of(json));
+    if (fits && limits.hold(json.get<double>())) return Done{};
+    return bad(place, limits.text().empty() ? "must be a smaller number, got " + json.dump()
+                                            : out_of_limits(limits, json.dump()));
+}
+
+Json integer_schema(const Limits& limits, bool is_unsigned) {
+    Json schema{{"type", "integer"}};
     add_limits(limits, schema);
+    if (is_unsigned && !schema.contains("minimum")) schema["minimum"] = 0;
     return schema;
 }
 
-std::string Codec<double>::type(const Limits& limits) {
-    return limits.text().empty() ? "number" : "number, " + limits.text();
+std::string integer_type(const Limits& limits) {
+    return limits.text().empty() ? "whole number" : "whole number, " + limits.text();
 }
 
-Outcome<std::string> Codec<std::string>::read(const Json& json, const Place& place, const Limits&) {
-    if (!json.is_string()) return bad(place, "expected a string, got " + kind_of(json));
-    return json.get<std::string>();
+Outcome<Done> WordCodec::read(const Json& json, const Place& place, const Limits&, void* into) const {
+    for (std::size_t i = 0; i < words_.size(); ++i)
+        if (json == words_[i]) {
+            *static_cast<unsigned char*>(into) = values_[i];
+            return Done{};
+        }
+    const std::string word = json.is_string() ? json.get<std::string>() : std::string{};
+    return bad(place, "expected " + type({}) + ", got " + kind_of(json),
+               nearest(word, words_).empty() ? "" : suggestion(word, words_));
 }
 
-Outcome<FilePath> Codec<FilePath>::read(const Json& json, const Place& place, const Limits&) {
-    if (!json.is_string()) return bad(place, "expected a file's path, got " + kind_of(json));
-    if (json.get<std::string>().empty()) return bad(place, "the path is empty");
-    return FilePath{json.get<std::string>()};
+Json WordCodec::write(const void* value) const {
+    const auto found = std::ranges::find(values_, *static_cast<const unsigned char*>(value));
+    return found == values_.end() ? Json("") : Json(words_[static_cast<std::size_t>(found - values_.begin())]);
 }
 
-Outcome<Done> check_array(const Json& json, const Place& place, const Limits& limits) {
+Json WordCodec::schema(const Limits&) const { return {{"enum", words_}}; }
+
+std::string WordCodec::type(const Limits&) const {
+    std::string text;
+    for (const std::string& word : words_) text += (text.empty() ? "\"" : " or \"") + word + "\"";
+    return text;
+}
+
+Outcome<Done> ListCodec::read(const Json& json, const Place& place, const Limits& limits, void* into) const {
     if (!json.is_array()) return bad(place, "expected an array, got " + kind_of(json));
-    if (json.size() >= limits.min_count && json.size() <= limits.max_count) return Done{};
-    const bool exact = limits.min_count == limits.max_count;
-    std::string wanted = std::to_string(limits.min_count);
-    if (!exact)
-        wanted = limits.max_count == std::numeric_limits<std::size_t>::max()
-                     ? "at least " + wanted
-                     : wanted + " to " + std::to_string(limits.max_count);
-    return bad(place, "expected " + wanted + " items, got " + std::to_string(json.size()));
+    const auto [least, most] = std::pair(counted(limits).min_count, counted(limits).max_count);
+    if (json.size() < least || json.size() > most) {
+        std::string wanted = std::to_string(least);
+        if (least != most)
+            wanted = most == std::numeric_limits<std::size_t>::max() ? "at least " + wanted
+                                                                     : wanted + " to " + std::to_string(most);
+        return bad(place, "expected " + wanted + " items, got " + std::to_string(json.size()));
+    }
+    renew(into, json.size());
+    for (std::size_t i = 0; i < json.size(); ++i)
+        if (auto done = items_->read(json[i], place.at(i), counted(limits), item(into, i)); !done) return done;
+    return Done{};
 }
 
-std::string array_type(const std::string& item, const Limits& limits) {
+Json ListCodec::write(const void* list) const {
+    Json json = Json::array();
+    for (std::size_t i = 0; i < size(list); ++i) json.push_back(items_->write(item(const_cast<void*>(list), i)));
+    return json;
+}
+
+Json ListCodec::schema(const Limits& limits) const {
+    const Limits all = counted(limits);
+    Json schema{{"type", "array"}, {"items", items_->schema(all)}};
+    if (all.min_count > 0) schema["minItems"] = all.min_count;
+    if (all.max_count != std::numeric_limits<std::size_t>::max()) schema["maxItems"] = all.max_count;
+    return schema;
+}
+
+std::string ListCodec::type(const Limits& limits) const {
+    return list_type(items_->type(counted(limits)), counted(limits));
+}
+
+std::string list_type(const std::string& item, const Limits& limits) {
     const bool open = limits.max_count == std::numeric_limits<std::size_t>::max();
     std::string count = std::to_string(limits.min_count);
     if (open)
@@ -269,13 +394,6 @@ std::string array_type(const std::string& item, const Limits& limits) {
     else if (limits.min_count != limits.max_count)
         count += " to " + std::to_string(limits.max_count);
     return "array of " + (count.empty() ? "" : count + " × ") + item;
-}
-
-Json array_schema(Json items, const Limits& limits) {
-    Json schema{{"type", "array"}, {"items", std::move(items)}};
-    if (limits.min_count > 0) schema["minItems"] = limits.min_count;
-    if (limits.max_count != std::numeric_limits<std::size_t>::max()) schema["maxItems"] = limits.max_count;
-    return schema;
 }
 
 }  // namespace camber::config
