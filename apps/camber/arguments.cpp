@@ -19,90 +19,88 @@ import camber.surface;
 namespace camber::app {
 
 void add_histogram(CLI::App* verb, bool& histogram) {
-    verb->add_flag(
-        "--histogram", histogram,
+    add_flag(
+        verb, "--histogram", histogram,
         "Also print how length reductions, lengths, curvatures and Jacobians are spread, before and after correction");
 }
 
 void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
                   bool& dry_run) {
-    verb->add_option("--set", settings,
-                     "Override one option of the config: path=value, e.g. stages/curve/objective=length")
+    add_option(verb, "--set", settings,
+               "Override one option of the config: path=value, e.g. stages/curve/objective=length")
         ->type_name("PATH=VALUE");
     add_threads(verb, threads);
-    verb->add_flag("--print-config", print_config, "Print the pipeline with every default, and stop");
-    verb->add_flag("--dry-run", dry_run,
-                   "Read the input and tell what would be done, with memory and time expected; write nothing");
+    add_flag(verb, "--print-config", print_config, "Print the pipeline with every default, and stop");
+    add_flag(verb, "--dry-run", dry_run,
+             "Read the input and tell what would be done, with memory and time expected; write nothing");
 }
 
 void add_metric(CLI::App* verb, MetricChoice& a) {
-    verb->add_option("--metric", a.metric,
-                     "natural, a size such as 0.1, solution (what interpolates --solution best), a file (" +
-                         endings_of_solutions() +
-                         ", or a mesh file with its field metric), or JSON such as '{\"field\": {\"polar-1\": {}}}'")
+    add_option(verb, "--metric", a.metric,
+               "natural, a size such as 0.1, solution (what interpolates --solution best), a file (" +
+                   endings_of_solutions() +
+                   ", or a mesh file with its field metric), or JSON such as '{\"field\": {\"polar-1\": {}}}'")
         ->default_str("natural");
     add_sizes(verb, a.sizes);
-    verb->add_option(
-            "--geometry-error", a.geometry_error,
-            "Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it; remesh "
-            "refines until it is met, or ends with exit code 1. Default: any")
+    add_option(
+        verb, "--geometry-error", a.geometry_error,
+        "Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it; remesh "
+        "refines until it is met, or ends with exit code 1. Default: any")
         ->check(above<double>(0));
-    verb->add_option(
-            "--gradation", a.gradation,
-            "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
-            "a solution, others as they are")
-        ->check(zero_or<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
-    verb->add_option("--complexity", a.complexity,
-                     "Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6 "
-                     "times as many triangles. Default: as the metric is")
+    add_option(verb, "--gradation", a.gradation,
+               "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
+               "a solution, others as they are")
+        ->check(zero_or(camber::option_of(&camber::config::Gradation::ratio).limits));
+    add_option(verb, "--complexity", a.complexity,
+               "Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6 "
+               "times as many triangles. Default: as the metric is")
         ->check(above<double>(0));
 }
 
 void add_geometry(CLI::App* verb, GeometryArguments& a) {
-    verb->add_option("--geometry", a.geometry,
-                     "surrogate (from the mesh), straight, or JSON such as "
-                     "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}' or "
-                     "'{\"mesh\": \"first.meshb\"}': the boundary of another mesh of the body")
+    add_option(verb, "--geometry", a.geometry,
+               "surrogate (from the mesh), straight, or JSON such as "
+               "'{\"analytic\": [{\"references\": [1], \"sphere\": {\"radius\": 5}}]}' or "
+               "'{\"mesh\": \"first.meshb\"}': the boundary of another mesh of the body")
         ->default_str("surrogate");
-    verb->add_option("--cad", a.cad,
-                     "The CAD model that the boundary is put onto (" + std::string(camber::cad_endings) +
-                         "); --geometry may have analytic surfaces beside it, by reference");
+    add_option(verb, "--cad", a.cad,
+               "The CAD model that the boundary is put onto (" + std::string(camber::cad_endings) +
+                   "); --geometry may have analytic surfaces beside it, by reference");
     add_words(verb, "--cad-unit", a.cad_unit,
               "The unit of the mesh's coordinates, to which the CAD model is converted. Default: auto, that of the "
               "model's file if the mesh's boundary lies on the model in it, else the only unit in which it does");
     add_words(verb, "--cad-vertices", a.cad_vertices,
               "Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default: keep, "
               "and too many of them are an error");
-    verb->add_option("--cad-seconds", a.cad_seconds,
-                     "How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file")
+    add_option(verb, "--cad-seconds", a.cad_seconds,
+               "How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file")
         ->check(at_least<double>(0));
-    verb->add_option("--cad-memory", a.cad_memory,
-                     "How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file")
+    add_option(verb, "--cad-memory", a.cad_memory,
+               "How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file")
         ->check(at_least<double>(0));
 }
 
 void add_geometry_tolerance(CLI::App* verb, GeometryArguments& a) {
     const auto nodes = camber::option_of(&camber::BoundaryTolerance::nodes);
-    verb->add_option("--geometry-tolerance", a.tolerance,
-                     help_of(nodes) + "; nodes beyond it: exit code 1. Default: 1e-5")
+    add_option(verb, "--geometry-tolerance", a.tolerance,
+               help_of(nodes) + "; nodes beyond it: exit code 1. Default: 1e-5")
         ->check(within<double>(nodes.limits));
 }
 
 void add_bound(CLI::App* verb, PipelineArguments& a) {
-    verb->add_option(
-            "--min-scaled-jacobian", a.min_scaled_jacobian,
-            "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code "
-            "1. Without it 0.1 is recommended: what is below is a note")
+    add_option(verb, "--min-scaled-jacobian", a.min_scaled_jacobian,
+               "Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not: exit code "
+               "1. Without it 0.1 is recommended: what is below is a note")
         ->check(within<double>(camber::option_of(&camber::config::Validate::min_scaled_jacobian).limits));
 }
 
 void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     add_format(verb, a.format, mesh_format_names());
     add_flat(verb, a.flat);
-    verb->add_option("--report", a.report, "Also write the figures as JSON");
-    verb->add_option("--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
-    verb->add_option("--plots", a.plots, "Also write histograms as SVG files into this folder");
-    verb->add_option("--page", a.page, "Also write the mesh and the figures as a page for a browser (.html)");
+    add_option(verb, "--report", a.report, "Also write the figures as JSON");
+    add_option(verb, "--vtu", a.vtu, "Also write the mesh with the run's fields for ParaView (.vtu)");
+    add_option(verb, "--plots", a.plots, "Also write histograms as SVG files into this folder");
+    add_option(verb, "--page", a.page, "Also write the mesh and the figures as a page for a browser (.html)");
     add_settings(verb, a.settings, a.threads, a.print_config, a.dry_run);
 }
 

@@ -14,44 +14,42 @@ import camber.shapes;
 namespace camber::app {
 
 void add_convert(CLI::App& app, Verb& verb) {
-    CLI::App* convert = app.add_subcommand(
-        "convert",
-        "A mesh or a solution in another format.\n\n"
-        "  camber convert wing.meshb -o wing.mesh                      binary to ASCII, and back\n"
-        "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n"
-        "  camber convert wing.meshb -o wing.vtu --metric wing.solb    with a solution's fields\n"
-        "  camber convert part.msh -o part.mfem                        from Gmsh to MFEM\n"
-        "  camber convert wing-p2.meshb -o wing.pvtu --partition 64    for a solver on 64 processes\n"
-        "  camber convert wing.solb -o wing.sol                        solutions alone\n"
-        "  camber convert flow.vtu -o flow.sol                         the fields at a mesh's nodes\n\n"
-        "What the format cannot hold is told on standard error. More: docs/formats.md");
+    CLI::App* convert =
+        add_verb(app, "convert",
+                 "A mesh or a solution in another format.\n\n"
+                 "  camber convert wing.meshb -o wing.mesh                      binary to ASCII, and back\n"
+                 "  camber convert wing-p2.meshb -o wing.vtu --cells lagrange   for ParaView, Lagrange cells\n"
+                 "  camber convert wing.meshb -o wing.vtu --metric wing.solb    with a solution's fields\n"
+                 "  camber convert part.msh -o part.mfem                        from Gmsh to MFEM\n"
+                 "  camber convert wing-p2.meshb -o wing.pvtu --partition 64    for a solver on 64 processes\n"
+                 "  camber convert wing.solb -o wing.sol                        solutions alone\n"
+                 "  camber convert flow.vtu -o flow.sol                         the fields at a mesh's nodes\n\n"
+                 "What the format cannot hold is told on standard error. More: docs/formats.md");
     ConvertArguments& a = verb.convert;
-    convert->add_option("input", a.input, mesh_or_solution())->required();
-    convert
-        ->add_option("-o,--output", a.output,
-                     "Mesh: " + camber::listed(camber::endings_written(camber::mesh_formats())) +
-                         "; solution: " + camber::listed(camber::endings_written(camber::solution_formats())))
+    add_option(convert, "input", a.input, mesh_or_solution())->required();
+    add_option(convert, "-o,--output", a.output,
+               "Mesh: " + camber::listed(camber::endings_written(camber::mesh_formats())) +
+                   "; solution: " + camber::listed(camber::endings_written(camber::solution_formats())))
         ->required();
     add_format(convert, a.format, mesh_format_names());
     add_words(convert, "--cells", a.cells, "Cells of degree 2 in a .vtu: quadratic (the default) or lagrange");
-    convert->add_option("--metric", a.metric,
-                        "A solution on the mesh's vertices, whose fields go along (.vtu, .vtk, .msh, .cgns, .xdmf)");
+    add_option(convert, "--metric", a.metric,
+               "A solution on the mesh's vertices, whose fields go along (.vtu, .vtk, .msh, .cgns, .xdmf)");
     auto* const elevate =
-        convert->add_flag("--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
-    convert->add_flag("--straighten", a.straighten, "Degree 2 to 1 first: the nodes of edges are left out")
+        add_flag(convert, "--elevate", a.elevate, "Degree 1 to 2 first: each edge gets a node at its middle");
+    add_flag(convert, "--straighten", a.straighten, "Degree 2 to 1 first: the nodes of edges are left out")
         ->excludes(elevate);
-    convert
-        ->add_option("--partition", a.partition,
-                     "In so many parts for a solver, by Scotch: files OUT.1.EXT … with the numbers of nodes and cells "
-                     "in the whole, beside it OUT with the field partition; or -o OUT.pvtu, which names its pieces")
+    add_option(convert, "--partition", a.partition,
+               "In so many parts for a solver, by Scotch: files OUT.1.EXT … with the numbers of nodes and cells "
+               "in the whole, beside it OUT with the field partition; or -o OUT.pvtu, which names its pieces")
         ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20U));
     add_read(convert, a.read);
     add_threads(convert, a.threads);
 }
 
 void add_generate(CLI::App& app, Verb& verb) {
-    CLI::App* generate = app.add_subcommand(
-        "generate",
+    CLI::App* generate = add_verb(
+        app, "generate",
         "A straight mesh of a shape, without a file: to try things on, and at any size.\n\n"
         "  camber generate shell -o shell.meshb --set inner_size=0.3 --set inner_layer/count=5   between two spheres\n"
         "  camber generate shell --structure prisms --elements 2e7 -o big.meshb                  fast at any size\n"
@@ -67,34 +65,31 @@ void add_generate(CLI::App& app, Verb& verb) {
         "inner_layer/count and so on. The same options give the same bytes, whatever the threads. More: "
         "docs/algorithms/delaunay-and-shapes.md");
     GenerateArguments& a = verb.generate;
-    generate->add_option("shape", a.shape, "A shape's name, its JSON, or a file with that or with a config")
+    add_option(generate, "shape", a.shape, "A shape's name, its JSON, or a file with that or with a config")
         ->required();
-    generate
-        ->add_option(
-            "-o,--output", a.output,
-            "Where the mesh goes (" + camber::listed(camber::endings_written(camber::mesh_formats()), ", ") + ")")
+    add_option(generate, "-o,--output", a.output,
+               "Where the mesh goes (" + camber::listed(camber::endings_written(camber::mesh_formats()), ", ") + ")")
         ->required();
-    generate->add_option("--set", a.settings, "One option of the shape: path=value")->type_name("PATH=VALUE");
-    generate
-        ->add_option("--elements", a.elements,
-                     "About so many tetrahedra or triangles (within 20 per cent, but for very few): sizes or cells are "
-                     "scaled, layers stay as they are")
+    add_option(generate, "--set", a.settings, "One option of the shape: path=value")->type_name("PATH=VALUE");
+    add_option(generate, "--elements", a.elements,
+               "About so many tetrahedra or triangles (within 20 per cent, but for very few): sizes or cells are "
+               "scaled, layers stay as they are")
         ->check(between<double>(1, static_cast<double>(camber::max_entities)));
     add_words(generate, "--structure", a.structure,
               "Of a shell or annulus: " + std::string(camber::option_of(&camber::ShellOptions<3>::structure).sentence));
     add_format(generate, a.format, mesh_format_names());
     add_threads(generate, a.threads);
-    generate->add_flag("--print-config", a.print_config, "Print the pipeline that makes this mesh, and stop");
+    add_flag(generate, "--print-config", a.print_config, "Print the pipeline that makes this mesh, and stop");
 }
 
 void add_others(CLI::App& app, Verb& verb) {
-    CLI::App* info = app.add_subcommand("info", "What a mesh or a solution file holds");
-    info->add_option("input", verb.info.input, mesh_or_solution())->required();
+    CLI::App* info = add_verb(app, "info", "What a mesh or a solution file holds");
+    add_option(info, "input", verb.info.input, mesh_or_solution())->required();
     add_read(info, verb.info.read);
-    info->add_flag("--json", verb.info.json, "One JSON object instead of a table");
-    CLI::App* explain = app.add_subcommand("explain", "What a stage or a source does, and its options");
-    explain->add_option("topic", verb.topic, "Such as curve, relax, shell; none: list them");
-    app.add_subcommand("schema", "The JSON Schema of a pipeline, for editors");
+    add_flag(info, "--json", verb.info.json, "One JSON object instead of a table");
+    CLI::App* explain = add_verb(app, "explain", "What a stage or a source does, and its options");
+    add_option(explain, "topic", verb.topic, "Such as curve, relax, shell; none: list them");
+    add_verb(app, "schema", "The JSON Schema of a pipeline, for editors");
 }
 
 }  // namespace camber::app

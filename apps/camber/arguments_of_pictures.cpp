@@ -14,8 +14,8 @@ import camber.run;
 namespace camber::app {
 
 void add_picture(CLI::App& app, Verb& verb) {
-    CLI::App* picture = app.add_subcommand(
-        "picture",
+    CLI::App* picture = add_verb(
+        app, "picture",
         "A mesh as a picture, edges curved as they are; without a display.\n\n"
         "  camber picture wing-p2.meshb -o wing.png                     as pixels\n"
         "  camber picture wing-p2.meshb -o cut.png --cut x=0.5          what lies beyond x = 0.5 is left out\n"
@@ -26,31 +26,29 @@ void add_picture(CLI::App& app, Verb& verb) {
         "A cut leaves out whole elements, those whose centroid lies beyond the plane. There is no perspective: "
         "lengths on the paper stay in proportion. The same bytes for any number of threads. More: docs/pictures.md");
     PictureArguments& a = verb.picture;
-    picture->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    picture->add_option("-o,--output", a.output, "Where the picture goes (.png, .svg)")->required();
-    picture->add_option("--size", a.size, "Width and height in pixels")->type_name("WxH")->default_str("1200x900");
-    picture
-        ->add_option("--cut", a.cut,
-                     "The plane beyond which elements are left out: x=0.5 keeps what is below, x>0.5 what is above, "
-                     "A,B,C,D what has A x + B y + C z <= D")
+    add_option(picture, "input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    add_option(picture, "-o,--output", a.output, "Where the picture goes (.png, .svg)")->required();
+    add_option(picture, "--size", a.size, "Width and height in pixels")->type_name("WxH")->default_str("1200x900");
+    add_option(picture, "--cut", a.cut,
+               "The plane beyond which elements are left out: x=0.5 keeps what is below, x>0.5 what is above, "
+               "A,B,C,D what has A x + B y + C z <= D")
         ->type_name("PLANE");
-    picture
-        ->add_option("--view", a.view,
-                     "Where you look from: front, back, left, right, top, bottom, or a direction X,Y,Z. Default: "
-                     "obliquely; with --cut onto what is cut")
+    add_option(picture, "--view", a.view,
+               "Where you look from: front, back, left, right, top, bottom, or a direction X,Y,Z. Default: "
+               "obliquely; with --cut onto what is cut")
         ->type_name("FROM");
-    picture->add_option("--zoom", a.zoom, "Only what is around a point: X,Y,Z,RADIUS, in 2D X,Y,RADIUS")
+    add_option(picture, "--zoom", a.zoom, "Only what is around a point: X,Y,Z,RADIUS, in 2D X,Y,RADIUS")
         ->type_name("PLACE");
     add_words(picture, "--colour", a.colour,
               "What the colours stand for. Default: what is given by --solution or --metric, else scaled Jacobians, of "
               "a straight mesh the quality");
-    picture->add_option("--solution", a.solution,
-                        "A solution on the mesh (" + endings_of_solutions() + ", or a mesh file with fields)");
-    picture->add_option("--field", a.field, "The name of its field. Default: the first")->type_name("NAME");
-    picture->add_option("--metric", a.metric, "A metric on the mesh, whose anisotropy is shown");
+    add_option(picture, "--solution", a.solution,
+               "A solution on the mesh (" + endings_of_solutions() + ", or a mesh file with fields)");
+    add_option(picture, "--field", a.field, "The name of its field. Default: the first")->type_name("NAME");
+    add_option(picture, "--metric", a.metric, "A metric on the mesh, whose anisotropy is shown");
     add_words(picture, "--background", a.background, "What is behind the mesh");
-    picture->add_flag("--no-edges", a.no_edges, "Leave out the edges of the mesh");
-    picture->add_option("--worst", a.worst, "Point at so many of the worst elements")->check(between<int>(0, 1000));
+    add_flag(picture, "--no-edges", a.no_edges, "Leave out the edges of the mesh");
+    add_option(picture, "--worst", a.worst, "Point at so many of the worst elements")->check(between<int>(0, 1000));
     add_flat(picture, a.flat);
     add_threads(picture, a.threads);
 }

@@ -12,8 +12,8 @@ import camber.run;
 namespace camber::app {
 
 void add_check(CLI::App& app, Verb& verb) {
-    CLI::App* check = app.add_subcommand(
-        "check",
+    CLI::App* check = add_verb(
+        app, "check",
         "Is it a good mesh? Of any mesh of degree 1 or 2, made by whatever program; nothing is changed.\n\n"
         "  camber check wing-p2.meshb                       the report\n"
         "  camber check wing-p2.meshb --worst 50            with more of the worst elements\n"
@@ -37,36 +37,33 @@ void add_check(CLI::App& app, Verb& verb) {
         "docs/algorithms/check.md");
     CheckArguments& a = verb.check;
     using Options = camber::run::CheckOptions;
-    check->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    add_option(check, "input", a.input, "The mesh (" + endings_of_input() + ")")->required();
     add_described<double>(check, a.options, camber::option_of(&Options::min_scaled_jacobian));
     add_described<double>(check, a.options, camber::option_of(&Options::ridge_angle));
     add_flat(check, a.flat);
     add_described<int>(check, a.options, camber::option_of(&Options::worst));
-    check
-        ->add_option("--field", a.options.fields,
-                     "An expression of x, y (and z) whose interpolants' errors are told; again for more fields")
+    add_option(check, "--field", a.options.fields,
+               "An expression of x, y (and z) whose interpolants' errors are told; again for more fields")
         ->allow_extra_args(false)
         ->type_name("EXPRESSION");
-    check->add_option(
-        "--metric", a.metric,
-        "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
-        "of unit length; of degree 2 straight and along the curves, with a bound of the quality at every point");
-    check->add_option(
-        "--vtu", a.vtu,
-        "Also write the mesh with each element's verdict, scaled Jacobian and quality for ParaView (.vtu)");
+    add_option(check, "--metric", a.metric,
+               "A metric file: lengths of edges and qualities of elements in it are told, and how many edges are "
+               "of unit length; of degree 2 straight and along the curves, with a bound of the quality at every point");
+    add_option(check, "--vtu", a.vtu,
+               "Also write the mesh with each element's verdict, scaled Jacobian and quality for ParaView (.vtu)");
     add_threads(check, a.threads);
-    check->add_flag("--histogram,!--no-histogram", a.histogram,
-                    "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");
-    check->add_option("--page", a.page,
-                      "Also write mesh and report as a page for a browser (.html), as camber report does");
-    check->add_flag("--json", a.json, "One JSON object instead of the report");
-    check->add_flag("--elements", a.elements,
-                    "A line of CSV for each element instead of the report; with --json as columns in the object");
+    add_flag(check, "--histogram,!--no-histogram", a.histogram,
+             "How the scaled Jacobians (of a straight mesh: the quality) are spread; shown by default");
+    add_option(check, "--page", a.page,
+               "Also write mesh and report as a page for a browser (.html), as camber report does");
+    add_flag(check, "--json", a.json, "One JSON object instead of the report");
+    add_flag(check, "--elements", a.elements,
+             "A line of CSV for each element instead of the report; with --json as columns in the object");
 }
 
 void add_report(CLI::App& app, Verb& verb) {
-    CLI::App* report = app.add_subcommand(
-        "report",
+    CLI::App* report = add_verb(
+        app, "report",
         "A mesh and what check says of it as one page for a browser: its curved faces, to be turned, cut and coloured, "
         "the worst elements, histograms, numbers. The page is one file that needs no network.\n\n"
         "  camber report wing-p2.meshb -o wing.html\n"
@@ -77,29 +74,28 @@ void add_report(CLI::App& app, Verb& verb) {
         "The page: docs/page.md");
     ReportArguments& a = verb.report;
     using Options = camber::run::CheckOptions;
-    report
-        ->add_option("input", a.input,
-                     "The mesh (" + endings_of_input() +
-                         "), or the report.json of a run, whose "
-                         "mesh is where it was written or beside it")
+    add_option(report, "input", a.input,
+               "The mesh (" + endings_of_input() +
+                   "), or the report.json of a run, whose "
+                   "mesh is where it was written or beside it")
         ->required();
-    report->add_option("-o,--output", a.output, "The page (.html)")->required();
+    add_option(report, "-o,--output", a.output, "The page (.html)")->required();
     add_described<double>(report, a.options, camber::option_of(&Options::min_scaled_jacobian));
     add_flat(report, a.flat);
     add_described<int>(report, a.options, camber::option_of(&Options::worst));
-    report->add_option("--metric", a.metric,
-                       "A metric file: faces can be coloured by its anisotropy, and check tells "
-                       "lengths and qualities in it");
-    report->add_option("--solution", a.solution,
-                       "Fields to colour by: a solution file, or a mesh file with the same "
-                       "nodes. Default: those of the mesh's own file");
+    add_option(report, "--metric", a.metric,
+               "A metric file: faces can be coloured by its anisotropy, and check tells "
+               "lengths and qualities in it");
+    add_option(report, "--solution", a.solution,
+               "Fields to colour by: a solution file, or a mesh file with the same "
+               "nodes. Default: those of the mesh's own file");
     add_described<int>(report, a.page, camber::option_of(&camber::run::PageOptions::inner_faces));
     add_threads(report, a.threads);
 }
 
 void add_inspection(CLI::App& app, Verb& verb) {
-    CLI::App* geometry = app.add_subcommand(
-        "geometry",
+    CLI::App* geometry = add_verb(
+        app, "geometry",
         "What the boundary of a mesh is, and how far it is from a geometry. Of any mesh of degree 1 or 2; nothing is "
         "changed.\n\n"
         "  camber geometry wing.meshb                              patches, ridges, corners, suspicious places\n"
@@ -122,29 +118,29 @@ void add_inspection(CLI::App& app, Verb& verb) {
         "the part that was meant. More: docs/algorithms/distances.md");
     GeometryCommandArguments& a = verb.geometry;
     using Options = camber::run::InspectOptions;
-    geometry->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    geometry->add_option("-o,--output", a.output,
-                         "Also write the mesh with its patches and the distances of its facets for ParaView (.vtu)");
-    geometry->add_option("--surface", a.surface,
-                         "Also write the geometry over the mesh's facets for ParaView (.vtu): each facet in 36 small "
-                         "ones, with normals");
+    add_option(geometry, "input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    add_option(geometry, "-o,--output", a.output,
+               "Also write the mesh with its patches and the distances of its facets for ParaView (.vtu)");
+    add_option(geometry, "--surface", a.surface,
+               "Also write the geometry over the mesh's facets for ParaView (.vtu): each facet in 36 small "
+               "ones, with normals");
     add_geometry(geometry, a.geometry);
     add_described<double>(geometry, a.options, camber::option_of(&Options::ridge_angle));
     add_described<int>(geometry, a.options, camber::option_of(&Options::worst));
     add_flat(geometry, a.flat);
     add_threads(geometry, a.threads);
-    geometry->add_flag("--json", a.json, "One JSON object instead of the report");
+    add_flag(geometry, "--json", a.json, "One JSON object instead of the report");
 }
 
 void add_plot(CLI::App& app, Verb& verb) {
     CLI::App* plot =
-        app.add_subcommand("plot",
-                           "Histograms of a run as SVG pictures, before and after correction.\n\n"
-                           "  camber curve wing.meshb -o wing-p2.meshb --report report.json\n"
-                           "  camber plot report.json -o plots                a file for each quantity in this folder\n"
-                           "  camber plot report.json -o histograms.svg       all in one");
-    plot->add_option("report", verb.plot.report, "The report.json of a run")->required();
-    plot->add_option("-o,--output", verb.plot.output, "A folder, or one file (.svg)")->required();
+        add_verb(app, "plot",
+                 "Histograms of a run as SVG pictures, before and after correction.\n\n"
+                 "  camber curve wing.meshb -o wing-p2.meshb --report report.json\n"
+                 "  camber plot report.json -o plots                a file for each quantity in this folder\n"
+                 "  camber plot report.json -o histograms.svg       all in one");
+    add_option(plot, "report", verb.plot.report, "The report.json of a run")->required();
+    add_option(plot, "-o,--output", verb.plot.output, "A folder, or one file (.svg)")->required();
 }
 
 }  // namespace camber::app

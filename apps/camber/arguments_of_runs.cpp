@@ -16,29 +16,29 @@ namespace {
 
 void add_partition(CLI::App* verb, PipelineArguments& a) {
     const auto partition = camber::option_of(&camber::config::Output::partition);
-    verb->add_option("--partition", a.partition,
-                     "The mesh in so many parts for a solver, as convert has it: -o OUT.pvtu, which names its pieces")
+    add_option(verb, "--partition", a.partition,
+               "The mesh in so many parts for a solver, as convert has it: -o OUT.pvtu, which names its pieces")
         ->check(within<int>(partition.limits));
 }
 
 }  // namespace
 
 void add_run(CLI::App& app, Verb& verb) {
-    CLI::App* run = app.add_subcommand("run", "Run a pipeline described in JSON");
-    run->add_option("config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
-    run->add_flag("--allow-commands", verb.run.allow_commands,
-                  "Let the config run the command of its adapt/solve: only of configs that you trust");
-    run->add_option("--from", verb.run.from, "Of a config with cycles: go on from this one of an earlier run")
+    CLI::App* run = add_verb(app, "run", "Run a pipeline described in JSON");
+    add_option(run, "config", verb.run.config, "The pipeline; paths of inputs are relative to its folder")->required();
+    add_flag(run, "--allow-commands", verb.run.allow_commands,
+             "Let the config run the command of its adapt/solve: only of configs that you trust");
+    add_option(run, "--from", verb.run.from, "Of a config with cycles: go on from this one of an earlier run")
         ->check(at_least<int>(0));
     add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.dry_run);
     add_histogram(run, verb.run.histogram);
 }
 
 void add_curve(CLI::App& app, Verb& verb) {
-    CLI::App* curve = app.add_subcommand("curve", "Curve a straight mesh: elevate, curve, validate, relax, commit");
+    CLI::App* curve = add_verb(app, "curve", "Curve a straight mesh: elevate, curve, validate, relax, commit");
     CurveArguments& a = verb.curve;
-    curve->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    curve->add_option("-o,--output", a.output, "Where the curved mesh goes (" + endings_of_output() + ")")->required();
+    add_option(curve, "input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    add_option(curve, "-o,--output", a.output, "Where the curved mesh goes (" + endings_of_output() + ")")->required();
     add_metric(curve, a.metric);
     add_geometry(curve, a.geometry);
     add_geometry_tolerance(curve, a.geometry);
@@ -47,10 +47,9 @@ void add_curve(CLI::App& app, Verb& verb) {
                   ". Default: solution where there is --solution and no --metric, else " +
                   std::string(camber::word_of(camber::config::Curve{}.objective)));
     const auto blocks = camber::option_of(&camber::config::Curve::blocks);
-    curve->add_option("--blocks", a.blocks, help_of(blocks))->check(within<int>(blocks.limits));
-    curve
-        ->add_option("--memory", a.memory,
-                     help_of(camber::option_of(&camber::config::Curve::memory)) + ". 2G: 2 gibibytes")
+    add_option(curve, "--blocks", a.blocks, help_of(blocks))->check(within<int>(blocks.limits));
+    add_option(curve, "--memory", a.memory,
+               help_of(camber::option_of(&camber::config::Curve::memory)) + ". 2G: 2 gibibytes")
         ->transform(CLI::AsSizeValue(false));
     add_bound(curve, a);
     add_solution_along(curve, a.solution);
@@ -60,8 +59,8 @@ void add_curve(CLI::App& app, Verb& verb) {
 }
 
 void add_repair(CLI::App& app, Verb& verb) {
-    CLI::App* repair = app.add_subcommand(
-        "repair",
+    CLI::App* repair = add_verb(
+        app, "repair",
         "Repair a curved mesh made elsewhere: validate, relax, commit.\n\n"
         "  camber repair broken.meshb -o valid.meshb\n"
         "  camber repair broken.meshb -o valid.meshb --boundary-tolerance 1e-3\n\n"
@@ -74,12 +73,11 @@ void add_repair(CLI::App& app, Verb& verb) {
         "do. Elements that cannot be repaired are listed with the reason, the mesh is written with them, and the exit "
         "code is 1. How it is done: docs/algorithms/repair.md");
     RepairArguments& a = verb.repair;
-    repair->add_option("input", a.input, "The curved mesh (" + endings_of_input() + ")")->required();
-    repair->add_option("-o,--output", a.output, "Where the repaired mesh goes (" + endings_of_output() + ")")
+    add_option(repair, "input", a.input, "The curved mesh (" + endings_of_input() + ")")->required();
+    add_option(repair, "-o,--output", a.output, "Where the repaired mesh goes (" + endings_of_output() + ")")
         ->required();
-    repair
-        ->add_option("--boundary-tolerance", a.boundary_tolerance,
-                     "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
+    add_option(repair, "--boundary-tolerance", a.boundary_tolerance,
+               "How far the node of a boundary edge may move, in model units; 0 (the default): not at all")
         ->check(at_least<double>(0));
     add_geometry(repair, a.geometry);
     add_geometry_tolerance(repair, a.geometry);
@@ -90,8 +88,8 @@ void add_repair(CLI::App& app, Verb& verb) {
 }
 
 void add_remesh(CLI::App& app, Verb& verb) {
-    CLI::App* remesh = app.add_subcommand(
-        "remesh",
+    CLI::App* remesh = add_verb(
+        app, "remesh",
         "Bring a mesh, straight or curved, to a metric: split, collapse, swap and smooth until its edges are of unit "
         "length.\n\n"
         "  camber remesh wing.meshb --metric wing.solb -o finer.meshb\n"
@@ -106,23 +104,22 @@ void add_remesh(CLI::App& app, Verb& verb) {
         "element that is made is valid. To curve what comes of a straight one onto the same geometry, put \"remesh\" "
         "before \"elevate\" in a config (configs/remesh.json). How it is done: docs/algorithms/cavity-operator.md");
     RemeshArguments& a = verb.remesh;
-    remesh->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
-    remesh->add_option("-o,--output", a.output, "Where the new mesh goes (" + endings_of_output() + ")")->required();
+    add_option(remesh, "input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    add_option(remesh, "-o,--output", a.output, "Where the new mesh goes (" + endings_of_output() + ")")->required();
     add_metric(remesh, a.metric);
     add_geometry(remesh, a.geometry);
     add_geometry_tolerance(remesh, a.geometry);
     const auto rounds = camber::option_of(&camber::config::Remesh::rounds);
-    remesh
-        ->add_option("--rounds", a.rounds,
-                     "At most so many " + std::string(rounds.sentence) + "; they end where nothing changes much")
+    add_option(remesh, "--rounds", a.rounds,
+               "At most so many " + std::string(rounds.sentence) + "; they end where nothing changes much")
         ->check(within<int>(rounds.limits));
     const auto blocks = camber::option_of(&camber::config::Remesh::blocks);
-    remesh->add_option("--blocks", a.blocks, help_of(blocks))->check(within<int>(blocks.limits));
+    add_option(remesh, "--blocks", a.blocks, help_of(blocks))->check(within<int>(blocks.limits));
     add_words(remesh, "--objective", a.objective,
               help_of(camber::option_of(&camber::config::Remesh::objective)) +
                   ". Default: " + std::string(camber::word_of(camber::config::Remesh{}.objective)));
-    remesh->add_option("--output-metric", a.output_metric,
-                       "Also write the metric at the new vertices (" + endings_of_solutions() + ")");
+    add_option(remesh, "--output-metric", a.output_metric,
+               "Also write the metric at the new vertices (" + endings_of_solutions() + ")");
     add_solution_along(remesh, a.solution);
     add_partition(remesh, a);
     add_pipeline(remesh, a);

@@ -19,12 +19,12 @@ namespace camber::app {
 namespace {
 
 void add_solution(CLI::App* verb, std::string& solution, std::vector<std::string>& fields) {
-    verb->add_option("--solution", solution,
-                     "The solution: a file of rows at the vertices or nodes (" + endings_of_solutions() +
-                         "), or a mesh file with fields at its nodes (.vtu, .msh, .cgns)")
+    add_option(verb, "--solution", solution,
+               "The solution: a file of rows at the vertices or nodes (" + endings_of_solutions() +
+                   "), or a mesh file with fields at its nodes (.vtu, .msh, .cgns)")
         ->required();
-    verb->add_option("--fields", fields,
-                     "Names of the fields to take, with commas; of a solution file field_1 and so on. Default: all")
+    add_option(verb, "--fields", fields,
+               "Names of the fields to take, with commas; of a solution file field_1 and so on. Default: all")
         ->delimiter(',');
 }
 
@@ -42,8 +42,8 @@ void add_options_of_metric(CLI::App* verb, camber::config::SolutionMetric& m) {
     add_described<double>(verb, m, camber::option_of(&S::min_size));
     add_described<double>(verb, m, camber::option_of(&S::max_size));
     add_described<double>(verb, m, camber::option_of(&S::max_anisotropy));
-    verb->add_option("--geometry-angle", m.geometry.angle,
-                     help_of(camber::option_of(&camber::config::GeometryMetric::angle)) + " (degrees)")
+    add_option(verb, "--geometry-angle", m.geometry.angle,
+               help_of(camber::option_of(&camber::config::GeometryMetric::angle)) + " (degrees)")
         ->check(within<double>(camber::option_of(&camber::config::GeometryMetric::angle).limits));
     add_described<double>(verb, m.geometry, camber::option_of(&camber::config::GeometryMetric::gap_elements));
 }
@@ -51,28 +51,28 @@ void add_options_of_metric(CLI::App* verb, camber::config::SolutionMetric& m) {
 }  // namespace
 
 void add_sizes(CLI::App* verb, std::vector<std::string>& sizes) {
-    verb->add_option("--size", sizes,
-                     "A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with "
-                     "facets, edges, vertices or elements; again for more")
+    add_option(verb, "--size", sizes,
+               "A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with "
+               "facets, edges, vertices or elements; again for more")
         ->allow_extra_args(false);
 }
 
 void add_solution_along(CLI::App* verb, SolutionChoice& a) {
-    verb->add_option("--solution", a.given,
-                     "Fields on the input that go along: rows at its vertices or nodes (" + endings_of_solutions() +
-                         "), a file of the same mesh with fields, or an expression such as 'tanh((x-y)/0.05)' of its "
-                         "nodes. curve places inner nodes where these are interpolated best, but for a --metric or an "
-                         "--objective. Default: the fields of the input's own file");
-    verb->add_option("--fields", a.fields, "Names of the fields to take, with commas. Default: all")->delimiter(',');
-    verb->add_option("--output-solution", a.output,
-                     "Where they go (" + endings_of_solutions() +
-                         ", or with the mesh). Default: with the mesh, where its format has fields");
+    add_option(verb, "--solution", a.given,
+               "Fields on the input that go along: rows at its vertices or nodes (" + endings_of_solutions() +
+                   "), a file of the same mesh with fields, or an expression such as 'tanh((x-y)/0.05)' of its "
+                   "nodes. curve places inner nodes where these are interpolated best, but for a --metric or an "
+                   "--objective. Default: the fields of the input's own file");
+    add_option(verb, "--fields", a.fields, "Names of the fields to take, with commas. Default: all")->delimiter(',');
+    add_option(verb, "--output-solution", a.output,
+               "Where they go (" + endings_of_solutions() +
+                   ", or with the mesh). Default: with the mesh, where its format has fields");
     add_words(verb, "--transfer", a.method, help_of(camber::option_of(&camber::TransferOptions::method)));
 }
 
 void add_metric_of_solution(CLI::App& app, Verb& verb) {
-    CLI::App* metric = app.add_subcommand(
-        "metric",
+    CLI::App* metric = add_verb(
+        app, "metric",
         "The metric that a solution asks for: of all meshes with so many elements the one that interpolates it "
         "best.\n\n"
         "  camber metric wing.meshb --solution u.solb -o m.solb --elements 100000\n"
@@ -86,21 +86,18 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
         "camber remesh brings the mesh to it, and camber transfer the solution to that mesh. More: "
         "docs/algorithms/metric-from-solution.md");
     MetricArguments& a = verb.metric;
-    metric->add_option("input", a.input, "The mesh (" + endings_of_input() + ")")->required();
+    add_option(metric, "input", a.input, "The mesh (" + endings_of_input() + ")")->required();
     add_solution(metric, a.solution, a.metric.fields);
-    metric
-        ->add_option("-o,--output", a.output,
-                     "Where the metric goes (" + endings_of_solutions() + ", or .vtu with the mesh)")
+    add_option(metric, "-o,--output", a.output,
+               "Where the metric goes (" + endings_of_solutions() + ", or .vtu with the mesh)")
         ->required();
     add_format(metric, a.format, field_format_names());
     add_options_of_metric(metric, a.metric);
-    metric
-        ->add_option("--gradation", a.metric.gradation,
-                     "Largest ratio of the sizes of adjacent edges; 0: not limited. Default: 2.5")
-        ->check(zero_or<double>(camber::option_of(&camber::config::Gradation::ratio).limits));
-    metric
-        ->add_option("--geometry-error", a.metric.geometry.chord_error,
-                     "Largest distance of chords from the boundary's own surface; 0: any")
+    add_option(metric, "--gradation", a.metric.gradation,
+               "Largest ratio of the sizes of adjacent edges; 0: not limited. Default: 2.5")
+        ->check(zero_or(camber::option_of(&camber::config::Gradation::ratio).limits));
+    add_option(metric, "--geometry-error", a.metric.geometry.chord_error,
+               "Largest distance of chords from the boundary's own surface; 0: any")
         ->check(at_least<double>(0));
     add_sizes(metric, a.sizes);
     metric
@@ -116,8 +113,8 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
 }
 
 void add_transfer(CLI::App& app, Verb& verb) {
-    CLI::App* transfer = app.add_subcommand(
-        "transfer",
+    CLI::App* transfer = add_verb(
+        app, "transfer",
         "A solution on another mesh of the domain: on one that was remeshed, or any.\n\n"
         "  camber transfer old.meshb new.meshb --solution u.solb -o v.solb\n"
         "  camber transfer old.meshb new.meshb --solution u.solb -o v.solb --method conserve\n\n"
@@ -126,12 +123,11 @@ void add_transfer(CLI::App& app, Verb& verb) {
         "changed the field of least difference in L2 that keeps the integrals by material. More: "
         "docs/algorithms/transfer.md");
     TransferArguments& a = verb.transfer;
-    transfer->add_option("old", a.old_mesh, "The mesh of the solution (" + endings_of_input() + ")")->required();
-    transfer->add_option("new", a.new_mesh, "The mesh that it is brought to")->required();
+    add_option(transfer, "old", a.old_mesh, "The mesh of the solution (" + endings_of_input() + ")")->required();
+    add_option(transfer, "new", a.new_mesh, "The mesh that it is brought to")->required();
     add_solution(transfer, a.solution, a.fields);
-    transfer
-        ->add_option("-o,--output", a.output,
-                     "Where it goes (" + endings_of_solutions() + ", or .vtu with the new mesh)")
+    add_option(transfer, "-o,--output", a.output,
+               "Where it goes (" + endings_of_solutions() + ", or .vtu with the new mesh)")
         ->required();
     add_format(transfer, a.format, field_format_names());
     add_words(transfer, "--method", a.options.method, "interpolate (the default), or conserve");
