@@ -3,9 +3,11 @@ module;
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <vector>
 module camber.curving;
 import camber.core;
 import camber.bezier;
+import camber.interpolation;
 import camber.validity;
 
 namespace camber {
@@ -34,38 +36,44 @@ void subtract(LatticeRow<D>& row, double factor, const LatticeRow<D>& other) {
     for (std::size_t k = 0; k < row.size(); ++k) row[k] -= factor * other[k];
 }
 
-/// The factors in u − u_h at the points of the rule.
+/// The factors in u − u_h at the points of a rule that is exact for (u − u_h)² of polynomials of the known degree.
 template <int D>
-using ResidualRows = std::array<LatticeRow<D>, simplex_rule<D>.size()>;
-template <int D>
-ResidualRows<D> residual_rows(int degree) {
-    ResidualRows<D> rows{};
-    for (std::size_t q = 0; q < rows.size(); ++q) {
-        const auto& at = simplex_rule<D>[q].at;
-        rows[q] = values_row<D>(at);
-        for (int v = 0; v <= D; ++v) {
-            std::array<double, D + 1> vertex{};
-            vertex[v] = 1;
-            subtract<D>(rows[q], degree == 1 ? at[v] : at[v] * (2 * at[v] - 1), values_row<D>(vertex));
-        }
-        if (degree == 1) continue;
-        for (const auto& [i, j] : local_edges<D>) {
-            std::array<double, D + 1> middle{};
-            middle[i] = middle[j] = 0.5;
-            subtract<D>(rows[q], 4 * at[i] * at[j], values_row<D>(middle));
+struct ResidualRule {
+    std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);  ///< weights sum up to 1/D!
+    std::vector<LatticeRow<D>> rows;
+
+    explicit ResidualRule(int degree) : rows(points.size()) {
+        for (std::size_t q = 0; q < rows.size(); ++q) {
+            const std::array<double, D + 1>& at = points[q].xi;
+            rows[q] = values_row<D>(at);
+            for (int v = 0; v <= D; ++v) {
+                std::array<double, D + 1> vertex{};
+                vertex[v] = 1;
+                subtract<D>(rows[q], degree == 1 ? at[v] : at[v] * (2 * at[v] - 1), values_row<D>(vertex));
+            }
+            if (degree == 1) continue;
+            for (const auto& [i, j] : local_edges<D>) {
+                std::array<double, D + 1> middle{};
+                middle[i] = middle[j] = 0.5;
+                subtract<D>(rows[q], 4 * at[i] * at[j], values_row<D>(middle));
+            }
         }
     }
-    return rows;
-}
+};
 
-/// ∫ (u − u_h)² over a simplex of volume 1.
+/// Σ weight² ∫ (u − u_h)² over an element; det(point) is |det J| there.
 template <int D>
-double mean_square(const ResidualRows<D>& rows, const std::array<float, node_count<known_degree, D>>& values) {
+double squared_within(const ResidualRule<D>& rule, const KnownSolution<D>& solution, ElementId e, const auto& det) {
     double sum = 0;
-    for (std::size_t q = 0; q < rows.size(); ++q) {
-        double residual = 0;
-        for (std::size_t k = 0; k < values.size(); ++k) residual += rows[q][k] * static_cast<double>(values[k]);
-        sum += simplex_rule<D>[q].weight * residual * residual;
+    for (std::size_t q = 0; q < rule.points.size(); ++q) {
+        double of_fields = 0;
+        for (const KnownField<D>& field : solution) {
+            double residual = 0;
+            for (std::size_t k = 0; k < lattice_size<D>; ++k)
+                residual += rule.rows[q][k] * static_cast<double>(field.values[e.index()][k]);
+            of_fields += field.weight * field.weight * residual * residual;
+        }
+        sum += rule.points[q].weight * det(rule.points[q].xi) * of_fields;
     }
     return sum;
 }
@@ -79,23 +87,49 @@ Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>
     const bool fits = std::ranges::all_of(solution, [&](const KnownField<D>& f) { return f.values.size() == n; });
     if (!fits || degree < 1 || degree > 2)
         return fail(ErrorKind::internal, "an expected error needs values for each element, and degree 1 or 2");
-    constexpr double factorial = D == 2 ? 2 : 6;
-    const ResidualRows<D> rows = residual_rows<D>(degree);
+    const ResidualRule<D> rule(degree);
     const auto square = reduce_each(
         execution, n, 0.0,
         [&](double& sum, std::size_t e) {
-            double of_fields = 0;
-            for (const KnownField<D>& field : solution)
-                of_fields += field.weight * field.weight * mean_square<D>(rows, field.values[e]);
             std::array<Vec<D>, D + 1> corners;
             for (std::size_t v = 0; v <= D; ++v) corners[v] = mesh.points[mesh.elements.vertices[e][v]];
-            sum += of_fields * std::abs(signed_volume<D>(corners)) / factorial;
+            const double det = std::abs(signed_volume<D>(corners));
+            sum += squared_within<D>(rule, solution, ElementId(e), [&](const auto&) { return det; });
         },
         [](double a, double b) { return a + b; });
     if (!square) return fail(square.error());
     return (solution.size() == 1 ? std::ldexp(1.0, solution.front().exponent) : 1) * std::sqrt(*square);
 }
 
+template <int D>
+Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
+                              const Execution& execution) {
+    const ResidualRule<D> rule(2);
+    return reduce_each(
+        execution, mesh.linear.elements.size(), 0.0,
+        [&](double& sum, std::size_t e) {
+            const auto& vertices = mesh.linear.elements.vertices[e];
+            std::array<Vec<D>, edges_per_simplex<D>> offsets;
+            for (int k = 0; k < edges_per_simplex<D>; ++k)
+                offsets[k] = edge_of(mesh, mesh.edges.of_elements[e][k]).offset();
+            sum += squared_within<D>(rule, solution, ElementId(e), [&](const std::array<double, D + 1>& at) {
+                // Columns of J: the axes, and 4 (λ_j ∇λ_i + λ_i ∇λ_j) of each edge.
+                std::array<Vec<D>, D + 1> corners{};
+                for (int a = 1; a <= D; ++a)
+                    corners[a] = mesh.linear.points[vertices[a]] - mesh.linear.points[vertices[0]];
+                for (int k = 0; k < edges_per_simplex<D>; ++k) {
+                    const auto [i, j] = local_edges<D>[k];
+                    corners[i] += (4 * at[j]) * offsets[k];
+                    corners[j] += (4 * at[i]) * offsets[k];
+                }
+                return std::abs(signed_volume<D>(corners));
+            });
+        },
+        [](double a, double b) { return a + b; });
+}
+
+template Outcome<double> squared_error<2>(const QuadraticMesh<2>&, const KnownSolution<2>&, const Execution&);
+template Outcome<double> squared_error<3>(const QuadraticMesh<3>&, const KnownSolution<3>&, const Execution&);
 template Outcome<double> expected_error<2>(const LinearMesh<2>&, const KnownSolution<2>&, int, const Execution&);
 template Outcome<double> expected_error<3>(const LinearMesh<3>&, const KnownSolution<3>&, int, const Execution&);
 

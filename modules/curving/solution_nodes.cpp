@@ -66,7 +66,12 @@ struct Frame {
     Frame& operator=(Frame&&) = delete;
     ~Frame() = default;
 
-    [[nodiscard]] double unit() const { return known.size() == 1 ? std::ldexp(1.0, known.front().exponent) : 1; }
+    /// Returns the expected error in the unit of the user.
+    [[nodiscard]] Outcome<double> expected(const Execution& execution) const {
+        const auto squared = squared_error(mesh, known, without_progress(execution));
+        if (!squared) return squared;
+        return (known.size() == 1 ? std::ldexp(1.0, known.front().exponent) : 1) * std::sqrt(*squared);
+    }
 };
 
 /// The search for the nodes of least error within one frame: moves off its nodes, one an edge. Elements stay above
@@ -163,7 +168,9 @@ class Frames {
             if (!((*frame)->error < (1 - least_gain_of_frame) * error)) break;
         }
         made_.nodes = (*frame)->mesh.mid_nodes;
-        made_.after = (*frame)->unit() * std::sqrt((*frame)->error);
+        const auto after = (*frame)->expected(execution);
+        if (!after) return fail(after.error());
+        made_.after = *after;
         return std::move(made_);
     }
 
@@ -201,7 +208,11 @@ class Frames {
             auto at = frame_of(start, execution);
             if (!at) return at;
             frame = std::move(*at);
-            if (best == nullptr) made_.before = frame->unit() * std::sqrt(frame->error);
+            if (best == nullptr) {
+                const auto before = frame->expected(execution);
+                if (!before) return fail(before.error());
+                made_.before = *before;
+            }
             if (best == nullptr || frame->error < least) best = &start, least = frame->error;
         }
         if (best == &starts.back()) return frame;

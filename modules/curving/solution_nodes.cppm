@@ -40,7 +40,8 @@ template <int D>
 struct SolutionNodes {
     Column<LagrangeNode<D>> nodes;  ///< one an edge
     /// Expected error with the first start, and with `nodes`: of one field weight · ‖u − u_h‖ in the user's unit; of
-    /// several fields the root of Σ (weight ‖u − u_h‖)² in the units of the fields.
+    /// several fields the root of Σ (weight ‖u − u_h‖)² in the units of the fields. The integral is that of
+    /// `expected_error`; the search uses a rule of degree 6.
     double before = 0, after = 0;
     int frames = 0;              ///< number of frames that reduced the error
     std::size_t drawn_back = 0;  ///< number of edges that were moved by only a part of their step
@@ -62,8 +63,9 @@ template <int D>
 
 /// Returns the expected L2 error of a solution's interpolants of degree 1 or 2 on straight elements. For one field it
 /// is weight · ‖u − u_h‖ in the user's unit, for several fields the root of Σ (weight ‖u − u_h‖)² in the units of the
-/// fields, as in `SolutionNodes`. The integral goes over a rule of degree 6 in each element. The result does not depend
-/// on the number of threads. Errors: values that are not one an element, another degree (internal); stopped.
+/// fields, as in `SolutionNodes`. The integral goes over a rule of degree 11 in each element, which is exact for the
+/// polynomials of `solution`. The result does not depend on the number of threads. Errors: values that are not one an
+/// element, another degree (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, int degree,
                                              const Execution& execution);
@@ -393,6 +395,12 @@ struct ErrorPacks {
 template <int D>
 void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum);
+
+/// Returns the squared expected error with the nodes of the mesh in which the solution is known, Σ weight² ‖u − u_h‖²,
+/// by a rule of degree 11. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
+                                            const Execution& execution);
 
 /// The expected error of a solution about the nodes as they are, and its least squares for changes of them.
 template <int D>

@@ -411,7 +411,48 @@ void check_expected_on_straight(std::uint64_t seed) {
     CHECK(!expected_error(mesh.linear, known_one, 3, alone));
 }
 
+/// λ_v^5 in the elements, v another vertex from element to element, on a straight mesh, with its error by a rule that
+/// is exact for it.
+template <int D>
+void check_degree_of_rule(std::uint64_t seed) {
+    const Block<D> b = shell_block<D>(cells<D>, seed);
+    const QuadraticMesh<D> mesh = must(elevate(b.mesh.linear, alone));
+    const auto rule = conical_rule<D>(8);
+    Buffer<std::array<float, node_count<known_degree, D>>> values(mesh.linear.elements.size());
+    double square = 0;
+    for (std::size_t e = 0; e < values.size(); ++e) {
+        const std::size_t v = e % (D + 1);
+        for (std::size_t q = 0; q < values[e].size(); ++q)
+            values[e][q] = static_cast<float>(std::pow(lattice<D>[q][v], 5));
+        std::array<Vec<D>, D + 1> corners;
+        for (std::size_t k = 0; k <= D; ++k)
+            corners[k] = mesh.linear.points[mesh.linear.elements.vertices[ElementId(e)][k]];
+        const double det = std::abs(signed_volume<D>(corners));
+        for (const auto& point : rule) {
+            // 1 at the vertex and 1/32 in the middles of its edges: 4 λ (1 − λ)/32 of all of them.
+            const double x = point.xi[v];
+            const double residual = std::pow(x, 5) - x * (2 * x - 1) - x * (1 - x) / 8;
+            square += point.weight * det * residual * residual;
+        }
+    }
+    const KnownSolution<D> solution{{.values = std::move(values)}};
+    CHECK(must(expected_error(mesh.linear, solution, 2, alone)) == doctest::Approx(std::sqrt(square)).epsilon(1e-5));
+    const SolutionInElements<D> known_solution = [&](const QuadraticMesh<D>&, const Execution&) {
+        return Outcome<KnownSolution<D>>(solution);
+    };
+    const Column<LagrangeNode<D>> start = mesh.mid_nodes;
+    const auto nodes =
+        must(solution_nodes<D>(mesh, b.kinds, {&start, 1}, b.shells, known_solution, {.frames = 0}, alone));
+    CHECK(nodes.before == doctest::Approx(std::sqrt(square)).epsilon(1e-5));
+    CHECK(nodes.after == nodes.before);
+}
+
 }  // namespace
+
+TEST_CASE("the expected error is exact for polynomials of the known degree") {
+    check_degree_of_rule<2>(1);
+    check_degree_of_rule<3>(1);
+}
 
 TEST_CASE("the expected error on straight elements is that of the interpolant") {
     for (const std::uint64_t seed : {1U, 2U, 3U}) {
