@@ -26,7 +26,7 @@ namespace camber {
 
 namespace {
 
-/// Whether a byte goes on with a letter of UTF-8.
+/// True if a byte continues a letter of UTF-8.
 bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
 
 }  // namespace
@@ -127,7 +127,7 @@ Error out_of_memory(const std::bad_alloc& failure) {
 
 namespace {
 
-/// Whether an exception says that there is no thread to be had: TBB tells it by a runtime_error of the call's name.
+/// True if an exception reports that no thread can be started. TBB throws a runtime_error with the name of the call.
 bool tells_of_threads(const std::runtime_error& error) {
     return dynamic_cast<const std::system_error*>(&error) != nullptr ||
            std::string_view(error.what()).starts_with("pthread_");

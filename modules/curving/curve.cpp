@@ -10,6 +10,7 @@ module;
 module camber.curving;
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.metric;
 import camber.edge_optimisation;
 import camber.validity;

@@ -3,5 +3,5 @@
 /// elsewhere.
 export module camber.curving;
 export import :edges;
-export import :extension;
+export import :mesh_nodes;
 export import :solution_nodes;

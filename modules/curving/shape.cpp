@@ -11,6 +11,7 @@ module;
 module camber.curving;
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.validity;
 import camber.optimisation;
 

@@ -18,6 +18,7 @@ import camber.validity;
 import camber.crossing;
 import camber.io;
 import camber.surface;
+import camber.extension;
 import camber.curving;
 import camber.repair;
 import camber.recipes;
@@ -84,13 +85,13 @@ struct PartState {
     OwnVertices owned;
     EdgeId first_edge, last_edge;
     Column<EdgeKind> kinds;
-    Column<EdgeKind> kinds_outside_planes;  ///< with edges within planes as of the volume
-    Column<EdgeId> on_surface;              ///< the edge of the whole surface that each is; invalid: of the volume
-    Buffer<LagrangeNode<D>> base;           ///< where nodes start, while that is of use
-    MovedNodes<D> extended;                 ///< not known: nothing is displaced
-    Buffer<LogMetric<D>> log_metrics;       ///< none: a field with a mesh of its own
-    MovedNodes<D> back_nodes;               ///< of the field's mesh; not known: straight
-    Buffer<Vec<D>> slides, offsets;         ///< none: nothing moves
+    Column<EdgeKind> kinds_that_follow;  ///< see kinds_that_follow; empty: the same
+    Column<EdgeId> on_surface;           ///< the edge of the whole surface that each is; invalid: of the volume
+    Buffer<LagrangeNode<D>> base;        ///< where nodes start, while that is of use
+    MovedNodes<D> extended;              ///< not known: nothing is displaced
+    Buffer<LogMetric<D>> log_metrics;    ///< none: a field with a mesh of its own
+    MovedNodes<D> back_nodes;            ///< of the field's mesh; not known: straight
+    Buffer<Vec<D>> slides, offsets;      ///< none: nothing moves
     Buffer<LagrangeNode<D>> nodes;
 
     [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }
@@ -113,7 +114,7 @@ void each_array(PartState<D>& state, const auto& visit) {
     visit(state.shells.offsets);
     visit(state.shells.items);
     visit(state.kinds);
-    visit(state.kinds_outside_planes);
+    visit(state.kinds_that_follow);
     visit(state.on_surface);
     visit(state.base);
     state.extended.each_array(visit);
@@ -351,7 +352,8 @@ struct BlockRun {
 template <int D>
 [[nodiscard]] Outcome<Done> find_surface(BlockRun<D>& run, const MeshRows<D>& rows, const Execution& execution);
 
-/// The boundary's displacement carried into the volume, see extend_boundary; in planes first.
+/// Extends the displacement of the boundary's curves over its faces (extend_over_faces), then that of the faces into
+/// the volume (extend_boundary).
 template <int D>
 [[nodiscard]] Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution);
 

@@ -11,6 +11,7 @@ module;
 module camber.distributed;
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.metric;
 import camber.validity;
 import camber.io;

@@ -15,6 +15,7 @@ module;
 export module camber.distributed:parts;
 import camber.core;
 import camber.io;
+import camber.extension;
 import camber.curving;
 import :ranks;
 

@@ -12,6 +12,7 @@ module;
 #include <vector>
 module camber.distributed;
 import camber.core;
+import camber.extension;
 import camber.curving;
 
 namespace camber {

@@ -10,6 +10,7 @@ module;
 module camber.distributed;
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.metric;
 import camber.edge_optimisation;
 import camber.validity;
@@ -202,25 +203,25 @@ Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const R
     return Done{};
 }
 
-/// The displacement of what is not of the volume by these kinds, extended.
+/// The displacement of what is not of the volume by these kinds, extended over the elements: the nodes of each part.
 template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {
-    std::vector<ExtensionPart<D>> parts;
+    std::vector<ExtensionPart<D, D>> parts;
     auto begun =
         run.each_part_keeping(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
-            auto part = ExtensionPart<D>::make(state.mesh, state.*kinds, state.base, state.shells, state.owned,
-                                               without_progress(execution));
+            auto part = ExtensionPart<D, D>::make(elements_of(state.mesh), state.*kinds, state.base, state.shells,
+                                                  state.owned, without_progress(execution));
             if (!part) return fail(part.error());
             parts.push_back(std::move(*part));
             return Done{};
         });
     if (!begun) return fail(begun.error());
-    const auto solved = solve_extension<D>(parts, *run.between, {}, execution);
+    const auto solved = solve_extension(std::span(parts), *run.between, {}, execution);
     if (!solved) return fail(solved.error());
     run.out.iterations = std::max(run.out.iterations, static_cast<std::size_t>(solved->iterations));
     std::vector<Buffer<LagrangeNode<D>>> nodes;
-    for (ExtensionPart<D>& part : parts) {
+    for (ExtensionPart<D, D>& part : parts) {
         auto of_part = std::move(part).nodes(without_progress(execution));
         if (!of_part) return fail(of_part.error());
         nodes.push_back(std::move(*of_part));
@@ -235,42 +236,57 @@ void take_base(const BlockRun<D>& run, PartState<D>& state) {
         if (const EdgeId at = state.on_surface[e]; at.valid()) state.base[e] = run.by->surface.input.base[at];
 }
 
-/// See extended_in_planes of camber.recipes: nodes of edges within planes go as the displacement of all others.
 template <int D>
-Outcome<Done> extend_in_planes(BlockRun<D>& run, const Execution& execution) {
-    WholeSurface<D>& surface = run.by->surface;
-    const auto inside = edges_in_planes(surface.mesh, surface.boundary.features, surface.boundary.geometry,
-                                        without_progress(execution));
-    if (!inside) return fail(inside.error());
-    const auto goes_along = [&](EdgeId at) {
-        return at.valid() && (*inside)[at.index()] != 0 && surface.input.kinds[at] == EdgeKind::surface;
-    };
-    bool any = false;
-    for (std::size_t e = 0; e < surface.mesh.edges.size(); ++e) any |= goes_along(EdgeId(e));
-    if (!any) return Done{};
-    for (PartState<D>& state : run.states) {
-        Buffer<EdgeKind> kinds(state.kinds.begin(), state.kinds.end());
-        for (std::size_t e = 0; e < kinds.size(); ++e)
-            if (goes_along(state.on_surface[e])) kinds[e] = EdgeKind::volume;
-        state.kinds_outside_planes = std::move(kinds);
-    }
-    const auto nodes = extended_nodes(run, &PartState<D>::kinds_outside_planes, execution);
-    if (!nodes) return fail(nodes.error());
-    Buffer<Vec<D>> shifts(surface.mesh.edges.size(), Vec<D>{});
-    auto gathered = run.gather_on_surface(shifts, [&](std::size_t b, EdgeId e, EdgeId at) -> std::optional<Vec<D>> {
-        if (!goes_along(at)) return std::nullopt;
-        return (*nodes)[b][e.index()].point - run.states[b].base[e.index()].point;
-    });
-    if (!gathered) return gathered;
-    for (PartState<D>& state : run.states) state.kinds_outside_planes = {};
-    auto slid = slid_nodes<D>(surface.mesh, surface.input.base, shifts, surface.boundary.features,
-                              surface.boundary.geometry, without_progress(execution));
-    if (!slid) return fail(slid.error());
-    surface.input.base = std::move(*slid);
+Outcome<Done> take_base_everywhere(BlockRun<D>& run, const Execution& execution) {
     return run.each_part(without_progress(execution), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         take_base(run, state);
         return Done{};
     });
+}
+
+/// Nodes of walls without geometry where the volume takes them: see kinds_that_follow.
+template <int D>
+Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, const Execution& execution) {
+    WholeSurface<D>& surface = run.by->surface;
+    const auto follows = [&](EdgeId at) { return at.valid() && kinds[at] != surface.input.kinds[at]; };
+    for (PartState<D>& state : run.states) {
+        Buffer<EdgeKind> of_part(state.kinds.begin(), state.kinds.end());
+        for (std::size_t e = 0; e < of_part.size(); ++e)
+            if (follows(state.on_surface[e])) of_part[e] = EdgeKind::volume;
+        state.kinds_that_follow = std::move(of_part);
+    }
+    const auto nodes = extended_nodes(run, &PartState<D>::kinds_that_follow, execution);
+    if (!nodes) return fail(nodes.error());
+    Buffer<Vec<D>> places(surface.mesh.edges.size(), Vec<D>{});
+    auto gathered = run.gather_on_surface(places, [&](std::size_t b, EdgeId e, EdgeId at) -> std::optional<Vec<D>> {
+        return follows(at) ? std::optional((*nodes)[b][e.index()].point) : std::nullopt;
+    });
+    if (!gathered) return gathered;
+    Buffer<LagrangeNode<D>> base = take(std::move(surface.input.base));
+    for (std::size_t e = 0; e < base.size(); ++e)
+        if (follows(EdgeId(e))) base[e] = {places[e]};
+    surface.input.base = std::move(base);
+    for (PartState<D>& state : run.states) state.kinds_that_follow = {};
+    return Done{};
+}
+
+/// The displacement of the surface's curves extended over its faces, and then walls without geometry. Each rank has the
+/// whole surface.
+template <int D>
+Outcome<Done> extend_on_surface(BlockRun<D>& run, const Execution& execution) {
+    WholeSurface<D>& surface = run.by->surface;
+    const auto& [features, required, geometry] = surface.boundary;
+    auto nodes = extend_over_faces(surface.mesh, surface.input.kinds, surface.input.base, features, geometry,
+                                   part_of(execution, 0, 0.5));
+    if (!nodes) return fail(nodes.error());
+    surface.input.base = std::move(*nodes);
+    if (auto taken = take_base_everywhere(run, execution); !taken) return taken;
+    const auto kinds =
+        kinds_that_follow(surface.mesh, surface.input.kinds, features, geometry, without_progress(execution));
+    if (!kinds) return fail(kinds.error());
+    if (*kinds == surface.input.kinds) return Done{};
+    if (auto done = follow_volume(run, *kinds, part_of(execution, 0.5, 1)); !done) return done;
+    return take_base_everywhere(run, execution);
 }
 
 }  // namespace
@@ -296,11 +312,10 @@ Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution) {
         for (PartState<D>& state : run.states) state.base = {};
     };
     if (straight()) return let_base_go(), Done{};
-    if (D == 3)
-        if (auto done = extend_in_planes(run, part_of(execution, 0, 0.5)); !done) return done;
+    if (auto done = extend_on_surface(run, part_of(execution, 0, 0.2)); !done) return done;
     if (run.options.curving.curve.back_mesh != BackMeshKind::curved) return let_base_go(), Done{};
     run.is_displaced = true;
-    auto nodes = extended_nodes(run, &PartState<D>::kinds, part_of(execution, 0.5, 1));
+    auto nodes = extended_nodes(run, &PartState<D>::kinds, part_of(execution, 0.2, 1));
     if (!nodes) return fail(nodes.error());
     std::vector<std::span<LagrangeNode<D>>> columns(nodes->begin(), nodes->end());
     if (auto brought = bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns); !brought) return brought;

@@ -13,6 +13,7 @@ module;
 module camber.recipes;
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.metric;
 import camber.edge_optimisation;
 import camber.validity;
@@ -58,8 +59,19 @@ bool is_prescribed(const LinearMesh<D>& mesh, const Boundary<D>& boundary, std::
                                [&](FacetId f) { return boundary.geometry->prescribes(mesh.facets.references[f]); });
 }
 
-/// The same of a mesh with curves of its own: boundary nodes where they are, but for edges on prescribed
-/// surfaces.
+/// True if the node that the mesh has on an edge with these facets is on the geometry.
+template <int D>
+bool is_on_geometry(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary, std::span<const FacetId> facets,
+                    std::size_t e) {
+    constexpr double near = 1e-6;  // of the chord
+    const auto& [a, b] = mesh.edges.vertices[e];
+    const double chord = distance(mesh.linear.points[a], mesh.linear.points[b]);
+    const auto sites = facet_sites<D>(mesh.linear, facets);
+    return boundary.geometry->distance_where(sites, mesh.mid_nodes[e].point) <= near * chord;
+}
+
+/// The same for a mesh with curves: its boundary nodes stay, except those of edges on prescribed surfaces that are not
+/// on them.
 template <int D>
 Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                      const EmbeddedCurves<D>& curves, const Execution& execution) {
@@ -70,9 +82,11 @@ Outcome<CurveInput<D>> input_of_read(const QuadraticMesh<D>& mesh, const Boundar
     std::size_t kept = 0;
     for (std::size_t e = 0; e < nodes->size(); ++e) {
         if (boundary.features.edge_kinds[e] == EdgeKind::volume) continue;
-        if (is_prescribed<D>(mesh.linear, boundary, (*around)[e])) continue;
+        const auto facets = (*around)[e];
+        const bool is_on_prescribed = is_prescribed<D>(mesh.linear, boundary, facets);
+        if (is_on_prescribed && !is_on_geometry(mesh, boundary, facets, e)) continue;
         (*nodes)[e] = mesh.mid_nodes[e];
-        ++kept;
+        kept += is_on_prescribed ? 0 : 1;
     }
     return input_of(mesh, boundary, curves, std::move(*nodes), kept, part_of(execution, 0.33, 1));
 }
@@ -170,29 +184,36 @@ bool is_straight(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
     return std::ranges::all_of(std::views::iota(std::size_t{0}, input.base.size()), stays);
 }
 
-/// The same with the nodes of edges within plane walls where the displacement of all others extends to: layers that end
-/// at a plane wall go on it as they go inside.
+/// The kinds with edges that keep the nodes which the mesh was read with as fixed.
 template <int D>
-Outcome<CurveInput<D>> extended_in_planes(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
-    if (D == 2 || from.nodes == NodesOf::input || is_surface_alone(from.mesh.linear) || is_straight(from.mesh, input))
-        return input;
-    const auto inside =
-        edges_in_planes(from.mesh, from.boundary.features, from.boundary.geometry, part_of(execution, 0, 0.1));
-    if (!inside) return fail(inside.error());
-    Buffer<EdgeKind> free(input.kinds.begin(), input.kinds.end());
-    for (std::size_t e = 0; e < free.size(); ++e)
-        if ((*inside)[e] != 0 && free[e] == EdgeKind::surface) free[e] = EdgeKind::volume;
-    const Column<EdgeKind> kinds(std::move(free));
-    if (kinds == input.kinds) return input;
-    const auto extended = extend_boundary(from.mesh, kinds, input.base, input.shells, {}, part_of(execution, 0.1, 0.9));
-    if (!extended) return fail(extended.error());
-    Buffer<Vec<D>> shifts(input.base.size(), Vec<D>{});
-    for (std::size_t e = 0; e < shifts.size(); ++e)
-        if (kinds[e] != input.kinds[e]) shifts[e] = extended->nodes[e].point - input.base[e].point;
-    auto nodes = slid_nodes<D>(from.mesh, input.base, shifts, from.boundary.features, from.boundary.geometry,
-                               part_of(execution, 0.9, 1));
+Column<EdgeKind> kinds_with_kept(const QuadraticMesh<D>& mesh, const CurveInput<D>& input) {
+    Buffer<EdgeKind> kinds(input.kinds.begin(), input.kinds.end());
+    for (std::size_t e = 0; e < kinds.size(); ++e)
+        if (kinds[e] != EdgeKind::volume && input.base[e] == mesh.mid_nodes[e]) kinds[e] = EdgeKind::fixed;
+    return Column<EdgeKind>(std::move(kinds));
+}
+
+/// The same with the displacement of the boundary's curves extended over its faces (extend_over_faces), and nodes of
+/// walls without geometry where the volume takes them (kinds_that_follow).
+template <int D>
+Outcome<CurveInput<D>> extended_over_faces(const CurvedFrom<D>& from, CurveInput<D> input, const Execution& execution) {
+    if (is_straight(from.mesh, input)) return input;
+    const bool is_read = from.nodes == NodesOf::input;
+    const auto& [features, required, geometry] = from.boundary;
+    auto nodes = extend_over_faces(from.mesh, is_read ? kinds_with_kept(from.mesh, input) : input.kinds, input.base,
+                                   features, geometry, part_of(execution, 0, 0.5));
     if (!nodes) return fail(nodes.error());
     input.base = std::move(*nodes);
+    if (is_read || is_surface_alone(from.mesh.linear)) return input;
+    const auto kinds = kinds_that_follow(from.mesh, input.kinds, features, geometry, without_progress(execution));
+    if (!kinds) return fail(kinds.error());
+    if (*kinds == input.kinds) return input;
+    const auto extended = extend_boundary(from.mesh, *kinds, input.base, input.shells, {}, part_of(execution, 0.5, 1));
+    if (!extended) return fail(extended.error());
+    Buffer<LagrangeNode<D>> following = take(std::move(input.base));
+    for (std::size_t e = 0; e < following.size(); ++e)
+        if ((*kinds)[e] != input.kinds[e]) following[e] = extended->nodes[e];
+    input.base = std::move(following);
     return input;
 }
 
@@ -332,12 +353,12 @@ Outcome<CurveInput<D>> input_for(const CurvedFrom<D>& from, const ProposeOptions
     // The field of a surface alone is constant along its normals: its back mesh need not curve.
     const bool curves = options.back_mesh == BackMeshKind::curved && has_field(options.objective) &&
                         !is_surface_alone(from.mesh.linear);
-    const double of_nodes = curves ? 0.18 : 0.5, of_planes = curves ? 0.5 : 1;
+    const double of_nodes = curves ? 0.3 : 0.8, of_faces = curves ? 0.4 : 1;
     auto input = curve_input(from, part_of(execution, 0, of_nodes));
     if (!input) return input;
-    input = extended_in_planes(from, std::move(*input), part_of(execution, of_nodes, of_planes));
+    input = extended_over_faces(from, std::move(*input), part_of(execution, of_nodes, of_faces));
     if (!input || !curves) return input;
-    return extended_input(from, std::move(*input), part_of(execution, 0.5, 1));
+    return extended_input(from, std::move(*input), part_of(execution, of_faces, 1));
 }
 
 /// Volume edges start where the field has them.

@@ -13,6 +13,7 @@ module;
 module camber.repair;
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.validity;
 import camber.curving;
 

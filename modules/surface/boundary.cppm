@@ -156,16 +156,11 @@ template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
-/// 1 for surface edges within planes (of the geometry, or flat patches of a surrogate), whose nodes may slide there at
-/// no cost to the geometry. Errors: stopped.
-template <int D>
-[[nodiscard]] Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>& mesh, const Features<D>& features,
-                                                            const Geometry<D>& geometry, const Execution& execution);
-
-/// The same nodes with those of edges within planes moved by the part of `shifts` (one row an edge) that lies in the
-/// plane. Others keep theirs: on a curved surface a node off the middle of its curve costs the geometry an order of
-/// approximation, and curves (ridges; in 2D all edges of the boundary) leave only slides along themselves; so do
-/// required edges. Errors: as boundary_nodes; rows that do not fit the mesh (ErrorKind::internal).
+/// `nodes` with those of edges within planes (of the geometry, or flat patches of a surrogate) moved by the part of
+/// `shifts` (one row an edge) that lies in the plane. Others keep theirs: on a curved surface a node off the middle of
+/// its curve costs the geometry an order of approximation, and curves (ridges; in 2D all edges of the boundary) leave
+/// only slides along themselves; so do required edges. Errors: as boundary_nodes; rows that do not fit the mesh
+/// (ErrorKind::internal).
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -311,7 +306,7 @@ template <int D>
 /// How far a curved boundary and its geometry are from each other, both ways and by the geometry's entities.
 export namespace camber {
 
-/// What is measured: from the boundary to the geometry; or both ways, by entity.
+/// Directions of a distance: from the boundary to the geometry, or both ways, by entity.
 enum class DistanceWays : std::uint8_t { boundary, both };
 [[nodiscard]] constexpr auto words(DistanceWays) {
     return words_of(Word{DistanceWays::boundary, "boundary"}, Word{DistanceWays::both, "both"});

@@ -80,16 +80,6 @@ std::optional<Plane<D>> plane_of(const LinearMesh<D>& mesh, const EdgeSet<D>& ed
 }  // namespace
 
 template <int D>
-Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>& mesh, const Features<D>& features,
-                                              const Geometry<D>& geometry, const Execution& execution) {
-    const auto shells = facet_shells(mesh.edges, without_progress(execution));
-    if (!shells) return fail(shells.error());
-    return map_each(execution, mesh.edges.size(), [&](std::size_t e) -> std::uint8_t {
-        return plane_of(mesh.linear, mesh.edges, *shells, features, geometry, e) ? 1 : 0;
-    });
-}
-
-template <int D>
 Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& nodes,
                                             std::span<const Vec<D>> shifts, const Features<D>& features,
                                             const Geometry<D>& geometry, const Execution& execution) {
@@ -106,14 +96,6 @@ Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh, const 
     });
 }
 
-namespace {
-
-struct EmbeddedEdge {
-    EdgeId edge;
-    Reference reference = 0;
-};
-
-/// Listed ones first, each edge once.
 std::vector<EmbeddedEdge> embedded_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                          const Features<3>& features, const Incidence<FacetId>& shells) {
     std::vector<EmbeddedEdge> found;
@@ -133,6 +115,8 @@ std::vector<EmbeddedEdge> embedded_edges(const LinearMesh<3>& mesh, const EdgeSe
             add(EdgeId(e), 0);
     return found;
 }
+
+namespace {
 
 /// The surrogate that has the embedded curves of the boundary among its ridge curves.
 Outcome<Surrogate<3>> surrogate_with_curves(LinearMesh<3> mesh, EdgeSet<3> edges, const Features<3>& features,
@@ -299,8 +283,6 @@ Column<EdgeKind> kinds_with_curves(const Column<EdgeKind>& kinds, const Embedded
     template Vec<D> node_without_cusp<D>(const GeometryModel<D>&, const EdgeSite<D>&);                               \
     template Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>&, const Features<D>&,            \
                                                              const Geometry<D>&, const Execution&);                  \
-    template Outcome<Buffer<std::uint8_t>> edges_in_planes(const QuadraticMesh<D>&, const Features<D>&,              \
-                                                           const Geometry<D>&, const Execution&);                    \
     template Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,    \
                                                          std::span<const Vec<D>>, const Features<D>&,                \
                                                          const Geometry<D>&, const Execution&);                      \

@@ -101,6 +101,11 @@ struct FlatPatch {
     friend bool operator==(const FlatPatch&, const FlatPatch&) = default;
 };
 
+/// The plane through the vertices of each patch, where they are in one. Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>& mesh, const Features<D>& features,
+                                                         const Execution& execution);
+
 }  // namespace camber
 
 namespace camber {
@@ -112,11 +117,6 @@ inline constexpr double coordinate_ulps = 1e-15;
 /// The plane through points when they are coplanar within rounding: |height| ≤ 1e-12 size + 1e-15 |coordinates|.
 template <int D>
 [[nodiscard]] FlatPatch<D> plane_of(std::span<const Vec<D>> points);
-
-/// plane_of each patch's vertices. Errors: stopped.
-template <int D>
-[[nodiscard]] Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>& mesh, const Features<D>& features,
-                                                         const Execution& execution);
 
 /// The smooth sides of each vertex: a fan is a set of facets around one vertex that are connected across edges which
 /// are not ridges. A vertex inside a patch has one, a vertex of a ridge one a side, even where both sides are one

@@ -113,6 +113,11 @@ bool GeometryModel<D>::points_over(const FacetSite<D>& facet, std::span<const Ba
 }
 
 template <int D>
+bool GeometryModel<D>::is_made_from(const FacetSite<D>&) const {
+    return false;
+}
+
+template <int D>
 double GeometryModel<D>::distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const {
     double largest = 0;
     for (const FacetSite<D>& facet : meet)
@@ -189,7 +194,8 @@ template <int D>
 std::optional<Plane<D>> common_plane(const GeometryModel<D>& geometry, const EdgeSite<D>& edge) {
     std::optional<Plane<D>> common;
     for (const FacetSite<D>& facet : edge.facets) {
-        const auto plane = geometry.plane_at(facet);
+        auto plane = geometry.plane_at(facet);
+        if (plane) plane->normal = unit_or(plane->normal, Vec<D>{});
         if (!plane || (common && std::abs(dot(plane->normal, common->normal)) < same_plane)) return std::nullopt;
         common = plane;
     }

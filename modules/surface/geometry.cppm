@@ -343,6 +343,9 @@ class GeometryModel {
     /// Here: by project.
     [[nodiscard]] virtual bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                            std::span<Vec<D>> out) const;
+    /// True if the surface at a facet is a curved piece that was made from this facet: then points_over gives the
+    /// points of that piece, and middle_of the middles of its edges. Here: no.
+    [[nodiscard]] virtual bool is_made_from(const FacetSite<D>& facet) const;
     /// How far a point where these facets (at least one) meet is from the geometry. Here: the largest distance from
     /// their surfaces.
     [[nodiscard]] virtual double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const;
@@ -513,11 +516,12 @@ template <int D>
 /// tangent plane of a place, followed by projection, which walks across a surrogate's facets.
 export namespace camber {
 
-/// The plane on which all facets at an edge lie, where they lie on one.
+/// The plane on which all facets at an edge lie, where they lie on one. Its normal is a unit vector.
 template <int D>
 [[nodiscard]] std::optional<Plane<D>> common_plane(const GeometryModel<D>& geometry, const EdgeSite<D>& edge);
 
-/// p moved by the part of `shift` that lies in the plane. A coordinate in which the plane is constant stays as it is.
+/// p moved by the part of `shift` that lies in the plane, whose normal is a unit vector. A coordinate in which the
+/// plane is constant stays as it is.
 template <int D>
 [[nodiscard]] Vec<D> slid_within(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift);
 

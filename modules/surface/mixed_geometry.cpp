@@ -130,6 +130,10 @@ class MixedModel final : public GeometryModel<D> {
         return model(owner(facet.reference)).points_over(facet, at, out);
     }
 
+    [[nodiscard]] bool is_made_from(const FacetSite<D>& facet) const override {
+        return model(owner(facet.reference)).is_made_from(facet);
+    }
+
     [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
         double largest = 0;
         for (const Part part : {Part::first, Part::rest})

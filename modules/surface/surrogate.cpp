@@ -13,6 +13,7 @@ module camber.surface;
 import camber.core;
 import camber.box_tree;
 import camber.bezier;
+import camber.extension;
 
 namespace camber {
 
@@ -144,6 +145,57 @@ SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
     const bool straight = edge.middle == midpoint(a, b);  // in the plane already, as its ends are
     if (planes.size() == 1 && !straight) snap(edge, planes[0]);
     return edge;
+}
+
+/// The displacement of a ridge within the surface of a facet beside it: its middle less that of the edge which the
+/// facet alone would have.
+Vec<3> shift_in_surface(const Parts& parts, const SurrogateEdge<3>& ridge, EdgeId e, FacetId f) {
+    const auto& facet = parts.mesh.facets.vertices[f];
+    Vec<3> normal;
+    for (const VertexId v : parts.edges.vertices[e])
+        normal += parts.normals.normals[parts.fans.of_facets[f][corner_of(facet, v)]];
+    if (!(norm_squared(normal) > 0)) return {};
+    const Vec<3> shift = ridge.middle - inner_edge(parts, e, f).middle, n = normalised(normal);
+    return shift - dot(shift, n) * n;
+}
+
+/// Moves the middle of an edge of the facet's surface by the shift, in the tangent planes of its ends.
+void bend(const Parts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId f, const Vec<3>& shift) {
+    constexpr double of_inner_points = 4.0 / 3;
+    const auto& facet = parts.mesh.facets.vertices[f];
+    auto& c = edge.curve.control;
+    for (std::size_t i = 0; i < 2; ++i) {
+        const VertexId v = parts.edges.vertices[e][i];
+        const Vec<3>& n = parts.normals.normals[parts.fans.of_facets[f][corner_of(facet, v)]];
+        c[1 + i] += of_inner_points * (shift - dot(shift, n) * n);
+    }
+    edge.middle = midpoint(c[0], c[3]) + 0.375 * ((c[1] - c[0]) + (c[2] - c[3]));
+}
+
+/// Bends the edges beside ridges as these are bent within the surface, so that thin triangles beside them do not fold.
+Outcome<Done> bend_beside_ridges(const Parts& parts, std::span<const EdgeId> rows, Buffer<SurrogateEdge<3>>& curves,
+                                 const Execution& execution) {
+    const auto row = [&](EdgeId e) {
+        return static_cast<std::size_t>(std::lower_bound(rows.begin(), rows.end(), e) - rows.begin());
+    };
+    Faces faces{Buffer<std::uint8_t>(parts.mesh.facets.size(), 0), Buffer<std::uint8_t>(parts.edges.size(), 0)};
+    for (std::size_t f = 0; f < faces.facets.size(); ++f)
+        faces.facets[f] =
+            !parts.flats[parts.features.patches[f]].is_flat() && !parts.junctions.is_prescribed(FacetId(f));
+    for (const EdgeId e : rows)
+        faces.inside[e.index()] = parts.features.edge_kinds[e] == EdgeKind::surface && !parts.shells[e].empty() &&
+                                  faces.facets[parts.shells[e][0].index()] != 0;
+    for (const EmbeddedEdge& curve : embedded_edges(parts.mesh, parts.edges, parts.features, parts.shells))
+        faces.inside[curve.edge.index()] = 0;
+    const auto shifts = extend_over_triangles(
+        parts.mesh, parts.edges, faces,
+        [&](FacetId f, EdgeId e) { return shift_in_surface(parts, curves[row(e)], e, f); }, execution);
+    if (!shifts) return fail(shifts.error());
+    for (std::size_t i = 0; i < shifts->edges.size(); ++i) {
+        const EdgeId e = shifts->edges[i];
+        bend(parts, curves[row(e)], e, parts.shells[e][0], shifts->shifts[i]);
+    }
+    return Done{};
 }
 
 /// The triangle's vertices, then those of the facets around them on the same smooth side, each with its normal there.
@@ -283,6 +335,8 @@ Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, 
         return edge;
     });
     if (!curves) return fail(curves.error());
+    if (auto bent = bend_beside_ridges(parts, rows, *curves, without_progress(execution)); !bent)
+        return fail(bent.error());
     auto facets = map_each(part_of(execution, 0.42, 1), mesh.facets.size(),
                            [&](std::size_t f) { return cubic_triangle(parts, rows, *curves, FacetId(f)); });
     if (!facets) return fail(facets.error());

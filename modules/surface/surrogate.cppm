@@ -203,6 +203,15 @@ struct FittedHeight {
 [[nodiscard]] FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal,
                                          std::span<const PointAndNormal> samples);
 
+/// An edge that the mesh lists inside a smooth face, or that parts two entities there.
+struct EmbeddedEdge {
+    EdgeId edge;
+    Reference reference = 0;
+};
+/// Returns the embedded edges, each once: first those that the mesh lists, then those between entities.
+[[nodiscard]] std::vector<EmbeddedEdge> embedded_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
+                                                       const Features<3>& features, const Incidence<FacetId>& shells);
+
 struct FanNormals {
     Column<Vec<3>> normals;           ///< one a fan: unit, or zero
     Column<std::uint8_t> prescribed;  ///< one a fan: whether its normal is that of the surface beyond a junction

@@ -187,6 +187,10 @@ class SurrogateModel : public GeometryModel<D> {
         return true;
     }
 
+    [[nodiscard]] bool is_made_from(const FacetSite<D>& facet) const override {
+        return is_own_facet(surrogate_, facet) && !surrogate_.flats[surrogate_.patches[facet.id]].is_flat();
+    }
+
     /// The surrogate is one surface: the distance from the patches that the first facet lies on.
     [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
         const FacetSite<D>& first = meet.front();

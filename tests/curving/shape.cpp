@@ -13,6 +13,7 @@
 
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.metric;
 import camber.validity;
 import camber.optimisation;

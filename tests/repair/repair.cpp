@@ -14,6 +14,7 @@
 
 import camber.core;
 import camber.bezier;
+import camber.extension;
 import camber.metric;
 import camber.edge_optimisation;
 import camber.validity;

@@ -33,23 +33,6 @@ TEST_CASE("a cube stays a cube: every node is its chord's middle") {
     CHECK(distance_of(turned).largest == 0);
 }
 
-TEST_CASE("edges in planes are the surface edges of flat patches") {
-    const auto b = build(half_cylinder(20, 8).mesh());
-    const auto inside = edges_in_planes<3>(b.mesh, b.features, Geometry<3>(b.surrogate), {.threads = 1}).value();
-    std::vector<int> expected(b.nodes.size(), 0);
-    for (std::size_t f = 0; f < b.mesh.linear.facets.size(); ++f)
-        if (b.surrogate.flats[b.features.patches[f]].is_flat())
-            for (const EdgeId e : b.mesh.edges.of_facets[f])
-                if (b.features.edge_kinds[e] == EdgeKind::surface) expected[e.index()] = 1;
-    std::size_t marked = 0;
-    for (std::size_t e = 0; e < expected.size(); ++e) {
-        CHECK(inside[e] == expected[e]);
-        marked += inside[e];
-    }
-    CHECK(marked > 0);
-    CHECK(marked < b.nodes.size());
-}
-
 TEST_CASE("half cylinder: the planes are exact, the arcs lie in them and on the cylinder") {
     const auto b = build(half_cylinder(20, 8).mesh());
     std::size_t planes = 0;

@@ -53,7 +53,7 @@ struct Place {
 /// Puts the limits of a number into its schema.
 void add_limits(const Limits& limits, Json& schema);
 
-/// How values of a type are read from JSON, written to it, put into the schema, and called. Values are passed by
+/// Functions that read values of a type from JSON, write them, and describe them. Values are passed by
 /// address and without their type, so that the same functions serve all structs, choices and lists. `codec_of<T>` is
 /// the one of the type T.
 class Codec {
@@ -69,7 +69,7 @@ class Codec {
     [[nodiscard]] virtual Json write(const void* value) const = 0;
     [[nodiscard]] virtual Json schema(const Limits&) const = 0;
     [[nodiscard]] virtual std::string type(const Limits&) const = 0;
-    /// Whether an alternative of this type may be given by its bare key.
+    /// True if an alternative of this type may be written as its bare key.
     [[nodiscard]] virtual bool may_be_bare() const { return false; }
 };
 
@@ -94,7 +94,7 @@ template <class T>
     return codec_of<T>().write(&value);
 }
 
-/// Whether JSON is a whole number within the limits, which `fits` the type.
+/// True if a JSON value is a whole number within the limits, which `fits` the type.
 [[nodiscard]] Outcome<Done> check_integer(const Json& json, const Place& place, const Limits& limits, bool fits);
 [[nodiscard]] Json integer_schema(const Limits& limits, bool is_unsigned);
 [[nodiscard]] std::string integer_type(const Limits& limits);

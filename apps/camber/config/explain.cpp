@@ -44,7 +44,7 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t wid
     return out + std::string(indent, ' ') + line + "\n";
 }
 
-/// A word that stands somewhere in a config, and what it says there.
+/// A word of a config, its place, and its meaning there.
 struct Word {
     std::string name;
     std::string text;
@@ -53,7 +53,7 @@ struct Word {
 struct Topic {
     std::string name;
     std::string text;
-    std::vector<Word> words = {};  ///< of its options or alternatives
+    std::vector<Word> words = {};  ///< the words of its options or alternatives
 };
 
 /// The keys of an option, and those of its values that are words.
@@ -107,7 +107,7 @@ std::vector<Topic> topics_of() {
     return {topic_of(Described<T>::get())...};
 }
 
-/// Words of sources and operations that have no options of their own are topics as well.
+/// Words of sources and operations without options are topics as well.
 std::vector<Topic> with_words(std::vector<Topic> topics) {
     for (const std::string_view choice : {"metric", "metric_operations"}) {
         const auto of = [&](std::string_view name) { return std::ranges::find(topics, name, &Topic::name); };
@@ -153,7 +153,7 @@ Outcome<std::string> explain(std::string_view topic) {
 
 namespace {
 
-/// A part given as an argument: JSON when it looks so, else one word.
+/// Parses a part from an argument: as JSON if it looks like JSON, otherwise as one word.
 Outcome<Json> parse_part(std::string_view text, std::string_view name) {
     const auto first = text.find_first_not_of(" \t\n");
     const bool is_json = first != std::string_view::npos && (text[first] == '{' || text[first] == '"');

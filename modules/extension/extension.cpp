@@ -1,3 +1,4 @@
+// Solves the equations of an extension by conjugate gradients, over the parts of a mesh.
 module;
 #include <algorithm>
 #include <array>
@@ -10,21 +11,19 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-module camber.curving;
+module camber.extension;
 import camber.core;
-import camber.bezier;
-import camber.validity;
-import :extension_system;
+import :system;
 
 namespace camber {
 
 namespace {
 
-/// Corrections of this share of the first are rounding.
+/// Corrections below this share of the first are rounding errors.
 constexpr double rounding = 1e-14;
 
-/// How far a solve is: the steps that are left, if each of them takes as much of the largest correction as those so far
-/// took of the residual's norm on the mean. Where it comes no nearer for a while, nobody can know, and the share stays.
+/// Progress of a solve. Estimates the remaining steps from the mean reduction of the residual's norm in a step. The
+/// share does not fall if a step makes no progress.
 class Headway {
   public:
     Headway(double first, double tolerance, const Execution& execution)
@@ -43,25 +42,27 @@ class Headway {
     const Execution& execution_;
 };
 
-/// All parts, as one system: what they find of each run is added up in their order.
-template <int D>
+/// All parts as one system. Sums of runs are added in their order.
+template <int S, int D>
 class Parts {
   public:
-    Parts(std::span<ExtensionPart<D>> parts, BetweenParts<D>& between, const Execution& execution)
+    Parts(std::span<ExtensionPart<S, D>> parts, BetweenParts<D>& between, const Execution& execution)
         : parts_(parts), between_(between), execution_(execution), moving_(parts.size()), given_(parts.size()) {}
 
     Outcome<Done> begin(double stiffening) {
-        const auto all = gathered(
-            [&](ExtensionPart<D>& part) -> Outcome<std::vector<double>> { return part.volume_and_count(execution_); });
+        const auto all = gathered([&](ExtensionPart<S, D>& part) -> Outcome<std::vector<double>> {
+            return part.volume_and_count(execution_);
+        });
         if (!all) return fail(all.error());
         double volume = 0, count = 0;
         for (std::size_t i = 0; i < all->size(); i += 2) volume += (*all)[i], count += (*all)[i + 1];
-        return each_part(
-            [&](ExtensionPart<D>& part) { return part.begin(volume / std::max(1.0, count), stiffening, execution_); });
+        return each_part([&](ExtensionPart<S, D>& part) {
+            return part.begin(volume / std::max(1.0, count), stiffening, execution_);
+        });
     }
 
     Outcome<ExtensionSums> step(double length, double tolerance) {
-        const auto all = gathered([&](ExtensionPart<D>& part) {
+        const auto all = gathered([&](ExtensionPart<S, D>& part) {
             return part.step(length, tolerance, execution_).map([](const std::vector<ExtensionSums>& runs) {
                 std::vector<double> numbers;
                 for (const ExtensionSums& s : runs)
@@ -76,9 +77,9 @@ class Parts {
         return sums;
     }
 
-    /// The next direction of all parts, known to all, and rows around what joined.
+    /// Sets the next direction of all parts, exchanges it, and starts rows around edges that have joined.
     Outcome<Done> turn_by(double turn) {
-        if (auto turned = each_part([&](ExtensionPart<D>& part) { return part.turn_by(turn, execution_); }); !turned)
+        if (auto turned = each_part([&](ExtensionPart<S, D>& part) { return part.turn_by(turn, execution_); }); !turned)
             return turned;
         std::vector<std::span<Vec<D>>> directions;
         for (std::size_t p = 0; p < parts_.size(); ++p) {
@@ -98,7 +99,7 @@ class Parts {
     }
 
     Outcome<AlongDirection> multiply() {
-        const auto all = gathered([&](ExtensionPart<D>& part) {
+        const auto all = gathered([&](ExtensionPart<S, D>& part) {
             return part.multiply(execution_).map([](const std::vector<AlongDirection>& runs) {
                 std::vector<double> numbers;
                 for (const AlongDirection& a : runs) numbers.insert(numbers.end(), {a.curvature, a.slope});
@@ -112,11 +113,11 @@ class Parts {
     }
 
   private:
-    /// The numbers of each run of all, one after the other.
+    /// Returns the numbers of all runs of all parts, one after the other.
     Outcome<std::vector<double>> gathered(const auto& numbers_of) {
         const auto here = [&]() -> Outcome<std::vector<double>> {
             std::vector<double> all;
-            for (ExtensionPart<D>& part : parts_) {
+            for (ExtensionPart<S, D>& part : parts_) {
                 const auto numbers = numbers_of(part);
                 if (!numbers) return fail(numbers.error());
                 all.insert(all.end(), numbers->begin(), numbers->end());
@@ -126,27 +127,27 @@ class Parts {
         return between_.gather(here());
     }
     Outcome<Done> each_part(const auto& f) {
-        for (ExtensionPart<D>& part : parts_)
+        for (ExtensionPart<S, D>& part : parts_)
             if (auto done = f(part); !done) return done;
         return Done{};
     }
 
-    std::span<ExtensionPart<D>> parts_;
+    std::span<ExtensionPart<S, D>> parts_;
     BetweenParts<D>& between_;
     const Execution& execution_;
-    EdgesOfParts moving_;  ///< its own that others have
-    EdgesOfParts given_;   ///< those of others, rising
+    EdgesOfParts moving_;  ///< own edges that other parts contain
+    EdgesOfParts given_;   ///< edges of other parts, rising
 };
 
 }  // namespace
 
-template <int D>
-Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<D>> given, BetweenParts<D>& between,
+template <int S, int D>
+Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> given, BetweenParts<D>& between,
                                         const ExtensionOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<ExtensionSolve> {
         ExtensionSolve solved;
         const Execution quiet = without_progress(execution);
-        Parts<D> parts(given, between, quiet);
+        Parts<S, D> parts(given, between, quiet);
         if (auto begun = parts.begin(options.stiffening); !begun) return fail(begun.error());
         auto sums = parts.step(0, options.tolerance);
         if (!sums) return fail(sums.error());
@@ -170,19 +171,20 @@ Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<D>> given, Betwe
     });
 }
 
-template <int D>
-Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                      const Column<LagrangeNode<D>>& boundary_nodes, const Incidence<ElementId>& shells,
-                                      const ExtensionOptions& options, const Execution& execution) {
+template <int S, int D>
+Outcome<Extension<D>> extend_displacement(const ExtensionDomain<S, D>& domain, const Column<EdgeKind>& kinds,
+                                          const Column<LagrangeNode<D>>& given_nodes,
+                                          const Incidence<ElementId>& shells, const ExtensionOptions& options,
+                                          const Execution& execution) {
     // Shares of the time of shells with layers, 1 and 5 million elements.
-    auto part = ExtensionPart<D>::make(mesh, kinds, boundary_nodes.view(), shells, whole(mesh.linear),
-                                       part_of(execution, 0, 0.12));
+    auto part = ExtensionPart<S, D>::make(domain, kinds, given_nodes.view(), shells,
+                                          {VertexId(0), VertexId(domain.points.size())}, part_of(execution, 0, 0.12));
     if (!part) return fail(part.error());
     ExtensionSolve solved;
     std::size_t moving = 0;
     if (part->is_displaced()) {
         OnePart<D> alone;
-        const auto found = solve_extension<D>(std::span(&*part, 1), alone, options, part_of(execution, 0.15, 0.97));
+        const auto found = solve_extension(std::span(&*part, 1), alone, options, part_of(execution, 0.15, 0.97));
         if (!found) return fail(found.error());
         solved = *found;
         moving = part->moving();
@@ -192,53 +194,54 @@ Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column
     return Extension<D>{std::move(*nodes), solved.iterations, solved.correction, moving};
 }
 
-template <int D>
-struct ExtensionPart<D>::Impl : ExtensionSystem<D> {};
+template <int S, int D>
+struct ExtensionPart<S, D>::Impl : ExtensionSystem<S, D> {};
 
-template <int D>
-ExtensionPart<D>::ExtensionPart(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-template <int D>
-ExtensionPart<D>::ExtensionPart(ExtensionPart&&) noexcept = default;
-template <int D>
-ExtensionPart<D>& ExtensionPart<D>::operator=(ExtensionPart&&) noexcept = default;
-template <int D>
-ExtensionPart<D>::~ExtensionPart() = default;
+template <int S, int D>
+ExtensionPart<S, D>::ExtensionPart(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+template <int S, int D>
+ExtensionPart<S, D>::ExtensionPart(ExtensionPart&&) noexcept = default;
+template <int S, int D>
+ExtensionPart<S, D>& ExtensionPart<S, D>::operator=(ExtensionPart&&) noexcept = default;
+template <int S, int D>
+ExtensionPart<S, D>::~ExtensionPart() = default;
 
-template <int D>
-Outcome<ExtensionPart<D>> ExtensionPart<D>::make(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                 std::span<const LagrangeNode<D>> boundary_nodes,
-                                                 const Incidence<ElementId>& shells, const OwnVertices& own,
-                                                 const Execution& execution) {
-    const std::size_t n = mesh.edges.size();
+template <int S, int D>
+Outcome<ExtensionPart<S, D>> ExtensionPart<S, D>::make(const ExtensionDomain<S, D>& domain,
+                                                       const Column<EdgeKind>& kinds,
+                                                       std::span<const LagrangeNode<D>> boundary_nodes,
+                                                       const Incidence<ElementId>& shells, const OwnVertices& own,
+                                                       const Execution& execution) {
+    const std::size_t n = domain.edges.size();
     if (kinds.size() != n || boundary_nodes.size() != n || shells.size() != n)
         return fail(ErrorKind::internal, "an extension needs a kind, a node and a shell for each edge");
     auto given = map_each(execution, n, [&](std::size_t e) {
-        return kinds[e] == EdgeKind::volume ? Vec<D>{} : boundary_nodes[e].point - chord_middle(mesh, e);
+        return kinds[e] == EdgeKind::volume ? Vec<D>{} : boundary_nodes[e].point - chord_middle(domain, e);
     });
     if (!given) return fail(given.error());
-    return guarded([&]() -> Outcome<ExtensionPart<D>> {
-        return ExtensionPart(std::make_unique<Impl>(Impl{ExtensionSystem<D>{
-            mesh, kinds, shells, own, boundary_nodes, std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
-            Buffer<ElementEnergy<D>>(mesh.linear.elements.size()), Rows<D>(n, mesh.linear.elements.size())}}));
+    return guarded([&]() -> Outcome<ExtensionPart<S, D>> {
+        return ExtensionPart(std::make_unique<Impl>(Impl{ExtensionSystem<S, D>{
+            domain, kinds, shells, own, boundary_nodes, std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
+            Buffer<ElementEnergy<S>>(domain.simplices.size()), Rows<S, D>(n, domain.simplices.size())}}));
     });
 }
 
-template <int D>
-bool ExtensionPart<D>::is_displaced() const {
+template <int S, int D>
+bool ExtensionPart<S, D>::is_displaced() const {
     return std::ranges::any_of(impl_->direction, [](const Vec<D>& v) { return v != Vec<D>{}; });
 }
 
-template <int D>
-Outcome<std::vector<double>> ExtensionPart<D>::volume_and_count(const Execution& execution) const {
+template <int S, int D>
+Outcome<std::vector<double>> ExtensionPart<S, D>::volume_and_count(const Execution& execution) const {
     struct Sum {
         double volume = 0;
         std::size_t count = 0;
     };
-    const LinearMesh<D>& mesh = impl_->mesh.linear;
+    const ExtensionDomain<S, D>& domain = impl_->domain;
     const auto sums = reduce_own(
-        execution, mesh, impl_->owned, Sum{},
+        execution, domain.simplices.view(), domain.points.size(), impl_->owned, Sum{},
         [&](Sum& total, ElementId e) {
-            total.volume += std::abs(det(edge_vectors(mesh, e)));
+            total.volume += scaled_gradients(domain, e).volume;
             ++total.count;
         },
         [](const Sum& a, const Sum& b) { return Sum{a.volume + b.volume, a.count + b.count}; });
@@ -248,9 +251,9 @@ Outcome<std::vector<double>> ExtensionPart<D>::volume_and_count(const Execution&
     return numbers;
 }
 
-template <int D>
-Outcome<Done> ExtensionPart<D>::begin(double mean, double stiffening, const Execution& execution) {
-    ExtensionSystem<D>& x = *impl_;
+template <int S, int D>
+Outcome<Done> ExtensionPart<S, D>::begin(double mean, double stiffening, const Execution& execution) {
+    ExtensionSystem<S, D>& x = *impl_;
     x.weighting = {mean, stiffening};
     std::vector<EdgeId> moved;
     for (std::size_t e = 0; e < x.direction.size(); ++e)
@@ -268,12 +271,12 @@ Outcome<Done> ExtensionPart<D>::begin(double mean, double stiffening, const Exec
     return Done{};
 }
 
-template <int D>
-Outcome<std::vector<ExtensionSums>> ExtensionPart<D>::step(double length, double tolerance,
-                                                           const Execution& execution) {
-    ExtensionSystem<D>& x = *impl_;
+template <int S, int D>
+Outcome<std::vector<ExtensionSums>> ExtensionPart<S, D>::step(double length, double tolerance,
+                                                              const Execution& execution) {
+    ExtensionSystem<S, D>& x = *impl_;
     return x.template reduce_runs<ExtensionSums>(execution, [&](ExtensionSums& sums, RowBlock& block) {
-        Rows<D>& rows = x.rows;
+        Rows<S, D>& rows = x.rows;
         block.joined.clear();
         for (std::size_t i = block.begin; i < block.end; ++i) {
             if (rows.state[i] == Row::moving) rows.u[i] += length * x.direction[rows.edges[i].index()];
@@ -292,16 +295,16 @@ Outcome<std::vector<ExtensionSums>> ExtensionPart<D>::step(double length, double
     });
 }
 
-template <int D>
-Outcome<Done> ExtensionPart<D>::turn_by(double turn, const Execution& execution) {
-    ExtensionSystem<D>& x = *impl_;
+template <int S, int D>
+Outcome<Done> ExtensionPart<S, D>::turn_by(double turn, const Execution& execution) {
+    ExtensionSystem<S, D>& x = *impl_;
     x.joined.clear();
     for (const RowBlock& block : x.blocks) x.joined.insert(x.joined.end(), block.joined.begin(), block.joined.end());
     return each(
         execution, x.blocks.size(),
         [&](std::size_t b) {
             const RowBlock& block = x.blocks[b];
-            Rows<D>& rows = x.rows;
+            Rows<S, D>& rows = x.rows;
             for (std::size_t i = block.begin; i < block.end; ++i) {
                 if (rows.state[i] == Row::joined) rows.state[i] = Row::moving;
                 if (rows.state[i] != Row::moving) continue;
@@ -312,18 +315,18 @@ Outcome<Done> ExtensionPart<D>::turn_by(double turn, const Execution& execution)
         blocks_at_once);
 }
 
-template <int D>
-Outcome<Done> ExtensionPart<D>::join(std::span<const EdgeId> of_others, const Execution& execution) {
+template <int S, int D>
+Outcome<Done> ExtensionPart<S, D>::join(std::span<const EdgeId> of_others, const Execution& execution) {
     std::vector<EdgeId>& joined = impl_->joined;
     joined.insert(joined.end(), of_others.begin(), of_others.end());
     return joined.empty() ? Done{} : impl_->begin_rows_around(joined, execution);
 }
 
-template <int D>
-Outcome<std::vector<AlongDirection>> ExtensionPart<D>::multiply(const Execution& execution) {
-    ExtensionSystem<D>& x = *impl_;
+template <int S, int D>
+Outcome<std::vector<AlongDirection>> ExtensionPart<S, D>::multiply(const Execution& execution) {
+    ExtensionSystem<S, D>& x = *impl_;
     return x.template reduce_runs<AlongDirection>(execution, [&](AlongDirection& along, const RowBlock& block) {
-        Rows<D>& rows = x.rows;
+        Rows<S, D>& rows = x.rows;
         x.each_product(block, x.direction, [&](std::size_t i, const Vec<D>& sum) {
             const Vec<D>& direction = x.direction[rows.edges[i].index()];
             rows.product[i] = sum;
@@ -333,28 +336,28 @@ Outcome<std::vector<AlongDirection>> ExtensionPart<D>::multiply(const Execution&
     });
 }
 
-template <int D>
-std::span<Vec<D>> ExtensionPart<D>::directions() {
+template <int S, int D>
+std::span<Vec<D>> ExtensionPart<S, D>::directions() {
     return impl_->direction;
 }
 
-template <int D>
-const std::vector<EdgeId>& ExtensionPart<D>::joined_last() const {
+template <int S, int D>
+const std::vector<EdgeId>& ExtensionPart<S, D>::joined_last() const {
     return impl_->joined;
 }
 
-template <int D>
-std::size_t ExtensionPart<D>::moving() const {
-    const Rows<D>& rows = impl_->rows;
+template <int S, int D>
+std::size_t ExtensionPart<S, D>::moving() const {
+    const Rows<S, D>& rows = impl_->rows;
     return static_cast<std::size_t>(
         std::count(rows.state.begin(), rows.state.begin() + static_cast<std::ptrdiff_t>(rows.count), Row::moving));
 }
 
-template <int D>
-Outcome<Buffer<LagrangeNode<D>>> ExtensionPart<D>::nodes(const Execution& execution) && {
-    const ExtensionSystem<D>& x = *impl_;
+template <int S, int D>
+Outcome<Buffer<LagrangeNode<D>>> ExtensionPart<S, D>::nodes(const Execution& execution) && {
+    const ExtensionSystem<S, D>& x = *impl_;
     auto nodes = map_each(execution, x.kinds.size(), [&](std::size_t e) {
-        return x.kinds[e] == EdgeKind::volume ? LagrangeNode<D>{chord_middle(x.mesh, e)} : x.boundary_nodes[e];
+        return x.kinds[e] == EdgeKind::volume ? LagrangeNode<D>{chord_middle(x.domain, e)} : x.boundary_nodes[e];
     });
     if (!nodes) return nodes;
     for (std::size_t i = 0; i < x.rows.count; ++i) (*nodes)[x.rows.edges[i].index()].point += x.rows.u[i];
@@ -362,18 +365,17 @@ Outcome<Buffer<LagrangeNode<D>>> ExtensionPart<D>::nodes(const Execution& execut
     return nodes;
 }
 
-template class ExtensionPart<2>;
-template class ExtensionPart<3>;
+#define CAMBER_INSTANTIATE(S, D)                                                                             \
+    template class ExtensionPart<S, D>;                                                                      \
+    template Outcome<ExtensionSolve> solve_extension<S, D>(std::span<ExtensionPart<S, D>>, BetweenParts<D>&, \
+                                                           const ExtensionOptions&, const Execution&);       \
+    template Outcome<Extension<D>> extend_displacement<S, D>(                                                \
+        const ExtensionDomain<S, D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&,               \
+        const Incidence<ElementId>&, const ExtensionOptions&, const Execution&);
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
-    template Outcome<ExtensionSolve> solve_extension<D>(std::span<ExtensionPart<D>>, BetweenParts<D>&,             \
-                                                        const ExtensionOptions&, const Execution&);                \
-    template Outcome<Extension<D>> extend_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,            \
-                                                      const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, \
-                                                      const ExtensionOptions&, const Execution&);
-
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
+CAMBER_INSTANTIATE(2, 2)
+CAMBER_INSTANTIATE(3, 3)
+CAMBER_INSTANTIATE(2, 3)
 #undef CAMBER_INSTANTIATE
 
 }  // namespace camber

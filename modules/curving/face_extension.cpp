@@ -1,0 +1,216 @@
+// Extension of the displacement of boundary curves over the smooth faces of the boundary.
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.curving;
+import camber.core;
+import camber.bezier;
+import camber.extension;
+import camber.surface;
+
+namespace camber {
+
+namespace {
+
+/// Sine of the angle between two surfaces below which they meet smoothly: they are one face.
+constexpr double smooth_sine = 0.05;
+
+/// A node is on its surface if its distance is below this share of the chord.
+constexpr double on_surface = 1e-9;
+
+/// The part of a bow that is tangent to the surface; above it, the node is not the foot of the chord's middle.
+constexpr double largest_slope = 1e-6;
+
+/// 1 for facets that have a surface, or whose patch is plane.
+template <int D>
+Outcome<Buffer<std::uint8_t>> facets_with_surface(const LinearMesh<D>& mesh, const Features<D>& features,
+                                                  const Geometry<D>& geometry, const Execution& execution) {
+    const auto flat = flat_patches(mesh, features, without_progress(execution));
+    if (!flat) return fail(flat.error());
+    return map_each(execution, mesh.facets.size(), [&](std::size_t f) -> std::uint8_t {
+        return (*flat)[features.patches[f]].is_flat() || geometry->has_surface_at(facet_site(mesh, FacetId(f))) ? 1 : 0;
+    });
+}
+
+/// The smooth faces of a mesh's boundary, and their surfaces.
+class SmoothFaces {
+  public:
+    SmoothFaces(const QuadraticMesh<3>& mesh, const Column<EdgeKind>& kinds, const Features<3>& features,
+                const Geometry<3>& geometry)
+        : mesh_(mesh), kinds_(kinds), features_(features), geometry_(geometry) {}
+
+    [[nodiscard]] Outcome<Faces> find(const Execution& execution) {
+        auto around = facet_shells(mesh_.edges, without_progress(execution));
+        if (!around) return fail(around.error());
+        shells_ = std::move(*around);
+        auto with_surface = facets_with_surface(mesh_.linear, features_, geometry_, execution);
+        if (!with_surface) return fail(with_surface.error());
+        facets_ = *with_surface;
+        auto inside = map_each(execution, mesh_.edges.size(),
+                               [&](std::size_t e) -> std::uint8_t { return is_inside(EdgeId(e)) ? 1 : 0; });
+        if (!inside) return fail(inside.error());
+        return Faces{std::move(*with_surface), std::move(*inside)};
+    }
+
+    /// The point of a facet's surface that is nearest to p, and the unit normal there.
+    [[nodiscard]] SurfaceFoot<3> foot(const FacetSite<3>& facet, const Vec<3>& p) const {
+        if (const auto plane = geometry_->plane_at(facet)) {
+            const Vec<3> n = normalised(plane->normal);
+            return {p - dot(p - plane->point, n) * n, n};
+        }
+        // Unless the piece of the facet is at hand, the whole surface is searched: p may be many layers from the facet.
+        const FacetId near = geometry_->is_made_from(facet) ? facet.id : FacetId{};
+        const auto found = geometry_->project(
+            {.facet = near, .reference = facet.reference, .entity = geometry_->surface_at(facet)}, p);
+        return {found.point, found.normal};
+    }
+    /// The node that an edge has on the surface of one of its facets alone. On a piece that was made from the facet,
+    /// that is the middle of the piece's edge; otherwise the foot of the chord's middle. A middle beyond the rim of a
+    /// trimmed face has its foot on the rim; that is moved back over the middle, along the tangent plane there.
+    [[nodiscard]] Vec<3> node_on(FacetId f, EdgeId e) const {
+        const FacetSite<3> facet = facet_site(mesh_.linear, f);
+        if (geometry_->is_made_from(facet)) return middle_of_piece(facet, e);
+        const auto& [low, high] = mesh_.edges.vertices[e];
+        const Vec<3>& a = mesh_.linear.points[low];
+        const Vec<3>& b = mesh_.linear.points[high];
+        const Vec<3> middle = midpoint(a, b);
+        const SurfaceFoot<3> at = foot(facet, middle);
+        const Vec<3> bow = at.point - middle, sideways = bow - dot(bow, at.normal) * at.normal;
+        return norm(sideways) > largest_slope * norm(bow) + on_surface * distance(a, b) ? at.point - sideways
+                                                                                        : at.point;
+    }
+
+    /// The projected node of a face moved by `shift` and projected again. A node that is off the geometry on purpose
+    /// (see node_without_cusp) keeps its distance.
+    [[nodiscard]] Vec<3> moved(EdgeId e, const Vec<3>& node, const Vec<3>& shift) const {
+        const EdgeSite<3> site = site_of(e);
+        const FacetSite<3>& facet = site.facets.front();
+        const Vec<3> start = node_on(facet.id, e);
+        if (const auto plane = common_plane(*geometry_, site)) return slid_within(*plane, start, shift);
+        const auto projected = [&](const Vec<3>& p) {
+            return kinds_[e] == EdgeKind::ridge ? geometry_->on_edge(site, p).point : foot(facet, p).point;
+        };
+        Vec<3> off = node - projected(node);
+        if (norm(off) <= on_surface * distance(site.ends[0], site.ends[1])) off = {};
+        return projected(start + shift) + off;
+    }
+
+  private:
+    [[nodiscard]] EdgeSite<3> site_of(EdgeId e) const {
+        const auto& [low, high] = mesh_.edges.vertices[e];
+        EdgeSite<3> site{e, kinds_[e], {mesh_.linear.points[low], mesh_.linear.points[high]}, {}};
+        for (const FacetId f : shells_[e])
+            if (has_surface(f)) site.facets.push_back(facet_site(mesh_.linear, f));
+        return site;
+    }
+
+    [[nodiscard]] Vec<3> middle_of_piece(const FacetSite<3>& facet, EdgeId e) const {
+        const auto& vertices = mesh_.linear.facets.vertices[facet.id];
+        const auto& ends = mesh_.edges.vertices[e];
+        std::array<Barycentric<2>, 1> at{};
+        for (std::size_t i = 0; i < 3; ++i) at[0][i] = vertices[i] == ends[0] || vertices[i] == ends[1] ? 0.5 : 0;
+        std::array<Vec<3>, 1> point{};
+        const auto& [a, b] = ends;
+        return geometry_->points_over(facet, at, point) ? point[0]
+                                                        : midpoint(mesh_.linear.points[a], mesh_.linear.points[b]);
+    }
+    [[nodiscard]] bool has_surface(FacetId f) const { return facets_[f.index()] != 0; }
+    [[nodiscard]] bool is_inside(EdgeId e) const {
+        if (kinds_[e] == EdgeKind::volume) return false;
+        if (std::ranges::none_of(shells_[e], [&](FacetId f) { return has_surface(f); })) return false;
+        if (kinds_[e] == EdgeKind::surface) return true;
+        // Curves that the user has listed inside a face keep their nodes.
+        const bool is_ridge = kinds_[e] == EdgeKind::ridge && features_.edge_kinds[e] == EdgeKind::ridge;
+        return is_ridge && is_smooth(site_of(e), shells_[e].size());
+    }
+
+    /// True if a ridge of the mesh is no curve of the geometry: the two facets are on one surface, on surfaces with a
+    /// common tangent plane, or one of them has no surface.
+    [[nodiscard]] bool is_smooth(const EdgeSite<3>& site, std::size_t facets) const {
+        if (facets != 2) return false;
+        if (site.facets.size() == 1) return true;
+        const GeometryEntity entity = geometry_->entity_at_edge(site);
+        if (entity.kind == GeometryKind::surface) return true;
+        if (entity.kind != GeometryKind::curve || entity.id != GeometryEntity::unnumbered) return false;
+        const Vec<3> one = foot(site.facets[0], site.middle()).normal,
+                     other = foot(site.facets[1], site.middle()).normal;
+        return norm(cross(one, other)) < smooth_sine && norm(one) > 0 && norm(other) > 0;
+    }
+
+    const QuadraticMesh<3>& mesh_;
+    const Column<EdgeKind>& kinds_;
+    const Features<3>& features_;
+    const Geometry<3>& geometry_;
+    Incidence<FacetId> shells_ = {};
+    Buffer<std::uint8_t> facets_ = {};  ///< 1: it has a surface, or its patch is plane
+};
+
+Outcome<Column<LagrangeNode<3>>> nodes_of_faces(const QuadraticMesh<3>& mesh, const Column<EdgeKind>& kinds,
+                                                const Column<LagrangeNode<3>>& boundary_nodes,
+                                                const Features<3>& features, const Geometry<3>& geometry,
+                                                const Execution& execution) {
+    SmoothFaces faces(mesh, kinds, features, geometry);
+    auto found = faces.find(without_progress(execution));
+    if (!found) return fail(found.error());
+    const auto given = [&](FacetId f, EdgeId e) { return boundary_nodes[e].point - faces.node_on(f, e); };
+    const auto extended = extend_over_triangles(mesh.linear, mesh.edges, *found, given, execution);
+    if (!extended) return fail(extended.error());
+    if (extended->edges.empty()) return boundary_nodes;
+    Buffer<LagrangeNode<3>> nodes(boundary_nodes.begin(), boundary_nodes.end());
+    auto done = each(execution, extended->edges.size(), [&](std::size_t i) {
+        const EdgeId e = extended->edges[i];
+        nodes[e.index()].point = faces.moved(e, boundary_nodes[e].point, extended->shifts[i]);
+    });
+    if (!done) return fail(done.error());
+    return Column<LagrangeNode<3>>(std::move(nodes));
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Column<LagrangeNode<D>>> extend_over_faces(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                                   const Column<LagrangeNode<D>>& boundary_nodes,
+                                                   const Features<D>& features, const Geometry<D>& geometry,
+                                                   const Execution& execution) {
+    if constexpr (D == 2)
+        return boundary_nodes;
+    else
+        return guarded([&] { return nodes_of_faces(mesh, kinds, boundary_nodes, features, geometry, execution); });
+}
+
+template <int D>
+Outcome<Column<EdgeKind>> kinds_that_follow(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+                                            const Features<D>& features, const Geometry<D>& geometry,
+                                            const Execution& execution) {
+    const auto with_surface = facets_with_surface(mesh.linear, features, geometry, execution);
+    if (!with_surface) return fail(with_surface.error());
+    if (std::ranges::all_of(*with_surface, [](std::uint8_t has) { return has != 0; })) return kinds;
+    const auto around = facet_shells(mesh.edges, without_progress(execution));
+    if (!around) return fail(around.error());
+    Buffer<EdgeKind> free(kinds.begin(), kinds.end());
+    for (std::size_t e = 0; e < free.size(); ++e) {
+        const bool is_held = free[e] == EdgeKind::volume || free[e] == EdgeKind::fixed;
+        const auto has = [&](FacetId f) { return (*with_surface)[f.index()] != 0; };
+        if (!is_held && std::ranges::none_of((*around)[e], has)) free[e] = EdgeKind::volume;
+    }
+    return Column<EdgeKind>(std::move(free));
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<Column<LagrangeNode<D>>> extend_over_faces<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,   \
+                                                                   const Column<LagrangeNode<D>>&, const Features<D>&, \
+                                                                   const Geometry<D>&, const Execution&);              \
+    template Outcome<Column<EdgeKind>> kinds_that_follow<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,          \
+                                                            const Features<D>&, const Geometry<D>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,113 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+export module camber.extension:parts;
+import camber.core;
+
+/// Algorithms over a whole mesh that work on parts of it. A part computes the rows of its own vertices, on a mesh with
+/// two rings of elements around them, and receives the rows of other parts. A mesh on one process can be one part.
+export namespace camber {
+
+/// Ownership of a part: the vertices [first, last), and the simplices whose lowest vertex is one of them. The vertices
+/// form runs. Sums are computed for each run, so that they do not depend on the number of runs in a part.
+struct OwnVertices {
+    VertexId first, last;
+    std::vector<VertexId> later_runs = {};  ///< first vertex of each run but the first
+
+    [[nodiscard]] bool owns(VertexId v) const { return v >= first && v < last; }
+    template <std::size_t N>
+    [[nodiscard]] bool owns(const std::array<VertexId, N>& simplex) const {
+        return owns(std::ranges::min(simplex));
+    }
+    [[nodiscard]] std::size_t runs() const { return later_runs.size() + 1; }
+    [[nodiscard]] std::size_t run_of(VertexId v) const {
+        return static_cast<std::size_t>(std::ranges::upper_bound(later_runs, v) - later_runs.begin());
+    }
+};
+template <int D>
+[[nodiscard]] OwnVertices whole(const LinearMesh<D>& mesh) {
+    return {VertexId(0), VertexId(mesh.points.size())};
+}
+
+/// Computes a sum over the simplices of each run, as `reduce_each`: accumulate(value, simplex). A simplex belongs to
+/// the run of its lowest vertex. `vertices`: number of vertices of the mesh.
+template <class T, std::size_t N>
+[[nodiscard]] Outcome<std::vector<T>> reduce_own(const Execution& execution,
+                                                 std::span<const std::array<VertexId, N>> simplices,
+                                                 std::size_t vertices, const OwnVertices& own, const T& init,
+                                                 const auto& accumulate, const auto& join) {
+    return guarded([&]() -> Outcome<std::vector<T>> {
+        // Chunks are those of a run's simplices, which a mesh by itself need not list.
+        const bool is_whole = own.runs() == 1 && own.first.index() == 0 && own.last.index() == vertices;
+        std::vector<std::size_t> begin(own.runs() + 1, 0);
+        Buffer<ElementId> listed;
+        if (!is_whole) {
+            const auto lowest = [&](std::size_t e) { return std::ranges::min(simplices[e]); };
+            for (std::size_t e = 0; e < simplices.size(); ++e)
+                if (own.owns(lowest(e))) ++begin[own.run_of(lowest(e)) + 1];
+            std::partial_sum(begin.begin(), begin.end(), begin.begin());
+            listed = Buffer<ElementId>(begin.back());
+            std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
+            for (std::size_t e = 0; e < simplices.size(); ++e)
+                if (own.owns(lowest(e))) listed[next[own.run_of(lowest(e))]++] = ElementId(e);
+        } else
+            begin.back() = simplices.size();
+        std::vector<T> sums;
+        for (std::size_t r = 0; r < own.runs(); ++r) {
+            auto sum = reduce_each(
+                execution, begin[r + 1] - begin[r], init,
+                [&](T& value, std::size_t i) { accumulate(value, is_whole ? ElementId(i) : listed[begin[r] + i]); },
+                join);
+            if (!sum) return fail(sum.error());
+            sums.push_back(std::move(*sum));
+        }
+        return sums;
+    });
+}
+
+/// A list of edges for each part.
+using EdgesOfParts = std::vector<std::vector<EdgeId>>;
+
+/// Communication between the parts of a mesh, on one process or on several.
+template <int D>
+class BetweenParts {
+  public:
+    virtual ~BetweenParts() = default;
+    /// Returns the numbers of all runs of the mesh in their order, given those of the runs of this process. Errors:
+    /// those of any process.
+    [[nodiscard]] virtual Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) = 0;
+    /// Returns the edges among a part's own `edges` that other parts contain as well.
+    [[nodiscard]] virtual std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const = 0;
+    /// Sends rows of edges to all other parts that contain these edges. `rows`: one row an edge for each part of this
+    /// process; `edges`: shared ones. Returns the edges that each part of this process has received, rising. Errors:
+    /// those of any process.
+    [[nodiscard]] virtual Outcome<EdgesOfParts> bring(std::span<const std::span<Vec<D>>> rows,
+                                                      const EdgesOfParts& edges) = 0;
+
+  protected:
+    BetweenParts() = default;
+    BetweenParts(const BetweenParts&) = default;
+    BetweenParts(BetweenParts&&) = default;
+    BetweenParts& operator=(const BetweenParts&) = default;
+    BetweenParts& operator=(BetweenParts&&) = default;
+};
+
+/// Communication of a mesh that is one part: none.
+template <int D>
+class OnePart final : public BetweenParts<D> {
+  public:
+    [[nodiscard]] Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) override {
+        return of_parts;
+    }
+    [[nodiscard]] std::vector<EdgeId> shared(std::size_t, std::vector<EdgeId>) const override { return {}; }
+    [[nodiscard]] Outcome<EdgesOfParts> bring(std::span<const std::span<Vec<D>>> rows, const EdgesOfParts&) override {
+        return EdgesOfParts(rows.size());
+    }
+};
+
+}  // namespace camber

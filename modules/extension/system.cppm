@@ -1,0 +1,390 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+module camber.extension:system;
+import camber.core;
+import :displacement;
+import :parts;
+
+/// The energy Σ_K w_K ∫_K |∇u|² dx of displacements of edge nodes, u = Σ_e 4 ξ_i ξ_j u_e. A simplex's part of its
+/// matrix follows from the products of the gradients of its barycentric coordinates.
+namespace camber {
+
+/// Weight of a simplex by its |det|. It is bounded, so that the smallest simplices do not hide the others by rounding.
+struct Weighting {
+    double mean = 1, stiffening = 0;
+
+    [[nodiscard]] double of(double volume) const { return std::min(pow(mean / volume, stiffening), 1e12); }
+};
+
+/// |det| of the edge vectors of a straight simplex (S < D: the square root of their Gram determinant), and the
+/// gradients of its barycentric coordinates times that.
+template <int S, int D>
+struct ScaledGradients {
+    double volume = 0;
+    std::array<Vec<D>, S + 1> of{};
+};
+template <int S, int D>
+[[nodiscard]] ScaledGradients<S, D> scaled_gradients(const ExtensionDomain<S, D>& domain, ElementId e) {
+    static_assert(S == D || (S == 2 && D == 3), "elements, or triangles in space");
+    const auto& v = domain.simplices[e];
+    ScaledGradients<S, D> out;
+    std::array<Vec<D>, S> rows;
+    if constexpr (S == D) {
+        Mat<D> edges;
+        for (int a = 0; a < D; ++a) edges.column[a] = domain.points[v[a + 1]] - domain.points[v[0]];
+        out.volume = std::abs(det(edges));
+        rows = cofactors(edges);
+    } else {
+        const Vec<D> a = domain.points[v[1]] - domain.points[v[0]], b = domain.points[v[2]] - domain.points[v[0]];
+        const Vec<D> normal = cross(a, b);
+        out.volume = norm(normal);
+        rows = {cross(b, normal) / out.volume, cross(normal, a) / out.volume};
+    }
+    for (int a = 0; a < S; ++a) out.of[a + 1] = rows[a], out.of[0] -= rows[a];
+    return out;
+}
+
+/// w |K| ∇ξ_i · ∇ξ_j of an element's edges ij, but for a constant factor. Since Σ ∇ξ_i = 0, the squares are less the
+/// sums of these.
+template <int S>
+using Gradients = std::array<double, edges_per_simplex<S>>;
+
+template <int S>
+struct ElementEnergy {
+    Gradients<S> gradients{};
+    double height = std::numeric_limits<double>::infinity();  ///< smallest height of the straight simplex
+};
+
+/// The energy of one simplex. Degenerate simplices contribute nothing.
+template <int S, int D>
+[[nodiscard]] ElementEnergy<S> element_energy(const ExtensionDomain<S, D>& domain, ElementId e,
+                                              const Weighting& weighting) {
+    // The factor 1/det² of the products of gradients is combined with the volume.
+    const auto [volume, gradient] = scaled_gradients(domain, e);
+    const double factor = weighting.of(volume) / volume;
+    ElementEnergy<S> energy;
+    if (!std::isfinite(factor)) return energy;
+    double steepest = 0;
+    for (const Vec<D>& g : gradient) steepest = std::max(steepest, norm_squared(g));
+    energy.height = volume / std::sqrt(steepest);
+    for (int k = 0; k < edges_per_simplex<S>; ++k)
+        energy.gradients[k] = factor * dot(gradient[local_edges<S>[k][0]], gradient[local_edges<S>[k][1]]);
+    return energy;
+}
+
+/// The other edges of a simplex, seen from its edge ij: ik and jk for each further vertex k, and kl if there are two.
+template <int S>
+struct EdgesBeside {
+    std::array<int, S - 1> first{}, second{};
+    int opposite = 0;
+};
+
+template <int S>
+inline constexpr auto edges_beside = [] {
+    const auto between = [](int a, int b) {
+        int k = 0;
+        while (local_edges<S>[k] != std::array{a, b} && local_edges<S>[k] != std::array{b, a}) ++k;
+        return k;
+    };
+    std::array<EdgesBeside<S>, edges_per_simplex<S>> table{};
+    for (int e = 0; e < edges_per_simplex<S>; ++e) {
+        const auto [i, j] = local_edges<S>[e];
+        std::array<int, S - 1> others{};
+        for (int k = 0, n = 0; k <= S; ++k)
+            if (k != i && k != j) others[n++] = k;
+        for (int n = 0; n < S - 1; ++n) {
+            table[e].first[n] = between(i, others[n]);
+            table[e].second[n] = between(j, others[n]);
+        }
+        if constexpr (S == 3) table[e].opposite = between(others[0], others[1]);
+    }
+    return table;
+}();
+
+/// Calls add(local edge, entry) for each entry that a simplex adds to the row of an edge. From
+/// ∫ ξ_a ξ_b = (1 + δ_ab) · constant, with g_ii and g_jj written as sums of the others.
+template <int S, class Add>
+void each_row_entry(const Gradients<S>& g, int own, const Add& add) {
+    const auto& beside = edges_beside<S>[own];
+    double firsts = 0;
+    double seconds = 0;
+    for (int n = 0; n < S - 1; ++n) firsts += g[beside.first[n]], seconds += g[beside.second[n]];
+    add(own, -2 * (g[own] + firsts + seconds));
+    for (int n = 0; n < S - 1; ++n) {
+        const double b = g[beside.first[n]];
+        const double d = g[beside.second[n]];
+        add(beside.first[n], 2 * d + b - firsts);
+        add(beside.second[n], 2 * b + d - seconds);
+    }
+    if constexpr (S == 3) add(beside.opposite, firsts + seconds);
+}
+
+template <int S>
+[[nodiscard]] int local_edge(const std::array<EdgeId, edges_per_simplex<S>>& edges, EdgeId edge) {
+    int own = 0;
+    for (int k = 1; k < edges_per_simplex<S>; ++k) own += edges[k] == edge ? k : 0;  // which branch is anybody's guess
+    return own;
+}
+
+}  // namespace camber
+
+/// The equations of an extension, with a row for each edge that the displacement has reached.
+namespace camber {
+
+/// Rows take part once their correction is this share of the tolerance.
+inline constexpr double joining = 0.1;
+
+/// State of a row. `beside`: its residual is up to date, and its node is not displaced. `joined`: its node moves from
+/// the next step on.
+enum class Row : std::uint8_t { beside, joined, moving };
+
+template <int S, int D>
+Vec<D> chord_middle(const ExtensionDomain<S, D>& domain, std::size_t e) {
+    const auto& [a, b] = domain.edges.vertices[e];
+    return midpoint(domain.points[a], domain.points[b]);
+}
+
+/// Consecutive rows with their entries of the matrix: a unit of work.
+struct RowBlock {
+    std::size_t begin = 0, end = 0;
+    const EdgeId* columns = nullptr;
+    const double* values = nullptr;
+    std::vector<EdgeId> own_columns = {};  ///< used if there are more entries than expected
+    std::vector<double> own_values = {};
+    std::vector<EdgeId> joined = {};  ///< in the last step
+};
+inline constexpr std::size_t block_rows = 256;
+inline constexpr std::size_t blocks_at_once = 4;
+
+/// Entries of the rows of a block during assembly. A row has its diagonal entry first, then those of edges that share a
+/// vertex with it, then those of opposite edges, one for each simplex.
+struct Entries {
+    std::vector<EdgeId> columns = {};
+    std::vector<double> values = {};
+    std::vector<std::pair<EdgeId, double>> opposite = {};
+
+    void add_beside(std::size_t begin, EdgeId column, double value) {
+        std::size_t k = begin;
+        while (k < columns.size() && columns[k] != column) ++k;
+        if (k == columns.size()) columns.push_back(column), values.push_back(0);
+        values[k] += value;
+    }
+    void end_row() {
+        for (const auto& [column, value] : opposite) columns.push_back(column), values.push_back(value);
+        opposite.clear();
+    }
+};
+
+/// Rows of the matrix, one an edge, and their parts of the vectors. The arrays have room for all edges; pages that are
+/// not written take no memory.
+template <int S, int D>
+struct Rows {
+    std::size_t count = 0;
+    std::size_t entries = 0;
+    Buffer<EdgeId> edges;
+    Buffer<Row> state;
+    Buffer<double> inverse_diagonal, height;
+    Buffer<Vec<D>> u, residual, product;
+    Buffer<std::uint32_t> ends;  ///< end of each row's entries in its block
+    Buffer<EdgeId> columns;
+    Buffer<double> values;
+
+    Rows(std::size_t n, std::size_t simplices)
+        : edges(n),
+          state(n),
+          inverse_diagonal(n),
+          height(n),
+          u(n),
+          residual(n),
+          product(n),
+          ends(n),
+          columns(n + 3 * edges_per_simplex<S> * simplices),
+          values(columns.size()) {}
+
+    [[nodiscard]] Vec<D> correction(std::size_t i) const { return inverse_diagonal[i] * residual[i]; }
+    /// Length of the correction, as a share of the height.
+    [[nodiscard]] double size(std::size_t i) const { return norm(correction(i)) / height[i]; }
+};
+
+/// The system of equations. Edges that the displacement has not reached have no row, and do not move.
+template <int S, int D>
+struct ExtensionSystem {
+    ExtensionDomain<S, D> domain;
+    const Column<EdgeKind>& kinds;
+    const Incidence<ElementId>& shells;
+    OwnVertices owned;
+    std::span<const LagrangeNode<D>> boundary_nodes;  ///< by edge; those of unknowns are not read
+    Buffer<Vec<D>> direction;                         ///< by edge; at first the given displacements
+    Weighting weighting = {};
+    Buffer<std::uint32_t> began;        ///< by edge: the batch in which its row began, from 1; 0: it has none
+    Buffer<ElementEnergy<S>> energies;  ///< of the simplices with a row; the others are never written
+    Rows<S, D> rows;
+    std::vector<RowBlock> blocks = {};
+    std::vector<std::vector<std::uint32_t>> of_runs = {};  ///< the blocks of each run of its own vertices
+    std::uint32_t round = 0;
+    std::vector<EdgeId> joined = {};  ///< in the last step
+
+    /// True if the row of the edge belongs to this part.
+    [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(domain.edges.vertices[edge]); }
+
+    /// Returns the part's unknowns in the simplices around these edges that have no row yet, rising.
+    Outcome<std::vector<EdgeId>> reach_out(std::span<const EdgeId> from, const Execution& execution) {
+        constexpr std::size_t grain = 1024;
+        std::vector<std::vector<EdgeId>> seen((from.size() + grain - 1) / grain);
+        auto looked = each_chunk(
+            execution, from.size(),
+            [&](std::size_t begin, std::size_t end) {
+                for (const EdgeId edge : from.subspan(begin, end - begin))
+                    for (const ElementId e : shells[edge])
+                        for (const EdgeId other : domain.edges.of_elements[e])
+                            if (began[other.index()] == 0 && kinds[other] == EdgeKind::volume && owns(other))
+                                seen[begin / grain].push_back(other);
+            },
+            grain);
+        if (!looked) return fail(looked.error());
+        ++round;
+        std::vector<EdgeId> reached;
+        for (const auto& some : seen)
+            for (const EdgeId edge : some)
+                if (began[edge.index()] == 0) began[edge.index()] = round, reached.push_back(edge);
+        std::sort(reached.begin(), reached.end());
+        return reached;
+    }
+
+    /// True if the row of this edge is the first of all rows around the simplex: then it computes the simplex, once for
+    /// all.
+    [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
+        const auto& edges = domain.edges.of_elements[e];
+        return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
+            const std::uint32_t in = began[other.index()];
+            return in == 0 || (in == round && edge <= other);
+        });
+    }
+
+    void begin_row(std::size_t i, EdgeId edge, Entries& entries) {
+        const std::size_t begin = entries.columns.size();
+        double height = std::numeric_limits<double>::infinity();
+        entries.columns.push_back(edge);
+        entries.values.push_back(0);
+        for (const ElementId e : shells[edge]) {
+            const auto& edges = domain.edges.of_elements[e];
+            const ElementEnergy<S>& energy = energies[e.index()];
+            const int own = local_edge<S>(edges, edge);
+            each_row_entry<S>(energy.gradients, own, [&](int k, double value) {
+                if (k == own)
+                    entries.values[begin] += value;
+                else if (S == 3 && k == edges_beside<S>[own].opposite)
+                    entries.opposite.emplace_back(edges[k], value);
+                else
+                    entries.add_beside(begin + 1, edges[k], value);
+            });
+            height = std::min(height, energy.height);
+        }
+        entries.end_row();
+        const double diagonal = entries.values[begin];
+        rows.edges[i] = edge;
+        rows.state[i] = Row::beside;
+        rows.inverse_diagonal[i] = diagonal > 0 ? 1 / diagonal : 0;
+        rows.height[i] = height;
+        rows.u[i] = rows.residual[i] = {};
+        rows.ends[i] = static_cast<std::uint32_t>(entries.columns.size());
+    }
+
+    /// Assembles the rows of a block. `room`: index of its first entry; `expected`: number of its entries if shells are
+    /// closed.
+    void begin_block(RowBlock& block, std::span<const EdgeId> edges, std::size_t room, std::size_t expected) {
+        Entries entries;
+        entries.columns.reserve(expected);
+        entries.values.reserve(expected);
+        for (std::size_t k = 0; k < edges.size(); ++k) begin_row(block.begin + k, edges[k], entries);
+        if (entries.columns.size() > expected) {
+            block.own_columns = std::move(entries.columns);
+            block.own_values = std::move(entries.values);
+            block.columns = block.own_columns.data();
+            block.values = block.own_values.data();
+            return;
+        }
+        std::copy(entries.columns.begin(), entries.columns.end(), rows.columns.data() + room);
+        std::copy(entries.values.begin(), entries.values.end(), rows.values.data() + room);
+        block.columns = rows.columns.data() + room;
+        block.values = rows.values.data() + room;
+    }
+
+    /// Starts rows for all unknowns around these edges.
+    Outcome<Done> begin_rows_around(std::span<const EdgeId> from, const Execution& execution) {
+        const auto reached = reach_out(from, execution);
+        if (!reached) return fail(reached.error());
+        const std::span<const EdgeId> edges(*reached);
+        auto computed = each(execution, edges.size(), [&](std::size_t i) {
+            for (const ElementId e : shells[edges[i]])
+                if (is_first_of(edges[i], e)) energies[e.index()] = element_energy(domain, e, weighting);
+        });
+        if (!computed) return fail(computed.error());
+        const std::size_t first = blocks.size(), before = rows.count;
+        const std::vector<std::size_t> room = begin_blocks(edges);
+        return each(
+            execution, blocks.size() - first,
+            [&](std::size_t b) {
+                RowBlock& block = blocks[first + b];
+                begin_block(block, edges.subspan(block.begin - before, block.end - block.begin), room[b],
+                            room[b + 1] - room[b]);
+            },
+            1);
+    }
+
+    /// Starts blocks for the rows of these edges, which rise. A block lies within one run. Returns the index of each
+    /// block's first entry.
+    std::vector<std::size_t> begin_blocks(std::span<const EdgeId> edges) {
+        of_runs.resize(owned.runs());
+        const auto run_of = [&](EdgeId edge) { return owned.run_of(domain.edges.vertices[edge][0]); };
+        std::vector<std::size_t> room;
+        for (std::size_t begin = 0, end = 0; begin < edges.size(); begin = end) {
+            room.push_back(rows.entries);
+            const std::size_t run = run_of(edges[begin]);
+            for (; end < edges.size() && end < begin + block_rows && run_of(edges[end]) == run; ++end)
+                rows.entries += 1 + 3 * shells[edges[end]].size();  // if closed
+            of_runs[run].push_back(static_cast<std::uint32_t>(blocks.size()));
+            blocks.push_back({rows.count + begin, rows.count + end});
+        }
+        room.push_back(rows.entries);
+        rows.count += edges.size();
+        return room;
+    }
+
+    /// Returns the sum over the blocks of each run: accumulate(value, block).
+    template <class T>
+    Outcome<std::vector<T>> reduce_runs(const Execution& execution, const auto& accumulate) {
+        of_runs.resize(owned.runs());
+        std::vector<T> sums;
+        for (const std::vector<std::uint32_t>& of_run : of_runs) {
+            auto sum = reduce_each(
+                execution, of_run.size(), T{}, [&](T& value, std::size_t i) { accumulate(value, blocks[of_run[i]]); },
+                [](const T& a, const T& b) { return a + b; }, blocks_at_once);
+            if (!sum) return fail(sum.error());
+            sums.push_back(*sum);
+        }
+        return sums;
+    }
+
+    /// visit(row, A x) for each row of a block, x by edge.
+    template <class Visit>
+    void each_product(const RowBlock& block, std::span<const Vec<D>> x, const Visit& visit) const {
+        std::size_t k = 0;
+        for (std::size_t i = block.begin; i < block.end; ++i) {
+            Vec<D> sum;
+            for (const std::size_t end = rows.ends[i]; k < end; ++k)
+                sum += block.values[k] * x[block.columns[k].index()];
+            visit(i, sum);
+        }
+    }
+};
+
+}  // namespace camber
