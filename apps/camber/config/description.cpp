@@ -97,8 +97,8 @@ Json Description::schema(const Limits&) const {
 bool Description::may_be_bare() const { return std::ranges::none_of(fields, &Field::is_required); }
 
 std::vector<std::string> Choice::keys() const {
-    std::vector<std::string> all;
-    for (const Alternative& a : alternatives) all.push_back(a.key);
+    std::vector<std::string> all(alternatives.size());
+    std::ranges::transform(alternatives, all.begin(), &Alternative::key);
     return all;
 }
 

@@ -80,7 +80,7 @@ struct Choice : Codec {
     std::string name, doc;
     std::vector<Alternative> alternatives;  ///< in the variant's order
     /// The position of the variant's alternative, and its address.
-    std::pair<std::size_t, const void*> (*held)(const void* variant);
+    std::pair<std::size_t, const void*> (*held)(const void* variant) = nullptr;
 
     [[nodiscard]] std::vector<std::string> keys() const;
     /// Null if no alternative has this key.
