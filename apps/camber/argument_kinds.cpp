@@ -58,7 +58,7 @@ std::string mesh_or_solution() {
 
 namespace {
 
-/// What is wrong with an option's value, and a remedy, as one text of the parser's error: `error_of` parts them again.
+/// The error of an option's value and its remedy as one text for the parser; `error_of` separates them again.
 std::string with_remedy(const std::string& what, const std::string& remedy) { return what + "\n" + remedy; }
 
 }  // namespace

@@ -21,7 +21,7 @@ CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& te
 /// For the types that argument_kinds.cpp lists.
 template <class T>
 CLI::Option* add_option(CLI::App* verb, const std::string& name, T& value, const std::string& text);
-/// An argument whose values are given to a function.
+/// An argument whose values are passed to a function.
 CLI::Option* add_option(CLI::App* verb, const std::string& name, const CLI::callback_t& take, const std::string& text);
 CLI::Option* add_flag(CLI::App* verb, const std::string& name, bool& value, const std::string& text);
 

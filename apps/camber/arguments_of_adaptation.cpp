@@ -19,7 +19,7 @@ namespace {
 using camber::config::Adaptation;
 using camber::config::SolutionMetric;
 
-/// What it is adapted to.
+/// Arguments for the target of the adaptation.
 void add_aims(CLI::App* verb, AdaptArguments& a) {
     add_option(verb, "--solution", a.solution.given,
                "The solution on MESH: a file of rows at its vertices or nodes (" + endings_of_solutions() +

@@ -28,7 +28,7 @@ void add_solution(CLI::App* verb, std::string& solution, std::vector<std::string
         ->delimiter(',');
 }
 
-/// What a config's metric {"solution": …} takes too.
+/// Arguments that are also keys of the metric {"solution": …} in a config.
 void add_options_of_metric(CLI::App* verb, camber::config::SolutionMetric& m) {
     using S = camber::config::SolutionMetric;
     add_described<int>(verb, m, camber::option_of(&S::degree));

@@ -1,6 +1,5 @@
-/// Where nodes ought to be, before validity is asked for: volume edges curved by a metric, or for the shape of their
-/// elements; the boundary's displacement extended into the volume; and what it costs an edge to have its node
-/// elsewhere.
+/// Target positions of nodes, before validity is checked: edges curved by a metric, by a solution, or for the shape of
+/// their elements; the displacement of boundary curves extended over faces; the cost of a node off its target.
 export module camber.curving;
 export import :edges;
 export import :mesh_nodes;

@@ -109,7 +109,7 @@ template <int D>
 struct Extension {
     Buffer<LagrangeNode<D>> nodes;  ///< one an edge
     int iterations = 0;
-    double correction = 0;   ///< largest correction at the end, in units of the tolerance
+    double correction = 0;   ///< largest correction at the end, measured as the tolerance is
     std::size_t solved = 0;  ///< number of unknowns that were solved for; all others are straight
 };
 
@@ -156,9 +156,10 @@ struct FaceShifts {
                                                         const std::function<Vec<3>(FacetId, EdgeId)>& given,
                                                         const Execution& execution);
 
+/// Result of a solve.
 struct ExtensionSolve {
     int iterations = 0;
-    double correction = 0;
+    double correction = 0;  ///< largest correction at the end, measured as the tolerance is
 };
 /// Solves for the parts of a domain that this process has. The parts are new, and at least one part of the domain is
 /// displaced. Conjugate gradients with the diagonal as preconditioner; the D components share their steps. Rows join

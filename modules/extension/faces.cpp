@@ -16,8 +16,8 @@ namespace camber {
 
 namespace {
 
-/// The triangles of one face and their edges: an edge inside the face is one edge, a curve is an edge of its own
-/// for each triangle, since faces on both of its sides see other displacements.
+/// The triangles of one face and their edges: an edge inside the face is one edge, a curve is a separate edge
+/// for each triangle, since its displacement differs between the faces on its sides.
 struct FaceTriangles {
     Buffer<SimplexVertices<2>> triangles;
     Buffer<std::array<EdgeId, 3>> of_triangles;

@@ -27,7 +27,7 @@ std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<c
     return found;
 }
 
-/// What stands where these surfaces are, of which two make a curve, and more make what is said.
+/// The entity at which these surfaces meet: two meet at a curve, more at an entity of the kind `of_more`.
 GeometryEntity entity_of(const std::vector<std::int64_t>& surfaces, GeometryKind of_more) {
     if (surfaces.empty() || surfaces.back() == GeometryEntity::unnumbered) return {};
     if (surfaces.size() == 1) return GeometryEntity::surface(surfaces[0]);
@@ -213,7 +213,7 @@ Vec<D> slid_within(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift) 
 template <int D>
 struct EdgeSheet<D>::Found {
     SurfacePoint<D> foot;
-    bool is_on = false;  ///< the edge's own entity
+    bool is_on = false;  ///< true if it lies on the entity of the edge
 };
 
 template <int D>
@@ -222,7 +222,6 @@ EdgeSheet<D>::EdgeSheet(const GeometryModel<D>& geometry, const EdgeSite<D>& edg
     if (edge.facets.empty()) return;
     const auto is_plane = [&](const FacetSite<D>& f) { return geometry.plane_at(f).has_value(); };
     plane_ = common_plane(geometry, edge);
-    if (plane_) plane_->normal = normalised(plane_->normal);
     if (plane_ && D == 3 && edge.kind == EdgeKind::surface) {
         kind_ = Kind::plane;
         return;
@@ -242,7 +241,7 @@ typename EdgeSheet<D>::Found EdgeSheet<D>::nearest(const FacetId& facet, const V
     return {foot, is_same<D>(foot.entity, entity_) && is_finite(foot.point)};
 }
 
-/// Of a curve: by its parameters where the maker has them, else a difference.
+/// Tangent of a curve: by its parameters if the model has them, otherwise a difference quotient.
 template <int D>
 Vec<D> EdgeSheet<D>::direction_at(const Found& found) const {
     const Vec<D> chord = edge_->ends[1] - edge_->ends[0];
@@ -256,7 +255,7 @@ Vec<D> EdgeSheet<D>::direction_at(const Found& found) const {
                       geometry_->on_edge(*edge_, found.foot.point - step).point);
 }
 
-/// With the directions `near`, turned into the sheet.
+/// A place with the directions `near`, rotated into the sheet's tangent plane.
 template <int D>
 std::optional<SheetPlace<D>> EdgeSheet<D>::framed(
     const Found& found, const std::array<Vec<D>, static_cast<std::size_t>(D - 1)>& near) const {

@@ -30,7 +30,7 @@ GeometryEntity entity_in(Part part, GeometryEntity entity) {
     for (std::int64_t& side : entity.sides) side = number_in(part, side);
     return entity;
 }
-/// The part's own entity again; of curves between both parts nobody's.
+/// The entity as the part numbers it; a curve between both parts has no number there.
 GeometryEntity own_entity(GeometryEntity entity) {
     entity.id = number_of(entity.id);
     for (std::int64_t& side : entity.sides) side = number_of(side);
@@ -185,7 +185,7 @@ class MixedModel final : public GeometryModel<D> {
         return [this](const FacetSite<D>& facet) { return owner(facet.reference) == Part::first; };
     }
 
-    /// The part that all facets are of; of none the rest.
+    /// The part that owns all facets; the rest if there are none.
     [[nodiscard]] std::optional<Part> only_part(std::span<const FacetSite<D>> facets) const {
         if (std::none_of(facets.begin(), facets.end(), owns())) return Part::rest;
         return std::all_of(facets.begin(), facets.end(), owns()) ? std::optional(Part::first) : std::nullopt;
@@ -197,7 +197,7 @@ class MixedModel final : public GeometryModel<D> {
             if (owner(facet.reference) == part) own.push_back(facet);
         return own;
     }
-    /// Whether there are facets around an edge whose surfaces the rest prescribes.
+    /// True if the rest prescribes the surface of a facet at the edge.
     [[nodiscard]] bool meets_prescribed(const EdgeSite<D>& edge) const {
         return std::any_of(edge.facets.begin(), edge.facets.end(), [&](const FacetSite<D>& facet) {
             return owner(facet.reference) == Part::rest && parts_.rest->prescribes(facet.reference);
@@ -225,7 +225,7 @@ class MixedModel final : public GeometryModel<D> {
         return foot_on_edge(*parts_.first, owns(), *parts_.rest, edge, p, rest_at, on_a_rim);
     }
 
-    /// Of no known surface: the nearest of all.
+    /// The nearest point of all surfaces, for a query that names none.
     [[nodiscard]] SurfacePoint<D> nearest_of_all(SurfacePoint<D> nearest, const Vec<D>& p) const {
         for (const Reference reference : parts_.references) {
             const SurfacePoint<D> here = of_reference({.facet = {}, .reference = reference}, p);

@@ -272,9 +272,10 @@ struct Surrogate {
 };
 
 /// Edge control points lie in the tangent planes of the vertices (ridges: on the tangents of their curves), with the
-/// handles of a circle; both facets of an edge share them. The middle point of a triangle is fitted to the vertices and
-/// normals of the facets around it, so that the centroid errs no more than the edges do, O(h⁴). Errors: `edges` or
-/// `features` is not of this mesh (ErrorKind::internal), stopped.
+/// handles of a circle; both facets of an edge share them. Beside a ridge that bends within the surface, edges are bent
+/// in the same way (extend_over_triangles), so that thin facets there do not fold. The middle point of a triangle is
+/// fitted to the vertices and normals of the facets around it, so that the centroid errs no more than the edges do,
+/// O(h⁴). Errors: `edges` or `features` is not of this mesh (ErrorKind::internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                     const Features<D>& features, const SurrogateOptions& options,

@@ -35,7 +35,7 @@ std::array<int, D> thin_layers() {
         return {3, 3, 24};
 }
 
-/// All edges of the boundary on spheres, those of its sides too: in between, half of both.
+/// The nodes of a block with all edges of its boundary on spheres, those of its sides included.
 template <int D>
 Column<LagrangeNode<D>> on_spheres(const Block<D>& b) {
     Buffer<LagrangeNode<D>> nodes(b.boundary_nodes.begin(), b.boundary_nodes.end());
@@ -49,7 +49,7 @@ Column<LagrangeNode<D>> on_spheres(const Block<D>& b) {
     return nodes;
 }
 
-/// The block in a field of its own curved elements.
+/// The block with a field on its curved elements.
 template <int D>
 struct OnCurvedBack {
     Block<D> block;

@@ -184,12 +184,12 @@ const Wrapper& Described<Intersect>::get() {
 
 namespace {
 
-/// Whether any of the command's words has it.
+/// True if any word of the command contains it.
 bool has(const std::vector<std::string>& words, std::string_view part) {
     return std::ranges::any_of(words, [&](const std::string& word) { return word.find(part) != std::string::npos; });
 }
 
-/// What is wrong with the name of a file within a folder.
+/// Returns the error of a file's name within a folder; empty if there is none.
 std::string wrong_name(const char* what, const std::string& name) {
     if (name.empty() || name.find('/') != std::string::npos || name.front() == '.')
         return in_quotes(what) + " is the name of a file within a cycle's folder, got " + in_quotes(name);

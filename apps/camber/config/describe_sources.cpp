@@ -26,7 +26,7 @@ bool is_zero(const std::vector<double>& v) {
     return true;
 }
 
-/// Of two vectors that must be of one dimension, the second a direction.
+/// Error of a point and a direction that must have one dimension; empty if there is none.
 std::string check_axis(const std::vector<double>& point, const std::vector<double>& axis, const char* name) {
     if (point.size() != axis.size()) return "its vectors must have the same number of coordinates";
     return is_zero(axis) ? std::string(name) + " is zero" : std::string{};

@@ -33,7 +33,7 @@ Json Field::schema(const std::string& key) const {
 
 namespace {
 
-/// Reads the field from whichever of its keys the object has.
+/// Reads the field from the one of its keys that the object has.
 Outcome<Done> read_field(const Json& json, const Place& place, const Field& field, void* into) {
     std::string found;
     for (const auto& key : field.keys) {

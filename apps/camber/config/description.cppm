@@ -57,14 +57,14 @@ struct Description : Codec {
     std::string name, doc;
     std::vector<Field> fields;
     Json (*defaults)();
-    /// What is wrong with a value whose fields are right one by one; empty when nothing is.
+    /// Checks a value whose fields are valid one by one. Returns the error; empty if there is none.
     std::function<std::string(const void*)> check;
 
     Outcome<Done> read(const Json& json, const Place& place, const Limits&, void* into) const override;
     Json write(const void* value) const override;
     Json schema(const Limits&) const override;
     std::string type(const Limits&) const override { return "object, see " + name; }
-    /// Whether {} says it all.
+    /// True if all fields have defaults.
     bool may_be_bare() const override;
 };
 
@@ -221,7 +221,8 @@ template <class S>
     return fields;
 }
 
-/// The description of a struct; `check` says what is wrong with a value whose fields are right one by one.
+/// The description of a struct; `check` returns the error of a value whose fields are valid one by one, or an empty
+/// text.
 template <class S>
 [[nodiscard]] Description described(std::string name, std::string doc, std::vector<Field> fields,
                                     std::string (*check)(const S&) = nullptr) {
