@@ -4,4 +4,5 @@ export import :columns;
 export import :execution;
 export import :mesh;
 export import :outcome;
+export import :shape;
 export import :tensors;

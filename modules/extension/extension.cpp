@@ -13,6 +13,7 @@ module;
 #include <vector>
 module camber.extension;
 import camber.core;
+import :energy;
 import :system;
 
 namespace camber {
@@ -222,7 +223,7 @@ Outcome<ExtensionPart<S, D>> ExtensionPart<S, D>::make(const ExtensionDomain<S, 
     return guarded([&]() -> Outcome<ExtensionPart<S, D>> {
         return ExtensionPart(std::make_unique<Impl>(Impl{ExtensionSystem<S, D>{
             domain, kinds, shells, own, boundary_nodes, std::move(*given), Weighting{}, Buffer<std::uint32_t>(n, 0U),
-            Buffer<ElementEnergy<S>>(domain.simplices.size()), Rows<S, D>(n, domain.simplices.size())}}));
+            Buffer<ElementEnergy<simplex<S>, 2>>(domain.simplices.size()), Rows<S, D>(n, domain.simplices.size())}}));
     });
 }
 
@@ -241,7 +242,7 @@ Outcome<std::vector<double>> ExtensionPart<S, D>::volume_and_count(const Executi
     const auto sums = reduce_own(
         execution, domain.simplices.view(), domain.points.size(), impl_->owned, Sum{},
         [&](Sum& total, ElementId e) {
-            total.volume += scaled_gradients(domain, e).volume;
+            total.volume += scaled_inverse<S, D>(corner_points(domain, e)).volume;
             ++total.count;
         },
         [](const Sum& a, const Sum& b) { return Sum{a.volume + b.volume, a.count + b.count}; });

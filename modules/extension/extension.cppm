@@ -3,3 +3,4 @@
 export module camber.extension;
 export import :parts;
 export import :displacement;
+export import :energy;

@@ -11,130 +11,8 @@ module;
 module camber.extension:system;
 import camber.core;
 import :displacement;
+import :energy;
 import :parts;
-
-/// The energy Σ_K w_K ∫_K |∇u|² dx of displacements of edge nodes, u = Σ_e 4 ξ_i ξ_j u_e. A simplex's part of its
-/// matrix follows from the products of the gradients of its barycentric coordinates.
-namespace camber {
-
-/// Weight of a simplex by its |det|. It is bounded, so that the smallest simplices do not hide the others by rounding.
-struct Weighting {
-    double mean = 1, stiffening = 0;
-
-    [[nodiscard]] double of(double volume) const { return std::min(pow(mean / volume, stiffening), 1e12); }
-};
-
-/// |det| of the edge vectors of a straight simplex (S < D: the square root of their Gram determinant), and the
-/// gradients of its barycentric coordinates times that.
-template <int S, int D>
-struct ScaledGradients {
-    double volume = 0;
-    std::array<Vec<D>, S + 1> of{};
-};
-template <int S, int D>
-[[nodiscard]] ScaledGradients<S, D> scaled_gradients(const ExtensionDomain<S, D>& domain, ElementId e) {
-    static_assert(S == D || (S == 2 && D == 3), "elements, or triangles in space");
-    const auto& v = domain.simplices[e];
-    ScaledGradients<S, D> out;
-    std::array<Vec<D>, S> rows;
-    if constexpr (S == D) {
-        Mat<D> edges;
-        for (int a = 0; a < D; ++a) edges.column[a] = domain.points[v[a + 1]] - domain.points[v[0]];
-        out.volume = std::abs(det(edges));
-        rows = cofactors(edges);
-    } else {
-        const Vec<D> a = domain.points[v[1]] - domain.points[v[0]], b = domain.points[v[2]] - domain.points[v[0]];
-        const Vec<D> normal = cross(a, b);
-        out.volume = norm(normal);
-        rows = {cross(b, normal) / out.volume, cross(normal, a) / out.volume};
-    }
-    for (int a = 0; a < S; ++a) out.of[a + 1] = rows[a], out.of[0] -= rows[a];
-    return out;
-}
-
-/// w |K| ∇ξ_i · ∇ξ_j of an element's edges ij, but for a constant factor. Since Σ ∇ξ_i = 0, the squares are less the
-/// sums of these.
-template <int S>
-using Gradients = std::array<double, edges_per_simplex<S>>;
-
-template <int S>
-struct ElementEnergy {
-    Gradients<S> gradients{};
-    double height = std::numeric_limits<double>::infinity();  ///< smallest height of the straight simplex
-};
-
-/// The energy of one simplex. Degenerate simplices contribute nothing.
-template <int S, int D>
-[[nodiscard]] ElementEnergy<S> element_energy(const ExtensionDomain<S, D>& domain, ElementId e,
-                                              const Weighting& weighting) {
-    // The factor 1/det² of the products of gradients is combined with the volume.
-    const auto [volume, gradient] = scaled_gradients(domain, e);
-    const double factor = weighting.of(volume) / volume;
-    ElementEnergy<S> energy;
-    if (!std::isfinite(factor)) return energy;
-    double steepest = 0;
-    for (const Vec<D>& g : gradient) steepest = std::max(steepest, norm_squared(g));
-    energy.height = volume / std::sqrt(steepest);
-    for (int k = 0; k < edges_per_simplex<S>; ++k)
-        energy.gradients[k] = factor * dot(gradient[local_edges<S>[k][0]], gradient[local_edges<S>[k][1]]);
-    return energy;
-}
-
-/// The other edges of a simplex, seen from its edge ij: ik and jk for each further vertex k, and kl if there are two.
-template <int S>
-struct EdgesBeside {
-    std::array<int, S - 1> first{}, second{};
-    int opposite = 0;
-};
-
-template <int S>
-inline constexpr auto edges_beside = [] {
-    const auto between = [](int a, int b) {
-        int k = 0;
-        while (local_edges<S>[k] != std::array{a, b} && local_edges<S>[k] != std::array{b, a}) ++k;
-        return k;
-    };
-    std::array<EdgesBeside<S>, edges_per_simplex<S>> table{};
-    for (int e = 0; e < edges_per_simplex<S>; ++e) {
-        const auto [i, j] = local_edges<S>[e];
-        std::array<int, S - 1> others{};
-        for (int k = 0, n = 0; k <= S; ++k)
-            if (k != i && k != j) others[n++] = k;
-        for (int n = 0; n < S - 1; ++n) {
-            table[e].first[n] = between(i, others[n]);
-            table[e].second[n] = between(j, others[n]);
-        }
-        if constexpr (S == 3) table[e].opposite = between(others[0], others[1]);
-    }
-    return table;
-}();
-
-/// Calls add(local edge, entry) for each entry that a simplex adds to the row of an edge. From
-/// ∫ ξ_a ξ_b = (1 + δ_ab) · constant, with g_ii and g_jj written as sums of the others.
-template <int S, class Add>
-void each_row_entry(const Gradients<S>& g, int own, const Add& add) {
-    const auto& beside = edges_beside<S>[own];
-    double firsts = 0;
-    double seconds = 0;
-    for (int n = 0; n < S - 1; ++n) firsts += g[beside.first[n]], seconds += g[beside.second[n]];
-    add(own, -2 * (g[own] + firsts + seconds));
-    for (int n = 0; n < S - 1; ++n) {
-        const double b = g[beside.first[n]];
-        const double d = g[beside.second[n]];
-        add(beside.first[n], 2 * d + b - firsts);
-        add(beside.second[n], 2 * b + d - seconds);
-    }
-    if constexpr (S == 3) add(beside.opposite, firsts + seconds);
-}
-
-template <int S>
-[[nodiscard]] int local_edge(const std::array<EdgeId, edges_per_simplex<S>>& edges, EdgeId edge) {
-    int own = 0;
-    for (int k = 1; k < edges_per_simplex<S>; ++k) own += edges[k] == edge ? k : 0;  // which branch is anybody's guess
-    return own;
-}
-
-}  // namespace camber
 
 /// The equations of an extension, with a row for each edge that the displacement has reached.
 namespace camber {
@@ -145,6 +23,20 @@ inline constexpr double joining = 0.1;
 /// State of a row. `beside`: its residual is up to date, and its node is not displaced. `joined`: its node moves from
 /// the next step on.
 enum class Row : std::uint8_t { beside, joined, moving };
+
+template <int S>
+int local_edge(const std::array<EdgeId, edges_per_simplex<S>>& edges, EdgeId edge) {
+    int own = 0;
+    for (int k = 1; k < edges_per_simplex<S>; ++k) own += edges[k] == edge ? k : 0;  // without a branch
+    return own;
+}
+
+template <int S, int D>
+std::array<Vec<D>, S + 1> corner_points(const ExtensionDomain<S, D>& domain, ElementId e) {
+    std::array<Vec<D>, S + 1> points;
+    for (int i = 0; i <= S; ++i) points[i] = domain.points[domain.simplices[e][i]];
+    return points;
+}
 
 template <int S, int D>
 Vec<D> chord_middle(const ExtensionDomain<S, D>& domain, std::size_t e) {
@@ -224,8 +116,8 @@ struct ExtensionSystem {
     std::span<const LagrangeNode<D>> boundary_nodes;  ///< by edge; those of unknowns are not read
     Buffer<Vec<D>> direction;                         ///< by edge; at first the given displacements
     Weighting weighting = {};
-    Buffer<std::uint32_t> began;        ///< by edge: the batch in which its row began, from 1; 0: it has none
-    Buffer<ElementEnergy<S>> energies;  ///< of the simplices with a row; the others are never written
+    Buffer<std::uint32_t> began;  ///< by edge: the batch in which its row began, from 1; 0: it has none
+    Buffer<ElementEnergy<simplex<S>, 2>> energies;  ///< of the simplices with a row; the others are never written
     Rows<S, D> rows;
     std::vector<RowBlock> blocks = {};
     std::vector<std::vector<std::uint32_t>> of_runs = {};  ///< the blocks of each run of its own vertices
@@ -276,9 +168,9 @@ struct ExtensionSystem {
         entries.values.push_back(0);
         for (const ElementId e : shells[edge]) {
             const auto& edges = domain.edges.of_elements[e];
-            const ElementEnergy<S>& energy = energies[e.index()];
+            const auto& energy = energies[e.index()];
             const int own = local_edge<S>(edges, edge);
-            each_row_entry<S>(energy.gradients, own, [&](int k, double value) {
+            each_row_entry<simplex<S>, 2>(energy, own, [&](int k, double value) {
                 if (k == own)
                     entries.values[begin] += value;
                 else if (S == 3 && k == edges_beside<S>[own].opposite)
@@ -325,7 +217,8 @@ struct ExtensionSystem {
         const std::span<const EdgeId> edges(*reached);
         auto computed = each(execution, edges.size(), [&](std::size_t i) {
             for (const ElementId e : shells[edges[i]])
-                if (is_first_of(edges[i], e)) energies[e.index()] = element_energy(domain, e, weighting);
+                if (is_first_of(edges[i], e))
+                    energies[e.index()] = element_energy<simplex<S>, 2, D>(corner_points(domain, e), weighting);
         });
         if (!computed) return fail(computed.error());
         const std::size_t first = blocks.size(), before = rows.count;

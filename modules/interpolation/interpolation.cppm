@@ -16,26 +16,6 @@ import camber.bezier;
 
 export namespace camber {
 
-/// ∫_0^1 f(t) (1 − t)^power dt ≈ Σ weight_i f(node_i), exact for polynomials of degree 2n − 1; nodes rise.
-struct GaussJacobi {
-    std::vector<double> nodes, weights;
-};
-
-/// The rule of n ≥ 1 nodes: Newton's method on the Jacobi polynomial P_n^(power, 0), found roots deflated.
-[[nodiscard]] GaussJacobi gauss_jacobi(int n, int power);
-
-/// A point of a quadrature rule on the reference simplex.
-template <int D>
-struct RulePoint {
-    Barycentric<D> xi{};
-    double weight = 1;
-};
-
-/// Stroud's conical product of Gauss–Jacobi rules of n points a direction, exact for polynomials of degree 2n − 1.
-/// Weights are positive; their sum is 1/D!. ξ_D = t_D, ξ_{D−1} = t_{D−1} (1 − t_D), and so on; t_1 changes fastest.
-template <int D>
-[[nodiscard]] std::vector<RulePoint<D>> conical_rule(int n);
-
 /// Values of a scalar function u at points, written into a span of the same size.
 template <int D>
 using PointFunction = std::function<void(std::span<const Vec<D>>, std::span<double>)>;

@@ -1,4 +1,4 @@
-// Quadrature rules: Gauss–Jacobi and conical products.
+// Conical quadrature rules as tables: derivatives of values at their points.
 module;
 #include <array>
 #include <cmath>
@@ -11,71 +11,6 @@ import camber.core;
 import camber.bezier;
 
 namespace camber {
-
-namespace {
-
-struct Jacobi {
-    double value = 0, derivative = 0;
-};
-
-/// P_n^(a, 0) and its derivative at x inside (−1, 1), by the three-term recurrence.
-Jacobi jacobi(int n, double a, double x) {
-    double before = 1, value = (a + (a + 2) * x) / 2;
-    for (int k = 1; k < n; ++k) {
-        const double s = 2 * k + a;
-        const double next = ((s + 1) * (a * a + s * (s + 2) * x) * value - 2 * (k + a) * k * (s + 2) * before) /
-                            (2 * (k + 1) * (k + a + 1) * s);
-        before = value;
-        value = next;
-    }
-    const double s = 2 * n + a;
-    return {value, (n * (a - s * x) * value + 2 * (n + a) * n * before) / (s * (1 - x * x))};
-}
-
-}  // namespace
-
-GaussJacobi gauss_jacobi(int n, int power) {
-    GaussJacobi rule;
-    std::vector<double> roots;
-    for (int i = 0; i < n; ++i) {
-        double x = -cos(std::numbers::pi * (2 * i + 1) / (2 * n));
-        if (i > 0) x = (x + roots.back()) / 2;
-        for (int step = 0; step < 100; ++step) {
-            const Jacobi p = jacobi(n, power, x);
-            double deflation = 0;
-            for (const double root : roots) deflation += 1 / (x - root);
-            const double move = p.value / (p.derivative - p.value * deflation);
-            x -= move;
-            if (std::abs(move) < 1e-16) break;
-        }
-        roots.push_back(x);
-        const double slope = jacobi(n, power, x).derivative;
-        rule.nodes.push_back((1 + x) / 2);
-        rule.weights.push_back(1 / ((1 - x * x) * slope * slope));
-    }
-    return rule;
-}
-
-template <int D>
-std::vector<RulePoint<D>> conical_rule(int n) {
-    // Direction after direction: ξ_d = t (what is left of the simplex), and ξ_0 is what is left at last.
-    std::vector<RulePoint<D>> rule(1);
-    rule[0].xi[0] = 1;
-    for (int d = D - 1; d >= 0; --d) {
-        const GaussJacobi line = gauss_jacobi(n, d);
-        std::vector<RulePoint<D>> finer;
-        for (const RulePoint<D>& point : rule)
-            for (std::size_t i = 0; i < line.nodes.size(); ++i) {
-                RulePoint<D> next = point;
-                next.weight *= line.weights[i];
-                next.xi[d + 1] = point.xi[0] * line.nodes[i];
-                next.xi[0] = point.xi[0] * (1 - line.nodes[i]);
-                finer.push_back(next);
-            }
-        rule = std::move(finer);
-    }
-    return rule;
-}
 
 namespace {
 
@@ -193,9 +128,7 @@ void CollapsedRule<D>::to_reference(std::array<std::vector<double>, D>& slopes) 
     }
 }
 
-#define CAMBER_INSTANTIATE(D)                                \
-    template std::vector<RulePoint<D>> conical_rule<D>(int); \
-    template struct CollapsedRule<D>;
+#define CAMBER_INSTANTIATE(D) template struct CollapsedRule<D>;
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

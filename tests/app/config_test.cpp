@@ -40,7 +40,7 @@ const std::string everything = R"({
 
 TEST_CASE("a config's values arrive, and defaults fill the rest") {
     const Pipeline p = read(everything);
-    const auto& shell = std::get<ShellOptions<3>>(std::get<Shape>(p.input.source));
+    const auto& shell = std::get<ShellOptions<3>>(std::get<config::Shape>(p.input.source));
     CHECK(shell.inner_layer.count == 8);
     CHECK(shell.inner_layer.growth == BoundaryLayer{}.growth);
     CHECK(shell.structure == ShellStructure::prisms);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+import camber.core;
 import camber.bezier;
-import camber.interpolation;
 
 using namespace camber;
 
@@ -53,4 +53,25 @@ TEST_CASE("a conical rule of n points a direction is exact for polynomials of de
             CHECK(std::abs(triangle * std::tgamma(2 * n + 2.0) - numerator) < 1e-12 * numerator);
             CHECK(std::abs(tetrahedron * std::tgamma(2 * n + 3.0) - numerator) < 1e-12 * numerator);
         }
+}
+
+TEST_CASE("a rule of a shape is exact for products of polynomials of its factors") {
+    const auto check = []<Shape shape>(auto exact) {
+        for (int n = 1; n <= 5; ++n)
+            for (int i = 0; i <= 2 * n - 1; ++i) {
+                const int j = 2 * n - 1 - i, k = shape_table<shape>.dimension == 3 ? 2 * n - 1 : 0;
+                double sum = 0;  // ∫ x^i y^j z^k
+                for (const auto& [x, weight] : reference_rule<shape>(n))
+                    sum += weight * std::pow(x[0], i) * std::pow(x[1], j) * std::pow(x[2], k);
+                CHECK(std::abs(sum - exact(i, j, k)) < 1e-13);
+            }
+    };
+    const auto triangle = [](int i, int j) {
+        return std::tgamma(i + 1.0) * std::tgamma(j + 1.0) / std::tgamma(i + j + 3.0);
+    };
+    check.template operator()<Shape::triangle>([&](int i, int j, int) { return triangle(i, j); });
+    check.template operator()<Shape::quadrilateral>([](int i, int j, int) { return 1.0 / ((i + 1) * (j + 1)); });
+    check.template operator()<Shape::prism>([&](int i, int j, int k) { return triangle(i, j) / (k + 1); });
+    check.template operator()<Shape::hexahedron>(
+        [](int i, int j, int k) { return 1.0 / ((i + 1) * (j + 1) * (k + 1)); });
 }

@@ -1,0 +1,117 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+/// Element shapes: one constant table for each, and the numbers of their nodes by degree.
+export module camber.core:shape;
+
+export namespace camber {
+
+enum class Shape : std::uint8_t { line, triangle, quadrilateral, tetrahedron, prism, pyramid, hexahedron };
+
+/// A face of a solid by its corners, counter-clockwise as seen from outside.
+struct ShapeFace {
+    Shape shape = Shape::triangle;
+    std::array<int, 4> corners{};
+};
+
+/// Table of a shape. Only the first rows of each array are used, as many as the counts say. Shapes of dimension 1 and 2
+/// have no faces: a face is a part of a solid's boundary.
+struct ShapeTable {
+    int dimension = 0, corner_count = 0, edge_count = 0, face_count = 0;
+    std::array<std::array<int, 3>, 8> coordinates{};  ///< of the corners in the reference element: 0 or 1
+    std::array<std::array<int, 2>, 12> edges{};       ///< corners, from first to second
+    std::array<ShapeFace, 6> faces{};
+};
+
+}  // namespace camber
+
+namespace camber {
+
+/// Makes a table from words of digits: coordinates of each corner, corners of each edge and of each face.
+constexpr ShapeTable table_from(int dimension, std::string_view corners, std::string_view edges,
+                                std::string_view faces) {
+    const auto each_word = [](std::string_view words, auto read) {
+        int count = 0;
+        while (!words.empty()) {
+            const std::size_t length = words.find(' ') == words.npos ? words.size() : words.find(' ');
+            read(count++, words.substr(0, length));
+            words.remove_prefix(length == words.size() ? length : length + 1);
+        }
+        return count;
+    };
+    ShapeTable table{.dimension = dimension};
+    table.corner_count = each_word(corners, [&](int i, std::string_view word) {
+        for (std::size_t k = 0; k < word.size(); ++k) table.coordinates[i][k] = word[k] - '0';
+    });
+    table.edge_count =
+        each_word(edges, [&](int i, std::string_view word) { table.edges[i] = {word[0] - '0', word[1] - '0'}; });
+    table.face_count = each_word(faces, [&](int i, std::string_view word) {
+        table.faces[i].shape = word.size() == 3 ? Shape::triangle : Shape::quadrilateral;
+        for (std::size_t k = 0; k < word.size(); ++k) table.faces[i].corners[k] = word[k] - '0';
+    });
+    return table;
+}
+
+}  // namespace camber
+
+export namespace camber {
+
+/// The table of a shape. Corners and edges of simplices have the order of `SimplexVertices` and `local_edges`; other
+/// solids have a bottom, counter-clockwise as seen from above, and a top. The apex of the reference pyramid is over
+/// corner 0; a shear moves it anywhere.
+template <Shape shape>
+inline constexpr ShapeTable shape_table = [] {
+    switch (shape) {
+        case Shape::line: return table_from(1, "0 1", "01", "");
+        case Shape::triangle: return table_from(2, "00 10 01", "01 12 20", "");
+        case Shape::quadrilateral: return table_from(2, "00 10 11 01", "01 12 23 30", "");
+        case Shape::tetrahedron: return table_from(3, "000 100 010 001", "01 12 20 03 13 23", "123 032 013 021");
+        case Shape::prism:
+            return table_from(3, "000 100 010 001 101 011", "01 12 20 34 45 53 03 14 25", "021 345 0143 1254 2035");
+        case Shape::pyramid:
+            return table_from(3, "000 100 110 010 001", "01 12 23 30 04 14 24 34", "0321 014 124 234 304");
+        case Shape::hexahedron:
+            return table_from(3, "000 100 110 010 001 101 111 011", "01 12 23 30 45 56 67 74 04 15 26 37",
+                              "0321 4567 0154 1265 2376 3047");
+    }
+}();
+
+/// The simplex of dimension K.
+template <int K>
+inline constexpr Shape simplex = K == 1   ? Shape::line
+                                 : K == 2 ? Shape::triangle
+                                          : Shape::tetrahedron;
+
+/// True for lines, triangles and tetrahedra.
+[[nodiscard]] constexpr bool is_simplex(Shape shape) {
+    return shape == Shape::line || shape == Shape::triangle || shape == Shape::tetrahedron;
+}
+
+/// Number of equispaced nodes inside an element of degree k ≥ 1, not on its boundary.
+[[nodiscard]] constexpr int inner_node_count(Shape shape, int k) {
+    const int n = k - 1;
+    switch (shape) {
+        case Shape::line: return n;
+        case Shape::triangle: return n * (n - 1) / 2;
+        case Shape::quadrilateral: return n * n;
+        case Shape::tetrahedron: return n * (n - 1) * (n - 2) / 6;
+        case Shape::prism: return n * n * (n - 1) / 2;
+        case Shape::pyramid: return n * (n - 1) * (2 * n - 1) / 6;
+        case Shape::hexahedron: return n * n * n;
+    }
+    return 0;
+}
+
+/// Number of all nodes of a complete element of degree k ≥ 1.
+template <Shape shape, int k>
+inline constexpr int element_nodes = [] {
+    constexpr ShapeTable table = shape_table<shape>;
+    int count = table.corner_count + inner_node_count(shape, k);
+    if (table.dimension > 1) count += table.edge_count * inner_node_count(Shape::line, k);
+    for (int f = 0; f < table.face_count; ++f) count += inner_node_count(table.faces[f].shape, k);
+    return count;
+}();
+
+}  // namespace camber
