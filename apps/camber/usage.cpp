@@ -10,6 +10,7 @@
 
 #include "arguments.hpp"
 #include "help.hpp"
+#include "parts.hpp"
 import camber.core;
 import camber.commands;
 
@@ -97,7 +98,15 @@ camber::Error error_of(const CLI::ParseError& error, const std::string& help) {
 std::unique_ptr<CLI::App> program_of(Verb& verb) {
     auto app = std::make_unique<CLI::App>(description, "camber");
     app->formatter(std::make_shared<Help>());
-    app->set_version_flag("--version", CAMBER_VERSION);
+    const CLI::Option* const verbose = app->add_flag_callback(
+        "--verbose",
+        [program = app.get()] {
+            if (program->count("--version") == 0) throw CLI::RequiresError("--verbose", "--version");
+        },
+        "With --version: also print the parts of this build, and the commands that add missing ones");
+    app->set_version_flag("--version", [verbose] {
+        return verbose->count() == 0 ? std::string(CAMBER_VERSION) : version_text(CAMBER_VERSION, parts_of_build());
+    });
     app->require_subcommand(1);
     add_verbs(*app, verb);
     add_quiet(*app);

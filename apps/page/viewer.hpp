@@ -4,7 +4,6 @@
 namespace camber {
 
 /// The parts of a page that are the same in all: its frame, with places for what differs, its style, and its script.
-/// No script: the program was built without it.
 struct Viewer {
     std::string frame, style, script;
 };

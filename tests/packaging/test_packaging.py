@@ -221,7 +221,7 @@ class Texts(unittest.TestCase):
 
     def test_bash_completes_verbs_options_and_words(self):
         self.assertEqual(self.completed("camber", "ch"), ["check"])
-        self.assertEqual(set(self.completed("camber", "")), {*self.verbs, "--help", "--version"})
+        self.assertEqual(set(self.completed("camber", "")), {*self.verbs, "--help", "--verbose", "--version"})
         for verb, shown in self.verbs.items():
             wanted = {word for entry in shown.options for word in entry.options if word.startswith("--")}
             self.assertEqual(set(self.completed("camber", verb, "--")), wanted, verb)

@@ -64,7 +64,15 @@ class CommandLine(unittest.TestCase):
             self.assertIn(verb, text)
             self.assertEqual(self.camber(verb, "--help").returncode, 0)
         self.assertIn("Exit codes", text)
-        self.assertRegex(self.camber("--version").stdout, r"^\d+\.\d+\.\d+\n$")
+        version = self.camber("--version").stdout
+        self.assertRegex(version, r"^\d+\.\d+\.\d+\n$")
+        for arguments in (("--version", "--verbose"), ("--verbose", "--version")):
+            parts = self.camber(*arguments).stdout
+            self.assertTrue(parts.startswith(version), parts)
+            for name in ("partitions", "CGNS files", "compressed files", "CAD models", "pages"):
+                self.assertRegex(parts, rf"\n{name} +\w")
+            last = f"Missing parts: {parts.count('missing; ')}" if "missing; " in parts else "Nothing is missing."
+            self.assertEqual(parts.splitlines()[-1], last)
 
     def test_curve_check_info(self):
         done = self.camber("curve", "two.mesh", "-o", "out.meshb", "--report", "report.json")

@@ -12,7 +12,7 @@ from test_exchange import need
 class Plots(unittest.TestCase):
     def test_a_notebook_shows_the_page(self):
         text = camber.curve(square())._repr_html_()
-        self.assertTrue(text.startswith("<iframe srcdoc=") or "viewer of pages" in text)
+        self.assertTrue(text.startswith("<iframe srcdoc="), text[:200])
 
     def test_curves_in_2d(self):
         need(self, "matplotlib")

@@ -320,9 +320,6 @@ Outcome<CheckedInMemory> check_in_memory(const DecodedMesh& mesh, const std::opt
 Outcome<std::string> page_in_memory(const DecodedMesh& mesh, const std::vector<run::NamedField>& fields,
                                     const std::string& title, const run::PageOptions& options, Host host) {
     Viewer parts = viewer();
-    if (parts.script.empty())
-        return fail(ErrorKind::unsupported, "this Camber was built without the viewer of pages", {}, {},
-                    "install npm and esbuild and build it anew where npm reaches its registry");
     Progress progress(host.told);
     const Around around = steps_for(progress, host, 0);
     auto report = run::check_mesh(mesh, std::nullopt, {}, around);

@@ -111,8 +111,7 @@ struct InputForm {
 Outcome<Done> write_outputs(run::Run& run, const config::Output& files, const InputForm& input, const Around& around,
                             Written& written, const Host& host);
 
-/// Whether a page can be made: its file ends in .html, and the program has the viewer. Asked before the work is done.
-/// Errors: usage, unsupported.
+/// Checks that the file of a page ends in .html, before the work is done. Errors: usage.
 [[nodiscard]] Outcome<Done> check_page(const std::string& path);
 
 /// A page of a mesh that was checked; `source` without title, version and command; `mesh`: its path, which names

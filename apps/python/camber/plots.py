@@ -19,7 +19,7 @@ IN_NOTEBOOK = 200_000
 
 
 def in_notebook(mesh: Mesh, height: int = 520) -> str:
-    """The page of `camber report` as a frame; without the viewer of pages what `repr` says."""
+    """The page of `camber report` as a frame; the text of `repr` for a mesh that has no page."""
     if len(mesh.elements) > IN_NOTEBOOK:
         return f"<pre>{html.escape(repr(mesh))}\nlarge for a notebook: Mesh.page() is its page</pre>"
     try:
