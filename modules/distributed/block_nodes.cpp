@@ -144,7 +144,8 @@ Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
 
 /// What smooth functions and elements do not bear is taken back.
 template <int D>
-Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* rows, const Execution& execution) {
+Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* rows, double bound,
+                            const Execution& execution) {
     if (run.by->edges.metric_kind == MetricKind::natural) {
         std::vector<PartLosses<D>> losses;
         losses.reserve(run.states.size());
@@ -158,7 +159,7 @@ Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* row
     offsets.reserve(run.states.size());
     for (PartState<D>& state : run.states)
         offsets.push_back({state.mesh, state.base, state.shells, state.owned, state.*rows});
-    const auto drawn = limit_by_jacobian<D>(offsets, run.by->edges.min_jacobian, *run.between, execution);
+    const auto drawn = limit_by_jacobian<D>(offsets, bound, *run.between, execution);
     if (!drawn) return fail(drawn.error());
     run.out.statistics.drawn_back += *drawn;
     return Done{};
@@ -188,7 +189,8 @@ Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
             state.slides[e] = at.valid() ? (*slid)[at.index()].point - surface.input.base[at].point : Vec<D>{};
         }
     }
-    if (auto limited = limit_offsets(run, &PartState<D>::slides, execution); !limited) return limited;
+    if (auto limited = limit_offsets(run, &PartState<D>::slides, slide_bound(run.by->edges), execution); !limited)
+        return limited;
     for (PartState<D>& state : run.states) {
         for (std::size_t e = 0; e < state.slides.size(); ++e)
             if (state.on_surface[e].valid()) state.base[e].point += state.slides[e];
@@ -234,7 +236,9 @@ Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
     if (!done) return done;
     for (PartState<D>& state : run.states) state.base = starting_at(state, run.by->surface, state.extended);
     if (done = slide_nodes(run, part_of(execution, 0.6, 0.7)); !done) return done;
-    if (done = limit_offsets(run, &PartState<D>::offsets, part_of(execution, 0.7, 0.95)); !done) return done;
+    if (done = limit_offsets(run, &PartState<D>::offsets, run.by->edges.min_jacobian, part_of(execution, 0.7, 0.95));
+        !done)
+        return done;
     return run.each_part(part_of(execution, 0.95, 1), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
         place_nodes(run, state);
         return Done{};

@@ -289,6 +289,7 @@ template <int D>
 struct CurvingBy {
     WholeSurface<D> surface;
     CurveOptions edges;
+    RepairOptions repair;
 };
 
 /// What a rank knows between two steps of curve_blocks.
@@ -302,7 +303,7 @@ struct BlockRun {
     Halo edges = {}, vertices = {};
     std::optional<BetweenRingedParts<D>> between = {};
     std::optional<CurvingBy<D>> by = {};
-    std::vector<GlobalNumber> not_valid = {};  ///< elements of this rank, rising
+    std::vector<GlobalNumber> to_repair = {};  ///< elements of this rank that are not valid or below the target, rising
     bool is_displaced = false;                 ///< so that there is an extension, of whichever parts
 
     /// f of each part here: of what it makes the part's state is kept.

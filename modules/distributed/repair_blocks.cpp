@@ -198,7 +198,7 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
     if (!field) return fail(field.error());
     const Column<LagrangeNode<D>> extended(Buffer<LagrangeNode<D>>(region.extended));
     const WantedNodes<D> wanted{curved, *around, extended, of.aim, &*field};
-    const auto guide = make_guide<D>(*judged, wanted, &*boundary, options.method, execution);
+    const auto guide = make_guide<D>(*judged, wanted, &*boundary, options, execution);
     if (!guide) return fail(guide.error());
     const auto repaired = repair_or_straighten(*judged, *guide, options, execution);
     if (!repaired) return fail(repaired.error());
@@ -267,9 +267,9 @@ void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
 /// that moved go back to all who have them. So many rings: as far as repair ever looks. What this rank has repaired.
 /// Errors: those of `repair`, of any rank.
 template <int D>
-Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& not_valid,
+Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& elements,
                                         const RepairOptions& options, Ranks& ranks, const Execution& execution) {
-    auto places = regions_around(of.parts, of.states, not_valid, rings_around, ranks, execution);
+    auto places = regions_around(of.parts, of.states, elements, rings_around, ranks, execution);
     if (!places) return fail(places.error());
     auto moved = repair_places(of, std::move(*places), options, execution);
     if (!moved) return fail(moved.error());
@@ -294,8 +294,9 @@ Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart
         const Verdict verdict = validation->verdicts[e];
         own.invalid += verdict == Verdict::invalid ? 1 : 0;
         own.undecided += verdict == Verdict::undecided ? 1 : 0;
-        if (verdict != Verdict::valid) run.not_valid.push_back(part.elements[e]);
         const auto smallest = static_cast<double>(validation->min_scaled_jacobian[e]);
+        const bool is_low = raises(run.by->repair) && smallest < run.by->repair.target;
+        if (verdict != Verdict::valid || is_low) run.to_repair.push_back(part.elements[e]);
         if (smallest < own.smallest) own.smallest = smallest, own.worst = part.elements[e];
     }
     for (const auto& [e, verdict] : validation->not_positive)
@@ -303,16 +304,16 @@ Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart
     return Done{};
 }
 
-/// Verdicts of all elements, of all ranks; those that are not valid are kept.
+/// Returns the verdicts of all elements of all ranks, and lists those to repair.
 template <int D>
 Outcome<BlocksValidation> judged_blocks(BlockRun<D>& run, const Execution& execution) {
     BlocksValidation own;
-    run.not_valid.clear();
+    run.to_repair.clear();
     auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
         return judge_part(run, state, part, own, without_progress(execution));
     });
     if (!done) return fail(done.error());
-    std::ranges::sort(run.not_valid);
+    std::ranges::sort(run.to_repair);
     const auto all = gather_all(run.ranks, Outcome<std::vector<BlocksValidation>>({own}));
     if (!all) return fail(all.error());
     BlocksValidation sum;
@@ -411,10 +412,11 @@ Outcome<Done> judge_blocks(BlockRun<D>& run, const Execution& execution) {
 
 template <int D>
 Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
-    if (run.out.after.all_valid()) return Done{};
+    const auto numbers = gather_all(run.ranks, Outcome<std::vector<std::size_t>>({run.to_repair.size()}));
+    if (!numbers) return fail(numbers.error());
+    if (std::ranges::all_of(*numbers, [](std::size_t n) { return n == 0; })) return Done{};
     const RepairedBlocks<D> of{run.out.parts, run.states, run.by->surface, run.by->edges.aim};
-    const auto repaired =
-        repair_blocks(of, run.not_valid, run.options.curving.repair, run.ranks, part_of(execution, 0, 0.9));
+    const auto repaired = repair_blocks(of, run.to_repair, run.by->repair, run.ranks, part_of(execution, 0, 0.9));
     if (!repaired) return fail(repaired.error());
     const auto all = gather_all(run.ranks, Outcome<std::vector<RepairStatistics>>({*repaired}));
     if (!all) return fail(all.error());

@@ -295,7 +295,9 @@ template <int D>
 Outcome<Done> find_surface(BlockRun<D>& run, const MeshRows<D>& rows, const Execution& execution) {
     auto surface = whole_surface(rows, run.goal, part_of(execution, 0, 0.8));
     if (!surface) return fail(surface.error());
-    run.by.emplace(CurvingBy<D>{std::move(*surface), edges_by(run)});
+    const CurveOptions edges = edges_by(run);
+    const RepairOptions repair = with_target(run.options.curving.repair, recommended_target(edges));
+    run.by.emplace(CurvingBy<D>{std::move(*surface), edges, repair});
     return run.each_part(part_of(execution, 0.8, 1),
                          [&](PartState<D>& state, RingedPart<D>& part) { return take_boundary(run, state, part); });
 }

@@ -53,8 +53,9 @@ namespace {
 
 template <int D>
 Outcome<RepairGuide<D>> by_models(const JudgedProposal<D>& judged, const std::optional<WantedNodes<D>>& wanted,
-                                  RepairMethod method, const Execution& execution) {
-    if (!needs_models(method) || judged.validation().all_valid()) return RepairGuide<D>{};
+                                  const RepairOptions& options, const Execution& execution) {
+    if (!needs_models(options.method)) return RepairGuide<D>{};
+    if (judged.validation().all_valid() && !raises(options)) return RepairGuide<D>{};
     if (is_surface_alone(judged.mesh().linear)) return RepairGuide<D>{};  // goes by the geometry
     if (wanted) {
         const Column<LagrangeNode<D>> nodes = wanted->curved.proposal.mid_nodes;
@@ -73,8 +74,9 @@ Outcome<RepairGuide<D>> by_models(const JudgedProposal<D>& judged, const std::op
 
 template <int D>
 Outcome<RepairGuide<D>> make_guide(const JudgedProposal<D>& judged, const std::optional<WantedNodes<D>>& wanted,
-                                   const Boundary<D>* boundary, RepairMethod method, const Execution& execution) {
-    auto guide = by_models(judged, wanted, method, execution);
+                                   const Boundary<D>* boundary, const RepairOptions& options,
+                                   const Execution& execution) {
+    auto guide = by_models(judged, wanted, options, execution);
     if (!guide || boundary == nullptr || judged.validation().all_valid()) return guide;
     const bool is_alone = is_surface_alone(judged.mesh().linear);
     if (!is_alone && !boundary->geometry->prescribes_any()) return guide;
@@ -101,18 +103,19 @@ template <int D>
 Outcome<JudgedAndRepaired<D>> repair_proposal(const QuadraticMesh<D>& mesh, const Boundary<D>& boundary,
                                               const ProposedCurves<D>& proposed, const CurveMeshOptions& options,
                                               const Around& around) {
+    const RepairOptions repair = with_target(options.repair, recommended_target(proposed.edges));
     const auto judged = run_step(around, "validate", [&](const Execution& e) {
-        return validate(mesh, proposed.curved.proposal, options.repair.min_scaled_jacobian, e);
+        return validate(mesh, proposed.curved.proposal, repair.min_scaled_jacobian, e);
     });
     if (!judged) return fail(judged.error());
     auto repaired = run_step(around, "relax", [&](const Execution& e) -> Outcome<Repaired<D>> {
         const WantedNodes<D> wanted{proposed.curved, proposed.input.shells, proposed.input.extended,
                                     edge_options(options.curve).aim, proposed.field ? &*proposed.field : nullptr};
-        const auto guide = make_guide<D>(*judged, wanted, &boundary, options.repair.method, part_of(e, 0, 0.05));
+        const auto guide = make_guide<D>(*judged, wanted, &boundary, repair, part_of(e, 0, 0.05));
         if (!guide) return fail(guide.error());
-        auto repaired = repair_or_straighten(*judged, *guide, options.repair, part_of(e, 0.05, 1));
+        auto repaired = repair_or_straighten(*judged, *guide, repair, part_of(e, 0.05, 1));
         if (!repaired) return repaired;
-        auto uncrossed = uncross_walls(repaired->judged, *guide, options.repair, without_progress(e));
+        auto uncrossed = uncross_walls(repaired->judged, *guide, repair, without_progress(e));
         if (!uncrossed) return fail(uncrossed.error());
         if (uncrossed->moved.nodes == 0) return repaired;
         repaired->judged = std::move(uncrossed->judged);
@@ -265,7 +268,7 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
                                                    const std::optional<Geometry<D>>&, const BoundaryOptions<D>&,   \
                                                    const Execution&, std::span<const LagrangeNode<D>>);            \
     template Outcome<RepairGuide<D>> make_guide<D>(const JudgedProposal<D>&, const std::optional<WantedNodes<D>>&, \
-                                                   const Boundary<D>*, RepairMethod, const Execution&);            \
+                                                   const Boundary<D>*, const RepairOptions&, const Execution&);    \
     template Outcome<CurvedMesh<D>> curve_mesh<D>(LinearMesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,      \
                                                   const Around&);                                                  \
     template Outcome<MeshCheck<D>> check_mesh<D>(const LinearMesh<D>&, const MeshCheckOptions&, const Around&);    \

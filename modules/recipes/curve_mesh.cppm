@@ -63,7 +63,7 @@ struct WantedNodes {
 template <int D>
 [[nodiscard]] Outcome<RepairGuide<D>> make_guide(const JudgedProposal<D>& judged,
                                                  const std::optional<WantedNodes<D>>& wanted,
-                                                 const Boundary<D>* boundary, RepairMethod method,
+                                                 const Boundary<D>* boundary, const RepairOptions& options,
                                                  const Execution& execution);
 
 /// Whence a mesh has the nodes that curving begins with: straight ones of `elevate`, or curves of its own, which it was

@@ -1,5 +1,6 @@
 // Known solutions, metric sources, sizes by geometry, metric of a solution.
 module;
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -16,6 +17,7 @@ import camber.edge_optimisation;
 import camber.solution_metric;
 import camber.surface;
 import camber.operation;
+import camber.validity;
 import camber.curving;
 
 export namespace camber {
@@ -77,6 +79,22 @@ template <int D>
     options.change = is_natural ? ChangeAlong::recovered : ChangeAlong::of_ends;
     if (is_natural && options.metric_kind == MetricKind::automatic) options.metric_kind = MetricKind::natural;
     return options;
+}
+
+/// True if nodes are found by the mesh's own metric.
+[[nodiscard]] inline bool follows_mesh(const CurveOptions& edges) {
+    return edges.aim == CurvingAim::accuracy && edges.metric_kind == MetricKind::natural;
+}
+
+/// Returns the recommended target of repair for elements whose nodes were found with these options.
+[[nodiscard]] inline JacobianBound recommended_target(const CurveOptions& edges) {
+    return JacobianBound::recommended(follows_mesh(edges) ? target_without_metric : default_bound);
+}
+
+/// Returns the scaled Jacobian that slides of nodes in planes leave: repair does not move these nodes back for its
+/// target.
+[[nodiscard]] inline double slide_bound(const CurveOptions& edges) {
+    return follows_mesh(edges) ? std::max(edges.min_jacobian, target_without_metric) : edges.min_jacobian;
 }
 
 /// The mesh's own (paper §1.2.1).

@@ -130,7 +130,7 @@ Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input
         input.held_back += *held;
     }
     // A slide is worth no element; volume edges, which are where the field has them, have their say after it.
-    auto borne = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, options.min_jacobian, slides,
+    auto borne = limit_by_jacobian<D>(from.mesh, present.view(), input.shells, slide_bound(options), slides,
                                       part_of(execution, 0.82, 1));
     if (!borne) return fail(borne.error());
     input.drawn_back += *borne;

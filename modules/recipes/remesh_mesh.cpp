@@ -271,7 +271,7 @@ Outcome<OntoGeometry<D>> put_nodes_onto_geometry(QuadraticMesh<D> mesh, const Bo
         return out;
     }
     const RepairOptions options{.vertices = VertexMoves::never};
-    const auto guide = make_guide<D>(*judged, std::nullopt, &boundary, options.method, part_of(execution, 0.5, 0.6));
+    const auto guide = make_guide<D>(*judged, std::nullopt, &boundary, options, part_of(execution, 0.5, 0.6));
     if (!guide) return fail(guide.error());
     const auto repaired = repair_or_straighten(*judged, *guide, options, part_of(execution, 0.6, 1));
     if (!repaired) return fail(repaired.error());

@@ -79,7 +79,7 @@ constexpr std::array<Demand, 4> demands{{{true, true}, {false, true}, {true, fal
 /// Valid elements keep their coefficients, or the target where they have more.
 template <int D>
 double floor_of(const Trial<D>& trial, const Swept<D>& s, ElementId e, Demand demand) {
-    const double target = std::max(trial.state.options.target, s.min_needed);
+    const double target = std::max(trial.state.options.target.value, s.min_needed);
     if (s.valid) return std::min(target, s.min_at_1);
     if (demand.whole_shell || s.element == e) return demand.to_target ? target : s.min_needed;
     return s.min_at_1;
@@ -202,7 +202,7 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
     std::vector<AffineConstraint> constraints;
     for (const auto& s : swept_shell(trial, edge, from, to)) {
         const double now = *std::min_element(s.at_0.coefficients.begin(), s.at_0.coefficients.end()) / s.scale;
-        append(s, std::min(now, std::max(trial.state.options.target, s.min_needed)), constraints);
+        append(s, std::min(now, std::max(trial.state.options.target.value, s.min_needed)), constraints);
     }
     const auto interval = feasible(constraints);
     if (!interval || interval->high < 0.01) return false;

@@ -432,6 +432,10 @@ Outcome<Repaired<D>> repair(const JudgedProposal<D>& wanted, const RepairGuide<D
 template <int D>
 Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                           const RepairOptions& options, const Execution& execution) {
+    if (raises(options))
+        return repair_then_raise(wanted, guide, options, execution, [&](const RepairOptions& by, const Execution& e) {
+            return repair_or_straighten(wanted, guide, by, e);
+        });
     const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& of) {
         RepairGuide<D> by = guide;
         if (stays_on_geometry(guide, of.min_scaled_jacobian)) by.surface = SurfaceMoves::on_geometry;

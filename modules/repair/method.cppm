@@ -105,6 +105,29 @@ template <int D>
 [[nodiscard]] Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                                  const RepairOptions& options, const Execution& execution);
 
+/// True if the method raises elements above the bound, to its target (`raise`).
+[[nodiscard]] bool raises(const RepairOptions& options);
+
+/// Raises the elements of a repaired proposal to the target, by the passes that move volume nodes alone (`repair`).
+/// Where an element that was valid ends below both the target and its value before, its nodes are put back. `wanted` is
+/// judged for the bound. Does nothing on standalone surface meshes. Errors: those of `repair`.
+template <int D>
+[[nodiscard]] Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired,
+                                         const RepairGuide<D>& guide, const RepairOptions& options,
+                                         const Execution& execution);
+
+/// Calls repair(options, execution) with the default target, then raises the elements to that of `options`.
+template <int D, class Repair>
+[[nodiscard]] Outcome<Repaired<D>> repair_then_raise(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
+                                                     const RepairOptions& options, const Execution& execution,
+                                                     const Repair& repair) {
+    RepairOptions to_bound = options;
+    to_bound.target = {};
+    auto repaired = repair(to_bound, part_of(execution, 0, 0.7));
+    if (!repaired) return repaired;
+    return raise(wanted, std::move(*repaired), guide, options, part_of(execution, 0.7, 1));
+}
+
 /// Returns what holds each edge: elements, or the triangles of a surface alone. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Incidence<ElementId>> holders_of_edges(const QuadraticMesh<D>& mesh, const Execution& execution);

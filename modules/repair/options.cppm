@@ -57,7 +57,7 @@ enum class VertexMoves : std::uint8_t { allowed, never };
 /// What is asked of the elements, and what may be done for it.
 struct RepairOptions {
     JacobianBound min_scaled_jacobian = {};
-    double target = default_bound;
+    JacobianBound target = {};
     RepairMethod method = RepairMethod::extension;
     double boundary_tolerance = 0;
     VertexMoves vertices = VertexMoves::allowed;
@@ -70,9 +70,7 @@ struct RepairOptions {
     double max_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all, beside `effort`
 
     /// What repaired elements are to reach where they can.
-    [[nodiscard]] constexpr double aim() const {
-        return target > min_scaled_jacobian ? target : min_scaled_jacobian.value;
-    }
+    [[nodiscard]] constexpr double aim() const { return std::max(target.value, min_scaled_jacobian.value); }
 
     [[nodiscard]] static constexpr auto options() {
         using S = RepairOptions;
@@ -84,9 +82,11 @@ struct RepairOptions {
                    "edge: one node at a time, nearest to where it is wanted; segment: the same towards the middle of "
                    "the chord, each as little as its elements need; relax: each edge of an invalid element by theta, "
                    "as in the paper"),
-            option("target", &S::target,
-                   "what is aimed at in repaired elements where it can be had, as a share of the straight element's "
-                   "determinant: the bound, where that is more")
+            option(
+                "target", &S::target,
+                "scaled Jacobian of repaired elements where it can be reached; by extension, all elements are raised "
+                "to it as far as nodes inside can. null: 0.6 where curve follows the mesh alone, 0.1 with a metric "
+                "or a solution")
                 .at_least(0)
                 .below(1),
             option("boundary_tolerance", &S::boundary_tolerance,
@@ -203,6 +203,12 @@ template <int D>
 template <int D>
 [[nodiscard]] Column<EdgeChange> changes_after(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
                                                const Column<Vec<D>>& points, const Column<LagrangeNode<D>>& mid_nodes);
+
+/// Returns the options with a recommended target if they require none and their method raises elements.
+[[nodiscard]] inline RepairOptions with_target(RepairOptions options, const JacobianBound& recommended) {
+    if (!options.target.is_asked && options.method == RepairMethod::extension) options.target = recommended;
+    return options;
+}
 
 }  // namespace camber
 

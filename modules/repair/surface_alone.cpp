@@ -204,7 +204,7 @@ class Surface {
 
     /// What floors are tried: the target, then little more than the bound.
     [[nodiscard]] std::array<double, 2> floors(double least) const {
-        return {std::max(options_.target, least), least + 1e-3 * (1 - least)};
+        return {std::max(options_.target.value, least), least + 1e-3 * (1 - least)};
     }
 
     [[nodiscard]] std::optional<Move> slide(std::size_t t, EdgeId edge, double floor) {
@@ -491,6 +491,10 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
             if (guide.onto || most > 0) return repair_surface(wanted, guide, options, {most > 0, most}, execution);
             return Repaired<D>{wanted};
         }
+    if (raises(options))
+        return repair_then_raise(wanted, guide, options, execution, [&](const RepairOptions& by, const Execution& e) {
+            return repair_within(wanted, guide, by, e);
+        });
     const auto to = [&](const JudgedProposal<D>& judged, const RepairOptions& by) -> Outcome<Repaired<D>> {
         const auto start = validate(judged.mesh(), judged.proposal(), by.min_scaled_jacobian, execution);
         if (!start) return fail(start.error());

@@ -16,13 +16,21 @@ inline constexpr double min_bound = 1e-9;
 /// The same that is recommended where none is asked: what a solver is glad of, and what costs next to nothing
 /// (bench/results/bounds.md).
 inline constexpr double default_bound = 0.1;
+/// The scaled Jacobian that elements are raised to where nodes follow the mesh alone, neither a metric nor a solution
+/// (docs/algorithms/repair.md).
+inline constexpr double target_without_metric = 0.6;
 
-/// The scaled Jacobian that elements are to have: asked for, or recommended, where nobody did.
+/// The scaled Jacobian that elements are to have: required, or recommended if none is required.
 struct JacobianBound {
     double value = default_bound;
     bool is_asked = false;
 
     constexpr JacobianBound() = default;
+    [[nodiscard]] static constexpr JacobianBound recommended(double value) {
+        JacobianBound bound;
+        bound.value = value;
+        return bound;
+    }
     constexpr JacobianBound(double asked) : value(asked), is_asked(true) {}  // NOLINT(*-explicit-*)
     [[nodiscard]] constexpr operator double() const { return value; }        // NOLINT(*-explicit-*)
     friend constexpr bool operator==(const JacobianBound&, const JacobianBound&) = default;

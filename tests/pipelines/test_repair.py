@@ -206,6 +206,24 @@ class Repair(unittest.TestCase):
                       "room to raise them)", done.stderr)
         self.repair("--min-scaled-jacobian", 0.1, code=1)
 
+    def test_curve_raises_elements_to_the_target(self):
+        """On thin layers, unless there is a metric or the target is 0."""
+        layers = ("--set", "inner_layer/count=10", "--set", "inner_layer/first_height=0.0026", "--set", "inner_layer/growth=1.4")
+        self.folder.camber("generate", "shell", *layers, "--set", "inner_size=0.46", "--set", "outer_size=1.75", "-o", "s.mesh")
+
+        def smallest(*options):
+            done = self.folder.camber("curve", "s.mesh", *options, "-o", "out.meshb", "--report", "report.json")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            return report_of(self.folder.path / "report.json")["validity"]
+
+        default = smallest()
+        self.assertGreaterEqual(default["min_scaled_jacobian"], 0.59)
+        self.assertEqual(default["bound"], 0.1)
+        self.assertGreaterEqual(smallest("--min-scaled-jacobian", 0.2)["min_scaled_jacobian"], 0.59)
+        self.assertGreaterEqual(smallest("--set", "stages/relax/target=0.7")["min_scaled_jacobian"], 0.69)
+        self.assertLess(smallest("--set", "stages/relax/target=0")["min_scaled_jacobian"], 0.3)
+        self.assertLess(smallest("--metric", 0.5)["min_scaled_jacobian"], 0.3)
+
     def test_boundary_tolerance(self):
         """The node is 0.1 from the vertex; it must be a quarter of its edge away, so move by 0.025."""
         mesh = self.kinked()

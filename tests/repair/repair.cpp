@@ -116,6 +116,44 @@ void vertices_that_move(const std::array<int, D>& cells) {
     CHECK(moves > 0);
 }
 
+/// Elements after a repair to the default bound, and raised to a target beyond it.
+template <int D>
+void raised(const std::array<int, D>& cells) {
+    std::size_t gained = 0;
+    property("raised elements",
+             [&](std::uint64_t seed) {
+                 Dice dice(seed);
+                 const auto b = shell_block<D>(cells, seed + 1);
+                 const auto wanted = thrown(b, seed + 2, dice.uniform(0.05, 0.3));
+                 RepairOptions options;
+                 const auto to_bound = [&](double target, int threads) {
+                     options.target = target;
+                     const auto judged = must(validate(b.mesh, wanted, options.min_scaled_jacobian, alone));
+                     return must(repair_or_straighten(judged, guide_of(b, wanted), options, Execution{threads}));
+                 };
+                 const auto before = to_bound(default_bound, 1);
+                 const double target = dice.uniform(0.3, 0.8);
+                 const auto after = to_bound(target, 1);
+                 RC_ASSERT(after.judged.validation().bound == options.min_scaled_jacobian.value);
+                 RC_ASSERT(after.judged.proposal().mid_nodes == to_bound(target, 3).judged.proposal().mid_nodes);
+                 RC_ASSERT(after.judged.proposal().points == before.judged.proposal().points);
+                 for (std::size_t e = 0; e < b.kinds.size(); ++e)
+                     if (b.kinds[e] != EdgeKind::volume)
+                         RC_ASSERT(after.judged.proposal().mid_nodes[e] == before.judged.proposal().mid_nodes[e]);
+                 const auto smallest = [&](const Repaired<D>& r, std::size_t e) {
+                     const auto& nodes = r.judged.proposal().mid_nodes;
+                     return check_element(nodal_element<D>(b.mesh, nodes.view(), ElementId(e)), 0).min_scaled_jacobian;
+                 };
+                 for (std::size_t e = 0; e < b.mesh.linear.elements.size(); ++e) {
+                     const double was = smallest(before, e), is = smallest(after, e);
+                     if (was > 2 * min_bound) RC_ASSERT(is >= std::min(target, was) - 3e-3);
+                     gained += was < target && is >= target ? 1 : 0;
+                 }
+             },
+             {D == 2 ? 10 : 4});
+    CHECK(gained > 0);
+}
+
 template <int D>
 void laws(const std::array<int, D>& cells) {
     property("repair mends, spoils nothing, keeps the boundary, and tells what it did",
@@ -416,6 +454,8 @@ TEST_CASE("repair: never more invalid elements than the input, though straight e
     never_more_invalid<2>();
     never_more_invalid<3>();
 }
+TEST_CASE("elements are raised to the target, and none that was valid ends lower, 2D") { raised<2>({8, 5}); }
+TEST_CASE("elements are raised to the target, and none that was valid ends lower, 3D") { raised<3>({3, 3, 3}); }
 TEST_CASE("repair: laws, 2D") { laws<2>({8, 5}); }
 TEST_CASE("repair: laws, 3D") { laws<3>({3, 3, 3}); }
 TEST_CASE("repair: vertices that move") {

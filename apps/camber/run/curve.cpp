@@ -137,6 +137,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& given) {
     if (!made) return fail(made.error());
     report_metric(run, std::move(told));
     report_curves(run, *made, options, clocks.seconds["curve"]);
+    run.state.target = recommended_target(made->edges);
     Proposal<D> proposal = made->curved.proposal;
     at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(*made), aim), std::move(proposal)};
     return Done{};

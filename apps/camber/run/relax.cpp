@@ -33,11 +33,11 @@ namespace {
 /// What repair goes by.
 template <int D>
 Outcome<RepairGuide<D>> guide_for(const Plan<D>& plan, const JudgedProposal<D>& judged, const BackMesh<D>* field,
-                                  RepairMethod method, const Execution& execution) {
+                                  const RepairOptions& options, const Execution& execution) {
     std::optional<WantedNodes<D>> nodes;
     if (const Wanted<D>* wanted = plan.wanted())
         nodes.emplace(WantedNodes<D>{wanted->curved, wanted->shells, wanted->extended, wanted->aim, field});
-    return make_guide(judged, nodes, plan.boundary(), method, execution);
+    return make_guide(judged, nodes, plan.boundary(), options, execution);
 }
 
 /// Nodes of the boundary that repair moved, and that are on the geometry still, are counted apart; vertices of the
@@ -169,11 +169,11 @@ template <int D>
 Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
     if (auto adopted = adopt_own_nodes(run); !adopted) return adopted;
     return run.step_of(given, [&](const Execution& e) -> Outcome<Done> {
-        config::Relax options = given;
+        config::Relax options = with_target(given, run.state.target);
         options.min_scaled_jacobian = bound_for(run, given.min_scaled_jacobian);
         if (auto done = judge_plan(run, options.min_scaled_jacobian, part_of(e, 0, 0.05)); !done) return done;
         const JudgedProposal<D>& judged = *run.plan().judged();
-        const auto guide = guide_for(run.plan(), judged, run.field(), options.method, part_of(e, 0.05, 0.1));
+        const auto guide = guide_for(run.plan(), judged, run.field(), options, part_of(e, 0.05, 0.1));
         if (!guide) return fail(guide.error());
         const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
         auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));

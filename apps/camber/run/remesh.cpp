@@ -113,6 +113,7 @@ Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, co
                       std::min(max_elements_within(run.memory.bytes, D, degree), max_entities),
                       run.state.inherited ? &run.state.inherited->curves : nullptr};
     static_cast<EdgeAccuracyOptions&>(by.curving) = accuracy_for(field.origin, by.curving);
+    run.state.target = {};
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
         auto begun = begin(std::move(by), part_of(e, 0, 0.6));
         if (!begun) return fail(begun.error());

@@ -181,6 +181,7 @@ struct State {
     std::optional<KnownCrossings<D>> crossings;       ///< of the places that the stage `relax` left
     History<D> history;
     JacobianBound bound = {};   ///< what the last stage asked for that did
+    JacobianBound target = {};  ///< of repair, for how the last stage placed nodes
     CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike
 };
 

@@ -1,0 +1,100 @@
+// Raises elements above the bound, to the target of repair.
+module;
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <range/v3/action/sort.hpp>
+#include <range/v3/action/unique.hpp>
+module camber.repair;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import :options;
+import :method;
+import :moved_mesh;
+
+namespace camber {
+
+namespace {
+
+/// An element may lose this share of its scaled Jacobian: certified values are that close to it.
+constexpr double tolerated_loss = 1e-3;
+
+/// Puts nodes back where an element ended lower than it was before, until no element that was valid is both lower and
+/// below the target.
+template <int D>
+Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& before, const Incidence<ElementId>& shells,
+                              const Execution& execution) {
+    const auto& nodes = before.proposal().mid_nodes;
+    const Validation<D>& was = before.validation();
+    const auto has_lost = [&](ElementId e) {
+        const double lowest =
+            std::min(was.bound, (1 - tolerated_loss) * static_cast<double>(was.min_scaled_jacobian[e]));
+        return lowest > min_bound && decide(raised.element(e), lowest) != Verdict::valid;
+    };
+    std::vector<EdgeId> moved = raised.nodes.set_rows();
+    while (!moved.empty()) {
+        std::vector<ElementId> touched;
+        for (const EdgeId edge : moved) touched.insert(touched.end(), shells[edge].begin(), shells[edge].end());
+        touched |= ranges::actions::sort | ranges::actions::unique;
+        const auto lost =
+            map_each(execution, touched.size(), [&](std::size_t i) -> char { return has_lost(touched[i]) ? 1 : 0; });
+        if (!lost) return fail(lost.error());
+        moved.clear();
+        for (std::size_t i = 0; i < touched.size(); ++i) {
+            if ((*lost)[i] == 0) continue;
+            for (const EdgeId edge : before.mesh().edges.of_elements[touched[i]]) {
+                if (raised.nodes[edge] == nodes[edge]) continue;
+                raised.nodes.set(edge, nodes[edge]);
+                moved.push_back(edge);
+            }
+        }
+    }
+    return Done{};
+}
+
+}  // namespace
+
+bool raises(const RepairOptions& options) {
+    return options.method == RepairMethod::extension && options.target > default_bound &&
+           options.target > options.min_scaled_jacobian;
+}
+
+template <int D>
+Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired, const RepairGuide<D>& guide,
+                           const RepairOptions& options, const Execution& execution) {
+    const QuadraticMesh<D>& mesh = wanted.mesh();
+    if (is_surface_alone(mesh.linear)) return repaired;
+    return guarded([&]() -> Outcome<Repaired<D>> {
+        const Execution quiet = without_progress(execution);
+        const auto before = validate(mesh, repaired.judged.proposal(), options.target, quiet);
+        if (!before) return fail(before.error());
+        if (before->validation().all_valid()) return repaired;
+        RepairOptions to_target = options;
+        to_target.min_scaled_jacobian = JacobianBound::recommended(options.target);
+        const auto higher = repair(*before, guide, to_target, execution);
+        if (!higher) return higher;
+        MovedMesh<D> raised(*before);
+        const auto& nodes = higher->judged.proposal().mid_nodes;
+        for (std::size_t e = 0; e < nodes.size(); ++e)
+            if (nodes[e] != before->proposal().mid_nodes[e]) raised.nodes.set(EdgeId(e), nodes[e]);
+        if (auto done = put_back_losses(raised, *before, guide.shells, quiet); !done) return fail(done.error());
+        auto judged = validate(mesh, raised.proposal(before->proposal()), options.min_scaled_jacobian, quiet);
+        if (!judged) return fail(judged.error());
+        repaired.judged = std::move(*judged);
+        repaired.statistics.work += higher->statistics.work;
+        return with_all_changes(wanted, std::move(repaired));
+    });
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                            \
+    template Outcome<Repaired<D>> raise<D>(const JudgedProposal<D>&, Repaired<D>, const RepairGuide<D>&, \
+                                           const RepairOptions&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber
