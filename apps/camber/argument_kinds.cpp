@@ -87,6 +87,14 @@ CLI::Validator zero_or(const camber::Limits& limits) {
     };
     return CLI::Validator(check, "0 or " + limits.interval());
 }
+CLI::Validator none_as(const std::string& text) {
+    return {[text](std::string& given) {
+                if (given == "none") given = text;
+                return std::string();
+            },
+            ""};
+}
+
 CLI::Validator one_of(const std::vector<std::string>& names) {
     return CLI::Validator(
         [names](const std::string& text) -> std::string {

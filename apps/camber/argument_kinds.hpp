@@ -52,6 +52,9 @@ CLI::Validator between(double low, double high) {
     return within<T>({.low = low, .high = high});
 }
 
+/// Reads the word none as another text.
+CLI::Validator none_as(const std::string& text);
+
 /// One of some words; else the word that may have been meant.
 CLI::Validator one_of(const std::vector<std::string>& names);
 

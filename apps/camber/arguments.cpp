@@ -45,8 +45,10 @@ void add_metric(CLI::App* verb, MetricChoice& a) {
     add_option(
         verb, "--geometry-error", a.geometry_error,
         "Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it; remesh "
-        "refines until it is met, or ends with exit code 1. Default: any")
-        ->check(above<double>(0));
+        "refines until it is met, or ends with exit code 1. Default: remesh makes no facet that is farther than a "
+        "hundredth of the size of its surface, or that turns by more than 30 degrees, with degree 2 by 90; none: any")
+        ->check(above<double>(0))
+        ->transform(none_as("inf"));
     add_option(verb, "--gradation", a.gradation,
                "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
                "a solution, others as they are")

@@ -80,8 +80,11 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
     add_sizes(verb, a.metric.sizes);
     add_option(verb, "--geometry-error", a.metric.geometry_error,
                "Largest distance of the boundary from its geometry, both ways; what the result misses is exit "
-               "code 1. Default: by the expected error of the solution; what misses that is a note")
-        ->check(above<double>(0));
+               "code 1. Default: by the expected error of the solution, what misses that is a note, and no facet is "
+               "made that is "
+               "farther than with remesh; none: any")
+        ->check(above<double>(0))
+        ->transform(none_as("inf"));
     add_option(verb, "--gradation", a.metric.gradation,
                "Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of "
                "a solution, others as they are")

@@ -97,8 +97,9 @@ void add_metric_of_solution(CLI::App& app, Verb& verb) {
                "Largest ratio of the sizes of adjacent edges; 0: not limited. Default: 2.5")
         ->check(zero_or(camber::option_of(&camber::config::Gradation::ratio).limits));
     add_option(metric, "--geometry-error", a.metric.geometry.chord_error,
-               "Largest distance of chords from the boundary's own surface; 0: any")
-        ->check(at_least<double>(0));
+               "Largest distance of chords from the boundary's own surface; 0 or none: any")
+        ->check(at_least<double>(0))
+        ->transform(none_as("0"));
     add_sizes(metric, a.sizes);
     metric
         ->add_option_function<std::vector<std::string>>(

@@ -54,6 +54,7 @@ TYPES = {
     "metric": "str | float | np.ndarray | Mapping[str, Any] | None",
     "solution": "str | np.ndarray | Mapping[str, Any] | None",
     "geometry": "str | Mapping[str, Any] | Mesh | Made | None",
+    "geometry-error": 'float | Literal["none"] | None',
     "size": "Mapping[int | str, float] | Sequence[str] | None",
     "set": "Mapping[str, Any] | None",
     ("adapt", "complexity"): "float | Sequence[float] | None",

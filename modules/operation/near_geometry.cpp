@@ -102,7 +102,8 @@ constexpr auto bounded_places = [] {
 }();
 
 template <int PerEdge, int D>
-BoundShares<D> shares_at(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent, double bound) {
+BoundShares<D> shares_at(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent,
+                         const DistanceLimit& limit) {
     constexpr const auto& at = bounded_places<D, PerEdge>;
     FacetSite<D> facet{{}, reference, {}};
     std::copy_n(bent.nodes.begin(), D, facet.corners.begin());
@@ -111,19 +112,25 @@ BoundShares<D> shares_at(const Geometry<D>& geometry, Reference reference, const
     for (std::size_t n = 0; n < at.size(); ++n) points[n] = point_of<D>(bent, at[n]);
     BoundShares<D> shares;
     if (!geometry->distances(facet, at, points, distances)) return shares;
-    for (std::size_t e = 0; e < shares.edges.size(); ++e)
+    double longest = 0;
+    for (std::size_t e = 0; e < shares.edges.size(); ++e) {
+        const auto& [a, b] = local_edges<D - 1>[e];
+        const double length = distance(facet.corners[a], facet.corners[b]);
+        longest = std::max(longest, length);
         for (int k = 0; k < PerEdge; ++k)
-            shares.edges[e] = std::max(shares.edges[e], distances[PerEdge * e + static_cast<std::size_t>(k)] / bound);
-    shares.middle = distances.back() / bound;
+            shares.edges[e] =
+                std::max(shares.edges[e], distances[PerEdge * e + static_cast<std::size_t>(k)] / limit.at(length));
+    }
+    shares.middle = distances.back() / limit.at(longest);
     return shares;
 }
 template <int D>
 BoundShares<D> shares_of(const AdaptationGoal<D>& goal, bool is_curved, Reference reference,
                          const NodalFacet<D>& facet) {
-    const double bound = distance_bound(goal.distance_bounds, reference);
-    if (!goal.geometry || bound == std::numeric_limits<double>::infinity()) return {};
-    return is_curved ? shares_at<2, D>(*goal.geometry, reference, facet, bound)
-                     : shares_at<1, D>(*goal.geometry, reference, facet, bound);
+    const DistanceLimit& limit = goal.distance_bounds.of(reference);
+    if (!goal.geometry || !limit.is_finite()) return {};
+    return is_curved ? shares_at<2, D>(*goal.geometry, reference, facet, limit)
+                     : shares_at<1, D>(*goal.geometry, reference, facet, limit);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@ module;
 #include <optional>
 #include <span>
 #include <type_traits>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 export module camber.operation:state;
@@ -155,19 +156,51 @@ struct NodeSearch {
     explicit NodeSearch(const EdgeMinimiserOptions& given) : options(given), rules(edge_rules(given)) {}
 };
 
-/// Largest distance that facets may have from the geometry (model units).
-struct DistanceBound {
-    double largest = std::numeric_limits<double>::infinity();
-    std::vector<Reference> references = {};  ///< of these facets; empty: of all
+/// Largest distance of a facet from the geometry: the smaller one of a length and of a share of the length of an edge.
+/// The share limits the turn of the surface along an edge.
+struct DistanceLimit {
+    double largest = std::numeric_limits<double>::infinity();  ///< model units
+    double share = std::numeric_limits<double>::infinity();
+
+    /// The largest distance at an edge of such a length.
+    [[nodiscard]] double at(double length) const { return std::min(largest, share * length); }
+    [[nodiscard]] bool is_finite() const { return at(1) < std::numeric_limits<double>::infinity(); }
+    void tighten(const DistanceLimit& other) {
+        largest = std::min(largest, other.largest);
+        share = std::min(share, other.share);
+    }
 };
-/// The smallest of the bounds that hold for facets of a reference; infinite where none does.
-[[nodiscard]] inline double distance_bound(std::span<const DistanceBound> bounds, Reference reference) {
-    double least = std::numeric_limits<double>::infinity();
-    for (const DistanceBound& bound : bounds)
-        if (bound.references.empty() || std::ranges::find(bound.references, reference) != bound.references.end())
-            least = std::min(least, bound.largest);
-    return least;
-}
+/// A limit of some facets.
+struct DistanceBound {
+    double largest = std::numeric_limits<double>::infinity();  ///< see DistanceLimit
+    std::vector<Reference> references = {};                    ///< of these facets; empty: of all
+    double share = std::numeric_limits<double>::infinity();
+};
+/// Bounds as a table by reference.
+class DistanceBounds {
+  public:
+    DistanceBounds() = default;
+    explicit DistanceBounds(std::span<const DistanceBound> bounds) {
+        for (const DistanceBound& bound : bounds)
+            for (const Reference reference : bound.references) by_reference_[reference];
+        for (const DistanceBound& bound : bounds) {
+            const DistanceLimit limit{bound.largest, bound.share};
+            for (const Reference reference : bound.references) by_reference_[reference].tighten(limit);
+            if (bound.references.empty()) of_all_.tighten(limit);
+        }
+        for (auto& [reference, limit] : by_reference_) limit.tighten(of_all_);
+    }
+    /// The limit of facets of a reference: the smaller values of all bounds that hold for it.
+    [[nodiscard]] const DistanceLimit& of(Reference reference) const {
+        const auto at = by_reference_.find(reference);
+        return at == by_reference_.end() ? of_all_ : at->second;
+    }
+    [[nodiscard]] bool empty() const { return by_reference_.empty() && !of_all_.is_finite(); }
+
+  private:
+    DistanceLimit of_all_;
+    std::unordered_map<Reference, DistanceLimit> by_reference_;
+};
 
 /// What the mesh is brought to: the field, which new vertices ask for theirs, and the geometry on which those of the
 /// boundary lie (none: the mesh's own straight facets).
@@ -182,7 +215,7 @@ struct AdaptationGoal {
     /// the field nor the geometry is asked.
     Column<LagrangeNode<D>> wanted = {};
     /// Every patch keeps these bounds, or its facets exceed them by no more than the facets that it removes.
-    std::vector<DistanceBound> distance_bounds = {};
+    DistanceBounds distance_bounds = {};
     EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
     /// A pass that comes beyond it ends with an error (memory): no field that asks for more than anybody expected takes
     /// the machine along.

@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -79,8 +80,20 @@ Outcome<Seen<D>> seen(const Adaptation<D>& state, const Execution& execution) {
 
 std::vector<DistanceBound> scaled(std::span<const DistanceBound> bounds, double scale) {
     std::vector<DistanceBound> out(bounds.begin(), bounds.end());
-    for (DistanceBound& bound : out) bound.largest *= scale;
+    for (DistanceBound& bound : out) {
+        bound.largest *= scale;
+        bound.share *= scale;
+    }
     return out;
+}
+
+template <int D>
+double longest_edge(const LinearMesh<D>& mesh, FacetId f) {
+    const FacetSite<D> facet = facet_site(mesh, f);
+    double longest = 0;
+    for (const auto& [a, b] : local_edges<D - 1>)
+        longest = std::max(longest, distance(facet.corners[a], facet.corners[b]));
+    return longest;
 }
 
 void add_passes(ToMetricStatistics& sum, const ToMetricStatistics& part) {
@@ -121,6 +134,49 @@ Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, co
 }
 
 template <int D>
+std::vector<DistanceBound> default_distance_bounds(const LinearMesh<D>& mesh, int degree,
+                                                   std::span<const DistanceBound> required) {
+    constexpr double share_of_size = 0.01;
+    // The chord of a turn α is tan(α/4)/2 of its length off the circle, and the parabola of 90 degrees 0.0067.
+    constexpr double straight = 0.0658, curved = 0.0067;
+    std::map<Reference, Box<D>> boxes;
+    for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+        Box<D>& box = boxes[mesh.facets.references[FacetId(f)]];
+        for (const Vec<D>& corner : facet_site(mesh, FacetId(f)).corners) box.include(corner);
+    }
+    const DistanceBounds of_required(required);
+    std::vector<DistanceBound> bounds;
+    for (const auto& [reference, box] : boxes)
+        if (!of_required.of(reference).is_finite())
+            bounds.push_back({share_of_size * box.diagonal(), {reference}, degree == 1 ? straight : curved});
+    return bounds;
+}
+
+template <int D>
+Outcome<BoundedFacets> bounded_facets(const Adaptation<D>& state, const AdaptationGoal<D>& goal,
+                                      const Execution& execution) {
+    if (goal.distance_bounds.empty()) return BoundedFacets{};
+    const double collapsed = CollapseOptions{}.shortest;
+    // Twice as large, a facet is four times as far from the geometry, of degree 2 eight times at least.
+    const double near = state.mesh.is_curved() ? 1.0 / 8 : 1.0 / 4;
+    return reduce_each(
+        execution, state.mesh.facets.size(), BoundedFacets{},
+        [&](BoundedFacets& count, std::size_t i) {
+            const FacetId f(i);
+            if (state.mesh.is_free(f) || state.mesh.is_at_infinity(f) || !state.mesh.sides[f][0].valid()) return;
+            const double share = bound_shares(state, goal, f).largest();
+            double longest = 0;
+            for (int e = 0; e < edges_per_simplex<D - 1>; ++e)
+                longest = std::max(longest, length_of(state, local_facet_edge(state.mesh, f, e)));
+            count.far += share > 1 ? 1 : 0;
+            count.limited += share > near && longest < collapsed ? 1 : 0;
+        },
+        [](const BoundedFacets& a, const BoundedFacets& b) {
+            return BoundedFacets{a.limited + b.limited, a.far + b.far};
+        });
+}
+
+template <int D>
 Outcome<ReachedDistance<D>> reached_distance(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                              const Geometry<D>& geometry, std::span<const DistanceBound> bounds,
                                              const Execution& execution) {
@@ -131,8 +187,10 @@ Outcome<ReachedDistance<D>> reached_distance(const QuadraticMesh<D>& mesh, const
     if (!found) return fail(found.error());
     ReachedDistance<D> worst;
     double largest_share = -1;
+    const DistanceBounds limits(bounds);
     for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f) {
-        const double bound = distance_bound(bounds, mesh.linear.facets.references[FacetId(f)]);
+        const double bound =
+            limits.of(mesh.linear.facets.references[FacetId(f)]).at(longest_edge(mesh.linear, FacetId(f)));
         if (bound == std::numeric_limits<double>::infinity()) continue;
         const double distance = std::max(found->of_facets[f], found->to_facets[f]);
         worst.far_facets += distance > bound ? 1 : 0;
@@ -160,13 +218,13 @@ Outcome<WithinBounds<D>> bring_within(BroughtToMetric<D> brought, const Adaptati
     WithinBounds<D> out{std::move(brought.state), brought.statistics, {}};
     double scale = 1;
     for (int round = 0; round < max_rounds; ++round) {
-        bounded.distance_bounds = scaled(bounds, scale);
+        bounded.distance_bounds = DistanceBounds(scaled(bounds, scale));
         const auto far =
             run_step(around, "distances", [&](const Execution& e) { return count_far_facets(out.state, bounded, e); });
         if (!far) return fail(far.error());
         if (*far == 0 && effort == BoundaryEffort::near_metric) break;
         if (*far > 0) {
-            if (scale == 1) bounded.distance_bounds = scaled(bounds, scale = margin);
+            if (scale == 1) bounded.distance_bounds = DistanceBounds(scaled(bounds, scale = margin));
             auto refined = bring_within_bounds(std::move(out.state), bounded, options, effort, around);
             if (!refined) return fail(refined.error());
             out.state = std::move(refined->state);
@@ -202,6 +260,7 @@ template <int D>
 AdaptationGoal<D> goal_of(const Boundary<D>& boundary, RemeshingBy<D> by) {
     AdaptationGoal<D> goal{std::move(by.field), boundary.geometry};
     goal.max_elements = by.max_elements;
+    goal.distance_bounds = DistanceBounds(by.distance_bounds);
     goal.accuracy = static_cast<const EdgeAccuracyOptions&>(by.curving);
     if (by.curving.aim != CurvingAim::accuracy) goal.search.emplace(search_options(by.curving));
     return goal;
@@ -287,6 +346,7 @@ struct Given {
     const LinearMesh<D>& linear;
     const EdgeSet<D>& edges;
     std::span<const LagrangeNode<D>> nodes;  ///< by which the boundary's own curves are told
+    int degree = 1;
 };
 template <int D>
 struct Made {
@@ -310,6 +370,8 @@ Outcome<Made<D>> remeshed(const Given<D>& given, const MeshGoal<D>& goal, const 
     auto begun = run_step(around, "topology", [&](const Execution& e) {
         RemeshingBy<D> by{std::move(*made_field), options.curving};
         static_cast<EdgeAccuracyOptions&>(by.curving) = accuracy_for(origin_of(goal.metric), by.curving);
+        if (options.keeps_default_bounds)
+            by.distance_bounds = default_distance_bounds(given.linear, given.degree, options.distance_bounds);
         return begin(*boundary, std::move(by), e);
     });
     if (!begun) return fail(begun.error());
@@ -360,7 +422,8 @@ Outcome<RemeshedMesh<LinearMesh<D>>> remesh_mesh(LinearMesh<D> given, const Mesh
     const auto edges = run_step(around, "edges", [&](const Execution& e) { return unique_edges(mesh, e); });
     if (!edges) return fail(edges.error());
     auto made = remeshed<D>(
-        {mesh, *edges, {}}, goal, options, around, [&](const Execution& e) { return make_field(mesh, goal.metric, e); },
+        {mesh, *edges, {}, 1}, goal, options, around,
+        [&](const Execution& e) { return make_field(mesh, goal.metric, e); },
         [&](const auto& boundary, auto by, const auto& e) {
             return begin_remeshing<D>(mesh, *edges, boundary, std::move(by), e);
         });
@@ -377,7 +440,7 @@ Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> given, cons
     const QuadraticMesh<D>& mesh = sound->mesh;
     const auto nodes = telling_nodes(mesh, goal);
     auto made = remeshed<D>(
-        {mesh.linear, mesh.edges, nodes}, goal, options, around,
+        {mesh.linear, mesh.edges, nodes, 2}, goal, options, around,
         [&](const Execution& e) { return make_field(mesh, goal.metric, e); },
         [&](const auto& boundary, auto by, const auto& e) {
             auto placed = put_nodes_onto_geometry(mesh, boundary, part_of(e, 0, 0.5));
@@ -392,6 +455,10 @@ Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> given, cons
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \
+    template std::vector<DistanceBound> default_distance_bounds<D>(const LinearMesh<D>&, int,                      \
+                                                                   std::span<const DistanceBound>);                \
+    template Outcome<BoundedFacets> bounded_facets<D>(const Adaptation<D>&, const AdaptationGoal<D>&,              \
+                                                      const Execution&);                                           \
     template Outcome<GeometrySamples<D>> samples_of_geometry<D>(const QuadraticMesh<D>&, const Features<D>&,       \
                                                                 const Geometry<D>&, const Execution&);             \
     template Outcome<ReachedDistance<D>> reached_distance<D>(const QuadraticMesh<D>&, const Features<D>&,          \

@@ -25,6 +25,23 @@ template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of_geometry(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
+/// Default bounds of a mesh of this degree, for the facets of each reference without a required bound: a hundredth of
+/// the diagonal of the box around these facets, and the share of an edge's length by which an edge that turns by 30
+/// degrees (degree 2: by 90) is off a circle.
+template <int D>
+[[nodiscard]] std::vector<DistanceBound> default_distance_bounds(const LinearMesh<D>& mesh, int degree,
+                                                                 std::span<const DistanceBound> required);
+
+/// Facets where the bounds of a goal act.
+struct BoundedFacets {
+    std::size_t limited = 0;  ///< shorter than the metric requests, and above their bounds if twice as large
+    std::size_t far = 0;      ///< above their bounds, as facets of the mesh before
+};
+/// Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<BoundedFacets> bounded_facets(const Adaptation<D>& state, const AdaptationGoal<D>& goal,
+                                                    const Execution& execution);
+
 /// The facet whose distance is the largest share of its bound. The distance of a facet is the larger of both ways: from
 /// its points to the geometry, and from the points of the geometry that are nearest to it.
 template <int D>
@@ -69,9 +86,10 @@ struct Remeshing {
 template <int D>
 struct RemeshingBy {
     BackMesh<D> field;
-    CurveOptions curving = {};                  ///< see accuracy_for
-    std::size_t max_elements = max_entities;    ///< see AdaptationGoal
-    const EmbeddedCurves<D>* curves = nullptr;  ///< of the mesh that this one was remeshed from; null: its own
+    CurveOptions curving = {};                        ///< see accuracy_for
+    std::size_t max_elements = max_entities;          ///< see AdaptationGoal
+    const EmbeddedCurves<D>* curves = nullptr;        ///< of the mesh that this one was remeshed from; null: its own
+    std::vector<DistanceBound> distance_bounds = {};  ///< that all passes keep, see AdaptationGoal
 };
 
 /// Before the first pass. Of a mesh of degree 2 `nodes` are those by which its embedded curves are told; empty: they go
@@ -105,6 +123,7 @@ struct RemeshMeshOptions {
     CurveOptions curving = {};  ///< of degree 2: where inner edges have their nodes
     /// Largest distances of the boundary from its geometry (see bring_within). None: nothing is measured.
     std::vector<DistanceBound> distance_bounds = {};
+    bool keeps_default_bounds = true;  ///< passes keep default_distance_bounds
 };
 
 /// A mesh that was remeshed; its facets approximate the same geometry, and its vertices know their metric.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -85,6 +86,25 @@ void expect_no_folds(int cells, double coarse, double fine) {
     }
 }
 
+/// Facets of the ball that exceed a bound after a large size, and those before. The bound is a length, or a share of
+/// edges.
+template <int D>
+void expect_bounded(int cells, const DistanceBound& bound) {
+    const NamedDomain<D> domain = ball_in_box<D>(cells);
+    AdaptationGoal<D> goal = ball_goal(domain, 10);
+    goal.distance_bounds = DistanceBounds(std::span(&bound, 1));
+    Adaptation<D> r = begun_with_breaks(domain.mesh, goal);
+    REQUIRE(must(count_far_facets(r, goal, alone)) == 0);
+    const std::size_t before = domain.mesh.elements.size();
+    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone)).state;
+    CHECK(must(count_far_facets(r, goal, alone)) == 0);
+    CHECK(must(finished(r, alone)).compact.mesh.elements.size() < before / 2);
+    goal.distance_bounds = {};
+    r = must(bring_to_metric<D>(std::move(r), goal, {.rounds = 2}, alone)).state;
+    goal.distance_bounds = DistanceBounds(std::span(&bound, 1));
+    CHECK(must(count_far_facets(r, goal, alone)) > 0);
+}
+
 template <int D>
 void expect_home(int cells) {
     NamedDomain<D> domain = ball_in_box<D>(cells);
@@ -106,6 +126,23 @@ void expect_home(int cells) {
 TEST_CASE("no element gets two facets on a smooth curved surface") {
     expect_no_folds<2>(8, 0.8, 0.15);
     if (!is_sanitized) expect_no_folds<3>(4, 1.2, 0.5);
+}
+
+TEST_CASE("passes make no facet that exceeds the bounds on the distance from the geometry") {
+    expect_bounded<2>(16, {.largest = 0.03});
+    expect_bounded<2>(16, {.references = {20}, .share = 0.0658});
+    expect_bounded<3>(12, {.largest = 0.08});
+    expect_bounded<3>(12, {.references = {20}, .share = 0.1});
+}
+
+TEST_CASE("the smaller bound of a reference counts") {
+    const std::array<DistanceBound, 3> bounds{{{0.5, {2}, 0.1}, {0.2}, {0.1, {3}, 0.3}}};
+    const DistanceBounds limits(bounds);
+    CHECK(limits.of(2).at(10) == 0.2);
+    CHECK(limits.of(2).at(1) == doctest::Approx(0.1));
+    CHECK(limits.of(3).at(10) == 0.1);
+    CHECK(limits.of(4).at(1e9) == 0.2);
+    CHECK(std::isinf(DistanceBounds().of(1).at(1)));
 }
 
 TEST_CASE("vertices that are off the geometry go there") {

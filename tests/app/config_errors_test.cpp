@@ -48,7 +48,7 @@ TEST_CASE("wrong types are refused with what was expected") {
           "config.json: expected an object, got an array (known: input, solution, metric, metric_mesh, "
           "metric_operations, "
           "geometry, "
-          "features, geometry_tolerance, "
+          "features, geometry_tolerance, geometry_bound, "
           "stages, adapt, threads, output)");
     CHECK(error_with(R"("threads": "two")") ==
           "config.json: /threads: expected a whole number, got the string \"two\"");

@@ -285,11 +285,11 @@ class Remesh(unittest.TestCase):
         self.assertLess(radius - np.linalg.norm(middles, axis=1).min(), 2.5 * 0.002)
         self.assertGreater(len(middles), len(sphere))
 
-    def shell(self, dim, degree):
+    def shell(self, dim, degree, *more):
         """in.mesh: a shell between spheres (2D: circles) of radii 1 and 5 (2), its mid nodes on the chords."""
         shape, outer = {2: ("annulus", 2), 3: ("shell", 5)}[dim]
         sets = ["--set", "outer_radius=2"] if dim == 2 else []
-        self.camber("generate", shape, *sets, "-o", "straight.mesh")
+        self.camber("generate", shape, *sets, *more, "-o", "straight.mesh")
         self.camber("convert", "straight.mesh", *(["--elevate"] if degree == 2 else []), "-o", "in.mesh")
         of_reference = {}
         rows, references = cells(self.read("straight.mesh"), dim - 1)
@@ -306,6 +306,48 @@ class Remesh(unittest.TestCase):
         rows, references = cells(mesh, dim - 1)
         off = [[abs(np.linalg.norm(mesh.points[v]) - of_reference[r]) for v in row] for row, r in zip(rows, references)]
         return max(max(o[:dim]) for o in off), max([max(o[dim:]) for o in off if len(o) > dim], default=0)
+
+    def distances(self, name, *geometry):
+        """The larger of both ways, by the program's own measurement."""
+        measured = json.loads(self.camber("geometry", name, *geometry, "--json").stdout)
+        return max(measured["distances"][way]["largest"] for way in ("to_geometry", "to_boundary"))
+
+    def test_a_large_size_does_not_move_the_boundary_away_from_its_geometry(self):
+        """A circle or sphere keeps the bound, a hundredth of the diagonal of the box around it. The size of the body, and
+        a hundred times as much."""
+        for dim, degree in ((2, 1), (2, 2), (3, 1), (3, 2)):
+            geometry, of_reference = self.shell(dim, degree, "--elements", 1000 if dim == 2 else 8000)
+            outer = max(of_reference.values())
+            bound = 0.01 * 2 * outer * math.sqrt(dim)
+            for size in (2 * outer, 200 * outer):
+                words = ("remesh", "in.mesh", "--metric", str(size), "--geometry", geometry, "--report", "r.json")
+                done = self.camber(*words, "-o", "out.mesh")
+                self.assertLess(self.distances("out.mesh", "--geometry", geometry), 1.1 * bound, (dim, degree, size))
+                acting = report_of(self.folder.path / "r.json")["remesh"]["geometry_bound"]
+                self.assertGreater(acting["limited_facets"], 3)
+                self.assertIn("boundary facets are finer than the metric requests", done.stderr)
+                done = self.camber(*words, "-o", "free.mesh", "--geometry-error", "none")
+                self.assertGreater(self.distances("free.mesh", "--geometry", geometry),
+                                   (2 if degree == 1 else 1.3) * self.distances("out.mesh", "--geometry", geometry))
+                self.assertNotIn("geometry_bound", report_of(self.folder.path / "r.json")["remesh"])
+                self.assertNotIn("finer than the metric", done.stderr)
+
+    def test_an_interface_stays_near_its_geometry(self):
+        self.camber("generate", str(CONFIGS / "coated-sphere.json"), "-o", "in.mesh")
+        first = ("--geometry", json.dumps({"mesh": "in.mesh"}))
+        for more, low, high in (((), 0, 0.12), (("--geometry-error", "none"), 0.25, 3)):
+            self.camber("remesh", "in.mesh", "--metric", "100", *more, "-o", "out.mesh")
+            far = self.distances("out.mesh", *first)
+            self.assertLess(low, far)
+            self.assertLess(far, high)
+
+    def test_plane_boundaries_have_no_default_bound(self):
+        for dim in (2, 3):
+            self.given(dim, 6)
+            for more in ((), ("--geometry-error", "none")):
+                self.camber("remesh", "in.mesh", "--metric", "100", *more, "-o", f"out{len(more)}.mesh")
+            self.assertEqual((self.folder.path / "out0.mesh").read_bytes(),
+                             (self.folder.path / "out2.mesh").read_bytes())
 
     def test_a_geometry_error_is_met_as_measured_both_ways(self):
         for dim, degree, errors in ((2, 1, (0.02, 0.001)), (2, 2, (0.001, 1e-5)), (3, 1, (0.05,)), (3, 2, (0.02,))):

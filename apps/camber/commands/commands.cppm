@@ -64,7 +64,7 @@ struct GeometryArguments {
 struct MetricChoice {
     std::optional<std::string> metric;            ///< a word, a size, a file or JSON
     std::vector<std::string> sizes;               ///< [KIND:]REFERENCE=SIZE, intersected with it
-    std::optional<double> geometry_error;         ///< the same of chords
+    std::optional<double> geometry_error;         ///< the same of chords; infinite: no bound, the default one neither
     std::optional<double> gradation, complexity;  ///< then done to it, in this order
 };
 

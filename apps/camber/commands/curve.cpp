@@ -2,6 +2,7 @@
 module;
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <iterator>
@@ -50,6 +51,11 @@ Outcome<config::Metric> metric_of(const std::string& text) {
     return config::read_metric(text, "--metric");
 }
 
+/// True if a bound on the distance from the geometry is requested; an infinite one is none.
+bool bounds_geometry(const MetricChoice& choice) {
+    return choice.geometry_error && std::isfinite(*choice.geometry_error);
+}
+
 /// A solution's metric has all of it in itself: gradation within the search for its complexity.
 void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, config::SolutionMetric& metric) {
     if (choice.complexity) {
@@ -57,7 +63,7 @@ void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, conf
         metric.complexity = *choice.complexity;
     }
     metric.gradation = choice.gradation.value_or(metric.gradation);
-    metric.geometry.chord_error = choice.geometry_error.value_or(metric.geometry.chord_error);
+    if (bounds_geometry(choice)) metric.geometry.chord_error = *choice.geometry_error;
     std::ranges::move(sizes, std::back_inserter(metric.sizes));
 }
 
@@ -95,6 +101,7 @@ Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline)
         if (!read) return fail(read.error());
         pipeline.metric = std::move(*read);
     }
+    if (choice.geometry_error && !bounds_geometry(choice)) pipeline.geometry_bound = config::GeometryBound::none;
     auto sizes = read_sizes(choice.sizes);
     if (!sizes) return fail(sizes.error());
     if (auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
@@ -103,7 +110,7 @@ Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline)
     }
     auto& operations = pipeline.metric_operations;
     if (!sizes->sizes.empty()) operations.emplace_back(config::Intersect{std::move(*sizes)});
-    if (choice.geometry_error)
+    if (bounds_geometry(choice))
         operations.emplace_back(config::Intersect{config::GeometryMetric{.chord_error = *choice.geometry_error}});
     if (choice.gradation && *choice.gradation > 0)
         operations.emplace_back(config::Gradation{.ratio = *choice.gradation});

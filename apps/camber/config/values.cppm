@@ -567,6 +567,12 @@ struct Output {
     friend bool operator==(const Output&, const Output&) = default;
 };
 
+/// The bound on the distance between the boundary and its geometry that passes keep where the metric has none.
+enum class GeometryBound : std::uint8_t { by_default, none };
+[[nodiscard]] constexpr auto words(GeometryBound) {
+    return words_of(Word{GeometryBound::by_default, "default"}, Word{GeometryBound::none, "none"});
+}
+
 struct Pipeline {
     Input input;
     GivenSolution solution;
@@ -576,6 +582,7 @@ struct Pipeline {
     Geometry geometry;
     Features features;
     BoundaryTolerance geometry_tolerance = {};
+    GeometryBound geometry_bound = GeometryBound::by_default;
     std::vector<Stage> stages{Elevate{}, Curve{}, Validate{}, Relax{}, Commit{}};
     Adaptation adapt = {};
     int threads = 0;
@@ -597,6 +604,10 @@ struct Pipeline {
             option("geometry_tolerance", &S::geometry_tolerance,
                    "how far nodes and vertices of the boundary may be from the geometry in the end: beyond it the exit "
                    "code is 1"),
+            option("geometry_bound", &S::geometry_bound,
+                   "limit of the distance between the boundary and the geometry while passes change the mesh, where "
+                   "the metric has no chord_error: default is a hundredth of the size of each surface, and along an "
+                   "edge a turn of 30 degrees, with degree 2 of 90"),
             option("stages", &S::stages, "what is done, in this order").count(0, 1000),
             option("adapt", &S::adapt, "cycles of them, and the solver that is asked in between"),
             option("threads", &S::threads, "threads to use; 0: all that the machine has").at_least(0).at_most(4096),

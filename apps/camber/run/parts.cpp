@@ -167,6 +167,7 @@ void add(Report& report, const FinishedNodesReport& part) { report.remesh->nodes
 
 void add(Report& report, const FinishedReport& part) {
     report.remesh->after = part.unit_mesh;
+    report.remesh->bounded_facets = part.bounded_facets;
     report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
 }
 

@@ -293,7 +293,11 @@ Outcome<Done> finish(Runner<D>& run) {
     UnitMesh measured;
     std::optional<VerdictsReport> verdicts;  // of degree 2: what was told before is of the mesh before
     std::optional<RemeshedNodesReport> placed_for;
+    std::optional<BoundedFacetsReport> bounded;
     auto made = run.step("finish", [&](const Execution& e) -> Outcome<FinishedMesh<D>> {
+        const auto facets = bounded_facets(changing->mesh, changing->goal, without_progress(e));
+        if (!facets) return fail(facets.error());
+        if (facets->limited + facets->far > 0) bounded = BoundedFacetsReport{facets->limited, facets->far};
         auto mesh = finished(changing->mesh, part_of(e, 0, 0.6));
         if (!mesh) return mesh;
         changing->mesh = {};  // as large as what was made of it
@@ -315,7 +319,11 @@ Outcome<Done> finish(Runner<D>& run) {
     });
     if (!made) return fail(made.error());
     auto histograms = with_after(std::move(changing->histograms), histograms_of(measured, "remeshed"));
-    run.report(FinishedReport{std::move(measured.report), std::move(histograms)});
+    if (bounded && bounded->limited > 0)
+        run.report(Notices{std::to_string(bounded->limited) +
+                           " boundary facets are finer than the metric requests, so that the boundary stays near its "
+                           "geometry: --geometry-error sets another bound, or none"});
+    run.report(FinishedReport{std::move(measured.report), std::move(histograms), bounded});
     if (verdicts) run.report(*verdicts);
     if (placed_for) run.report(FinishedNodesReport{std::move(*placed_for)});
     const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;

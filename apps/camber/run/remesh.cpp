@@ -104,6 +104,15 @@ struct Begun {
     std::size_t crossing = 0;  ///< pairs of facets
 };
 
+template <int D>
+const LinearMesh<D>& linear_of(const LinearMesh<D>& mesh) {
+    return mesh;
+}
+template <int D>
+const LinearMesh<D>& linear_of(const QuadraticMesh<D>& mesh) {
+    return mesh.linear;
+}
+
 /// The run goes on with `mesh` as one that changes: `begin(by, execution)` → Outcome<Remeshing>, and
 /// `measure(log_metrics, execution)` → Outcome<UnitMesh>.
 template <int D, class Mesh>
@@ -112,6 +121,8 @@ Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, co
     RemeshingBy<D> by{std::move(field.back), run.state.curving,
                       std::min(max_elements_within(run.memory.bytes, D, degree), max_entities),
                       run.state.inherited ? &run.state.inherited->curves : nullptr};
+    if (run.config.geometry_bound == config::GeometryBound::by_default)
+        by.distance_bounds = default_distance_bounds(linear_of(mesh), degree, required_distances(run.config));
     static_cast<EdgeAccuracyOptions&>(by.curving) = accuracy_for(field.origin, by.curving);
     run.state.target = {};
     auto made = run.step("topology", [&](const Execution& e) -> Outcome<Begun<D>> {
@@ -310,6 +321,7 @@ std::vector<DistanceBound> required_distances(const config::Pipeline& pipeline) 
 BoundedDistances bounded_distances(const config::Pipeline& pipeline, std::span<const MetricFile> files) {
     if (auto required = required_distances(pipeline); !required.empty()) return {std::move(required), true};
     BoundedDistances expected{{}, false};
+    if (pipeline.geometry_bound == config::GeometryBound::none) return expected;
     for (const MetricFile& file : files)
         expected.bounds.insert(expected.bounds.end(), file.bounds.begin(), file.bounds.end());
     return expected;

@@ -278,10 +278,17 @@ struct RemeshedNodesReport {
     std::string objective;
 };
 
+/// Boundary facets where the default bound on the distance from the geometry acts.
+struct BoundedFacetsReport {
+    std::size_t limited = 0;  ///< finer than the metric requests
+    std::size_t far = 0;      ///< farther than the bound, as in the mesh before
+};
+
 struct RemeshReport {
     UnitMeshReport before, after;
     std::vector<PassReport> passes;
     std::optional<RemeshedNodesReport> nodes = {};
+    std::optional<BoundedFacetsReport> bounded_facets = {};  ///< where it acts
 };
 
 struct StageTime {
@@ -484,6 +491,7 @@ struct FinishedNodesReport {
 struct FinishedReport {
     UnitMeshReport unit_mesh;
     std::vector<Histogram> histograms;
+    std::optional<BoundedFacetsReport> bounded_facets = {};
 };
 
 /// Of a run's end.

@@ -78,6 +78,8 @@ Json json(const RemeshReport& r) {
            {"after", Json::parse(unit_mesh_json(r.after))},
            {"passes", std::move(passes)}};
     if (r.nodes) j["nodes"] = {{"objective", r.nodes->objective}};
+    if (const auto& b = r.bounded_facets)
+        j["geometry_bound"] = {{"limited_facets", b->limited}, {"far_facets", b->far}};
     return j;
 }
 Json json(const CadReport& c) {

@@ -134,6 +134,10 @@ std::string remesh_rows(const RemeshReport& r) {
         table_row("smallest quality in the metric",
                   fmt::format("{:.4g} -> {:.4g}", r.before.worst_quality, r.after.worst_quality));
     if (r.nodes) text += table_row("inner nodes", "for " + r.nodes->objective);
+    if (const auto& b = r.bounded_facets)
+        text += table_row("facets at the geometry's bound",
+                          fmt::format("{} finer than the metric requests, {} farther as before", grouped(b->limited),
+                                      grouped(b->far)));
     for (const PassReport& p : r.passes)
         text += table_row(p.pass + ": accepted, of planned",
                           fmt::format("{}, {} ({} a second)", grouped(p.accepted), grouped(p.planned),

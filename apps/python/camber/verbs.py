@@ -24,7 +24,7 @@ def curve(
     *,
     metric: str | float | np.ndarray | Mapping[str, Any] | None = None,
     size: Mapping[int | str, float] | Sequence[str] | None = None,
-    geometry_error: float | None = None,
+    geometry_error: float | Literal["none"] | None = None,
     gradation: float | None = None,
     complexity: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
@@ -55,7 +55,9 @@ def curve(
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
-        remesh refines until it is met, or ends with `holds` is False. Default: any. In (0, inf).
+        remesh refines until it is met, or ends with `holds` is False. Default: remesh makes no facet that is
+        farther than a hundredth of the size of its surface, or that turns by more than 30 degrees, with degree 2 by
+        90; none: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
         a solution, others as they are. In (1, 1000].
     complexity: Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6
@@ -105,7 +107,7 @@ def remesh(
     *,
     metric: str | float | np.ndarray | Mapping[str, Any] | None = None,
     size: Mapping[int | str, float] | Sequence[str] | None = None,
-    geometry_error: float | None = None,
+    geometry_error: float | Literal["none"] | None = None,
     gradation: float | None = None,
     complexity: float | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
@@ -146,7 +148,9 @@ def remesh(
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
-        remesh refines until it is met, or ends with `holds` is False. Default: any. In (0, inf).
+        remesh refines until it is met, or ends with `holds` is False. Default: remesh makes no facet that is
+        farther than a hundredth of the size of its surface, or that turns by more than 30 degrees, with degree 2 by
+        90; none: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
         a solution, others as they are. In (1, 1000].
     complexity: Scale the metric, once it is graded, to this complexity: about 12 times as many tetrahedra, 2.6
@@ -276,7 +280,7 @@ def adapt(
     max_size: float | None = None,
     max_anisotropy: float | None = None,
     size: Mapping[int | str, float] | Sequence[str] | None = None,
-    geometry_error: float | None = None,
+    geometry_error: float | Literal["none"] | None = None,
     gradation: float | None = None,
     cycles: int | None = None,
     degree: int | None = None,
@@ -325,7 +329,8 @@ def adapt(
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of the boundary from its geometry, both ways; what the result misses is `holds`
-        is False. Default: by the expected error of the solution; what misses that is a note. In (0, inf).
+        is False. Default: by the expected error of the solution, what misses that is a note, and no facet is made
+        that is farther than with remesh; none: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
         a solution, others as they are. In (1, 1000].
     cycles: So many cycles at most; they end where the error has settled. Default: 8, of a solution's file 1. In [1,
