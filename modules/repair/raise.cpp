@@ -22,16 +22,19 @@ namespace {
 /// An element may lose this share of its scaled Jacobian: certified values are that close to it.
 constexpr double tolerated_loss = 1e-3;
 
-/// Puts nodes back where an element ended lower than it was before, until no element that was valid is both lower and
-/// below the target.
+/// Work that raising may spend, as a share of that of the repair: valid elements can do without.
+constexpr double share_of_effort = 0.25;
+
+/// Puts nodes back where an element ended lower than it was before (`before`, judged for the target), until no element
+/// that was valid is both lower and below the target. Elements that held the bound (`at_bound`) hold it.
 template <int D>
-Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& before, const Incidence<ElementId>& shells,
-                              const Execution& execution) {
+Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& before, const Validation<D>& at_bound,
+                              const Incidence<ElementId>& shells, const Execution& execution) {
     const auto& nodes = before.proposal().mid_nodes;
     const Validation<D>& was = before.validation();
     const auto has_lost = [&](ElementId e) {
-        const double lowest =
-            std::min(was.bound, (1 - tolerated_loss) * static_cast<double>(was.min_scaled_jacobian[e]));
+        double lowest = std::min(was.bound, (1 - tolerated_loss) * static_cast<double>(was.min_scaled_jacobian[e]));
+        if (at_bound.verdicts[e] == Verdict::valid) lowest = std::max(lowest, at_bound.bound);
         return lowest > min_bound && decide(raised.element(e), lowest) != Verdict::valid;
     };
     std::vector<EdgeId> moved = raised.nodes.set_rows();
@@ -74,15 +77,19 @@ Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired
         if (before->validation().all_valid()) return repaired;
         RepairOptions to_target = options;
         to_target.min_scaled_jacobian = JacobianBound::recommended(options.target);
+        to_target.effort *= share_of_effort;
+        to_target.max_work -= repaired.statistics.work;
         const auto higher = repair(*before, guide, to_target, execution);
         if (!higher) return higher;
         MovedMesh<D> raised(*before);
         const auto& nodes = higher->judged.proposal().mid_nodes;
         for (std::size_t e = 0; e < nodes.size(); ++e)
             if (nodes[e] != before->proposal().mid_nodes[e]) raised.nodes.set(EdgeId(e), nodes[e]);
-        if (auto done = put_back_losses(raised, *before, guide.shells, quiet); !done) return fail(done.error());
+        if (auto done = put_back_losses(raised, *before, repaired.judged.validation(), guide.shells, quiet); !done)
+            return fail(done.error());
         auto judged = validate(mesh, raised.proposal(before->proposal()), options.min_scaled_jacobian, quiet);
         if (!judged) return fail(judged.error());
+        if (judged->validation().not_valid() > repaired.judged.validation().not_valid()) return repaired;
         repaired.judged = std::move(*judged);
         repaired.statistics.work += higher->statistics.work;
         return with_all_changes(wanted, std::move(repaired));

@@ -126,6 +126,7 @@ void raised(const std::array<int, D>& cells) {
                  const auto b = shell_block<D>(cells, seed + 1);
                  const auto wanted = thrown(b, seed + 2, dice.uniform(0.05, 0.3));
                  RepairOptions options;
+                 if (dice.below(2) == 0) options.min_scaled_jacobian = dice.uniform(0.05, 0.25);
                  const auto to_bound = [&](double target, int threads) {
                      options.target = target;
                      const auto judged = must(validate(b.mesh, wanted, options.min_scaled_jacobian, alone));
@@ -135,6 +136,10 @@ void raised(const std::array<int, D>& cells) {
                  const double target = dice.uniform(0.3, 0.8);
                  const auto after = to_bound(target, 1);
                  RC_ASSERT(after.judged.validation().bound == options.min_scaled_jacobian.value);
+                 RC_ASSERT(after.judged.validation().not_valid() <= before.judged.validation().not_valid());
+                 for (std::size_t e = 0; e < b.mesh.linear.elements.size(); ++e)
+                     if (before.judged.validation().verdicts[e] == Verdict::valid)
+                         RC_ASSERT(after.judged.validation().verdicts[e] == Verdict::valid);
                  RC_ASSERT(after.judged.proposal().mid_nodes == to_bound(target, 3).judged.proposal().mid_nodes);
                  RC_ASSERT(after.judged.proposal().points == before.judged.proposal().points);
                  for (std::size_t e = 0; e < b.kinds.size(); ++e)
