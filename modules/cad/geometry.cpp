@@ -303,6 +303,19 @@ class CadGeometryModel final : public GeometryModel<3> {
         return LargestDistance{largest, walk.searches()};
     }
 
+    [[nodiscard]] bool are_within(const FacetSite<3>& facet, std::span<const Vec<3>> points,
+                                  std::span<const double> bounds) const override {
+        const std::size_t face = face_of(facet);
+        FaceWalk walk(cad_.model, face, nullptr);
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (joined_[face] != no_face ? closest_from(face, points[i]).foot.distance > bounds[i]
+                                         : walk.distance_beyond(bounds[i], points[i]).has_value())
+                return false;
+        return true;
+    }
+
+    [[nodiscard]] bool is_one_surface(Reference reference) const override { return faces_of(reference).size() == 1; }
+
     [[nodiscard]] double distance_where(std::span<const FacetSite<3>> meet, const Vec<3>& p) const override {
         double largest = 0;
         for (const std::size_t face : faces_of(meet)) largest = std::max(largest, closest_from(face, p).foot.distance);

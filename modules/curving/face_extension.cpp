@@ -65,9 +65,7 @@ class SmoothFaces {
             return {p - dot(p - plane->point, n) * n, n};
         }
         // Unless the piece of the facet is at hand, the whole surface is searched: p may be many layers from the facet.
-        const FacetId near = geometry_->is_made_from(facet) ? facet.id : FacetId{};
-        const auto found = geometry_->project(
-            {.facet = near, .reference = facet.reference, .entity = geometry_->surface_at(facet)}, p);
+        const auto found = geometry_->project(geometry_->hint_at(facet, geometry_->surface_at(facet)), p);
         return {found.point, found.normal};
     }
     /// The node that an edge has on the surface of one of its facets alone. On a piece that was made from the facet,

@@ -25,6 +25,7 @@ namespace {
 /// Of several places, all of whose elements are others.
 void add_up(RepairStatistics& sum, const RepairStatistics& place) {
     sum.corrected_elements += place.corrected_elements;
+    sum.raised_elements += place.raised_elements;
     sum.moved_volume_nodes += place.moved_volume_nodes;
     sum.moved_surface_nodes += place.moved_surface_nodes;
     sum.moved_vertices += place.moved_vertices;

@@ -2,7 +2,10 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <optional>
+#include <vector>
 module camber.operation;
 import camber.core;
 import camber.bezier;
@@ -101,12 +104,18 @@ constexpr auto bounded_places = [] {
     return places;
 }();
 
+template <int D>
+FacetSite<D> site_of(Reference reference, const NodalFacet<D>& bent) {
+    FacetSite<D> facet{{}, reference, {}};
+    std::copy_n(bent.nodes.begin(), D, facet.corners.begin());
+    return facet;
+}
+
 template <int PerEdge, int D>
 BoundShares<D> shares_at(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent,
                          const DistanceLimit& limit) {
     constexpr const auto& at = bounded_places<D, PerEdge>;
-    FacetSite<D> facet{{}, reference, {}};
-    std::copy_n(bent.nodes.begin(), D, facet.corners.begin());
+    const FacetSite<D> facet = site_of<D>(reference, bent);
     std::array<Vec<D>, at.size()> points;
     std::array<double, at.size()> distances{};
     for (std::size_t n = 0; n < at.size(); ++n) points[n] = point_of<D>(bent, at[n]);
@@ -133,6 +142,63 @@ BoundShares<D> shares_of(const AdaptationGoal<D>& goal, bool is_curved, Referenc
                      : shares_at<1, D>(*goal.geometry, reference, facet, limit);
 }
 
+/// The places of facets at which bounds are checked, and the bounds, by the surfaces that the facets are on.
+template <int D>
+class BoundedPoints {
+  public:
+    explicit BoundedPoints(const AdaptationGoal<D>& goal) : goal_(goal) {}
+
+    /// Those of a facet: all, or those off the edge opposite a corner.
+    void add(Reference reference, bool is_curved, const NodalFacet<D>& facet,
+             std::optional<std::uint32_t> corner = {}) {
+        const DistanceLimit& limit = goal_.distance_bounds.of(reference);
+        if (!limit.is_finite()) return;
+        is_curved ? add<2>(surface_of(reference, facet), limit, facet, corner)
+                  : add<1>(surface_of(reference, facet), limit, facet, corner);
+    }
+    [[nodiscard]] bool are_within() const {
+        return std::ranges::all_of(surfaces_, [&](const Surface& surface) {
+            return (*goal_.geometry)->are_within(surface.facet, surface.points, surface.bounds);
+        });
+    }
+
+  private:
+    struct Surface {
+        FacetSite<D> facet;  ///< the first of its facets
+        std::vector<Vec<D>> points = {};
+        std::vector<double> bounds = {};
+    };
+    template <int PerEdge>
+    static void add(Surface& surface, const DistanceLimit& limit, const NodalFacet<D>& facet,
+                    std::optional<std::uint32_t> corner) {
+        constexpr const auto& at = bounded_places<D, PerEdge>;
+        double longest = 0;
+        for (std::size_t e = 0; e < edges_per_simplex<D - 1>; ++e) {
+            const auto& [a, b] = local_edges<D - 1>[e];
+            const double length = distance(facet.nodes[a], facet.nodes[b]);
+            longest = std::max(longest, length);
+            for (std::size_t n = PerEdge * e; n < PerEdge * (e + 1); ++n)
+                if (!corner || at[n][*corner] != 0) add(surface, point_of<D>(facet, at[n]), limit.at(length));
+        }
+        add(surface, point_of<D>(facet, at.back()), limit.at(longest));
+    }
+    /// Of an edge between two facets once.
+    static void add(Surface& surface, const Vec<D>& p, double bound) {
+        if (std::ranges::find(surface.points, p) != surface.points.end()) return;
+        surface.points.push_back(p);
+        surface.bounds.push_back(bound);
+    }
+    Surface& surface_of(Reference reference, const NodalFacet<D>& facet) {
+        if ((*goal_.geometry)->is_one_surface(reference))
+            for (Surface& surface : surfaces_)
+                if (surface.facet.reference == reference) return surface;
+        return surfaces_.emplace_back(Surface{site_of<D>(reference, facet)});
+    }
+
+    const AdaptationGoal<D>& goal_;
+    std::vector<Surface> surfaces_;
+};
+
 }  // namespace
 
 template <int D>
@@ -150,15 +216,26 @@ EdgeId local_facet_edge(const DynamicMesh<D>& mesh, FacetId f, int e) {
 
 template <int D>
 bool keeps_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
+    if (!goal.geometry) return true;
     const auto& references = r.mesh.facets.references;
     const Vec<D> place = place_of_point(r.mesh, patch);
+    // The edge of a new facet that is opposite the patch's point is one of a removed facet: that one is as far.
+    BoundedPoints<D> made(goal), removed(goal);
+    for (const JoinedFacet& joined : patch.star.facets)
+        if (!r.mesh.is_at_infinity(joined.facet))
+            made.add(references[joined.facet], r.mesh.is_curved(), nodal_facet(r.mesh, patch, joined, place),
+                     joined.opposite);
+    if (made.are_within()) return true;
+    for (const FacetId f : patch.removed.facets)
+        if (!r.mesh.is_at_infinity(f)) removed.add(references[f], r.mesh.is_curved(), nodal_facet(r.mesh, f));
+    if (removed.are_within()) return false;
     double after = 1;
     for (const JoinedFacet& joined : patch.star.facets)
         if (!r.mesh.is_at_infinity(joined.facet))
             after = std::max(after, shares_of<D>(goal, r.mesh.is_curved(), references[joined.facet],
                                                  nodal_facet(r.mesh, patch, joined, place))
                                         .largest());
-    return !(after > 1) || std::ranges::any_of(patch.removed.facets, [&](FacetId f) {
+    return std::ranges::any_of(patch.removed.facets, [&](FacetId f) {
         return !r.mesh.is_at_infinity(f) && after <= bound_shares(r, goal, f).largest();
     });
 }

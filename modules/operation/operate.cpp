@@ -247,12 +247,12 @@ class Operating {
     [[nodiscard]] RejectionReason judge_patch() {
         if (limits_.wall_elements == WallElements::refused && adds_wall_elements(r_, goal_, out_))
             return RejectionReason::wall;
+        if (!goal_.distance_bounds.empty() && !keeps_distance_bounds(r_, goal_, out_)) return RejectionReason::geometry;
         if (limits_.facet_distance < std::numeric_limits<double>::infinity()) {
             const FacetDistance facets = distance_from_geometry(r_, goal_, out_, limits_.facet_distance);
             result_.farthest_facet = facets.largest;
             if (!facets.is_near) return RejectionReason::geometry;
         }
-        if (!goal_.distance_bounds.empty() && !keeps_distance_bounds(r_, goal_, out_)) return RejectionReason::geometry;
         if (limits_.node_gain == NodeGain::asked && !gains(r_, goal_, out_)) return RejectionReason::gain;
         return keeps_walls() ? RejectionReason::none : RejectionReason::crossing;
     }

@@ -39,10 +39,11 @@ RepairStatistics changes_between(const JudgedProposal<D>& before, const JudgedPr
 
 template <int D>
 Repaired<D> with_all_changes(const JudgedProposal<D>& before, Repaired<D> after) {
-    const double work = after.statistics.work;
+    const RepairStatistics own = after.statistics;
     after.judged = after.judged.with_kinds(before.proposal().kinds);
     after.statistics = changes_between(before, after.judged);
-    after.statistics.work = work;
+    after.statistics.raised_elements = own.raised_elements;
+    after.statistics.work = own.work;
     return after;
 }
 

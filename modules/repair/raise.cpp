@@ -58,6 +58,19 @@ Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& bef
     return Done{};
 }
 
+/// Number of elements that are valid at the bound of the repair and below the target, and reach the target now.
+template <int D>
+Outcome<std::size_t> count_raised(const MovedMesh<D>& raised, const Validation<D>& at_target,
+                                  const Validation<D>& at_bound, const Execution& execution) {
+    return reduce_each(
+        execution, at_target.verdicts.size(), std::size_t{0},
+        [&](std::size_t& count, std::size_t e) {
+            if (at_target.verdicts[e] == Verdict::valid || at_bound.verdicts[e] != Verdict::valid) return;
+            if (decide(raised.element(ElementId(e)), at_target.bound) == Verdict::valid) ++count;
+        },
+        [](std::size_t a, std::size_t b) { return a + b; });
+}
+
 }  // namespace
 
 bool raises(const RepairOptions& options) {
@@ -69,7 +82,7 @@ template <int D>
 Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired, const RepairGuide<D>& guide,
                            const RepairOptions& options, const Execution& execution) {
     const QuadraticMesh<D>& mesh = wanted.mesh();
-    if (is_surface_alone(mesh.linear)) return repaired;
+    if (is_surface_alone(mesh.linear) || repaired.judged.validation().smallest >= options.target) return repaired;
     return guarded([&]() -> Outcome<Repaired<D>> {
         const Execution quiet = without_progress(execution);
         const auto before = validate(mesh, repaired.judged.proposal(), options.target, quiet);
@@ -87,10 +100,13 @@ Outcome<Repaired<D>> raise(const JudgedProposal<D>& wanted, Repaired<D> repaired
             if (nodes[e] != before->proposal().mid_nodes[e]) raised.nodes.set(EdgeId(e), nodes[e]);
         if (auto done = put_back_losses(raised, *before, repaired.judged.validation(), guide.shells, quiet); !done)
             return fail(done.error());
+        const auto count = count_raised(raised, before->validation(), repaired.judged.validation(), quiet);
+        if (!count) return fail(count.error());
         auto judged = validate(mesh, raised.proposal(before->proposal()), options.min_scaled_jacobian, quiet);
         if (!judged) return fail(judged.error());
         if (judged->validation().not_valid() > repaired.judged.validation().not_valid()) return repaired;
         repaired.judged = std::move(*judged);
+        repaired.statistics.raised_elements = *count;
         repaired.statistics.work += higher->statistics.work;
         return with_all_changes(wanted, std::move(repaired));
     });

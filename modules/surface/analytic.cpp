@@ -178,6 +178,8 @@ class AnalyticModel final : public GeometryModel<D> {
         return row < 0 ? GeometryEntity{} : GeometryEntity::surface(row);
     }
 
+    [[nodiscard]] bool is_one_surface(Reference) const override { return true; }
+
     [[nodiscard]] std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                          const GeometryParameters& parameters) const override {
         const std::int64_t row = row_of({.facet = {}, .reference = {}, .entity = entity});

@@ -263,7 +263,7 @@ Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves(const QuadraticMesh<D>& mesh, B
         const Vec<D> middle = point_at(curves.pieces[i].curve, Barycentric<1>{0.5, 0.5});
         const GeometryEntity surface = geometry->surface_at(facets[0]);
         if (surface.kind != GeometryKind::surface) return middle;
-        return geometry->project({facets[0].id, facets[0].reference, surface}, middle).point;
+        return geometry->project(geometry->hint_at(facets[0], surface), middle).point;
     };
     const auto points = map_each(execution, curves.edges.size(), placed);
     if (!points) return fail(points.error());

@@ -99,6 +99,19 @@ std::optional<LargestDistance> GeometryModel<D>::largest_distance(const FacetSit
 }
 
 template <int D>
+bool GeometryModel<D>::are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
+                                  std::span<const double> bounds) const {
+    std::vector<double> found(points.size());
+    return !distances(facet, {}, points, found) ||
+           std::ranges::equal(found, bounds, [](double d, double bound) { return d <= bound; });
+}
+
+template <int D>
+bool GeometryModel<D>::is_one_surface(Reference) const {
+    return false;
+}
+
+template <int D>
 bool GeometryModel<D>::points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                    std::span<Vec<D>> out) const {
     const GeometryEntity surface = surface_at(facet);
@@ -120,8 +133,7 @@ bool GeometryModel<D>::is_made_from(const FacetSite<D>&) const {
 template <int D>
 double GeometryModel<D>::distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const {
     double largest = 0;
-    for (const FacetSite<D>& facet : meet)
-        largest = std::max(largest, project({.facet = facet.id, .reference = facet.reference}, p).distance);
+    for (const FacetSite<D>& facet : meet) largest = std::max(largest, project(hint_at(facet), p).distance);
     return largest;
 }
 

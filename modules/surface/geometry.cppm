@@ -338,6 +338,13 @@ class GeometryModel {
                                                                           std::span<const Barycentric<D - 1>> at,
                                                                           std::span<const Vec<D>> points,
                                                                           double bound) const;
+    /// Whether points[i] is within bounds[i] of a facet's surface, or the facet has none. Here: by `distances`. A model
+    /// that bounds distances from above for less than they cost overrides it.
+    [[nodiscard]] virtual bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
+                                          std::span<const double> bounds) const;
+    /// Whether all facets of a reference that have no number are on one surface: then points of several may be asked
+    /// for as those of one. Here: no.
+    [[nodiscard]] virtual bool is_one_surface(Reference reference) const;
     /// The points of the geometry that stand over places of a facet: of a surface made of pieces those of the facet's
     /// own piece, else those next to the straight facet's. False, and nothing written, where the facet has no surface.
     /// Here: by project.
@@ -346,6 +353,11 @@ class GeometryModel {
     /// True if the surface at a facet is a curved piece that was made from this facet: then points_over gives the
     /// points of that piece, and middle_of the middles of its edges. Here: no.
     [[nodiscard]] virtual bool is_made_from(const FacetSite<D>& facet) const;
+    /// Where to look for points of a facet's surface. The search begins at the facet itself only where the surface was
+    /// made from it: a geometry of another mesh has other facets of these numbers.
+    [[nodiscard]] SurfaceHint hint_at(const FacetSite<D>& facet, const GeometryEntity& entity = {}) const {
+        return {is_made_from(facet) ? facet.id : FacetId{}, facet.reference, entity};
+    }
     /// How far a point where these facets (at least one) meet is from the geometry. Here: the largest distance from
     /// their surfaces.
     [[nodiscard]] virtual double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const;

@@ -71,6 +71,15 @@ class MixedModel final : public GeometryModel<D> {
         return model(owner(facet.reference)).has_surface_at(facet);
     }
 
+    [[nodiscard]] bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
+                                  std::span<const double> bounds) const override {
+        return model(owner(facet.reference)).are_within(facet, points, bounds);
+    }
+
+    [[nodiscard]] bool is_one_surface(Reference reference) const override {
+        return model(owner(reference)).is_one_surface(reference);
+    }
+
     [[nodiscard]] std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                          const GeometryParameters& parameters) const override {
         return model(part_of(entity)).evaluate(own_entity(entity), parameters);

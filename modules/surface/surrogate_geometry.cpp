@@ -170,7 +170,7 @@ class SurrogateModel : public GeometryModel<D> {
                 own_distances(facet.id, at, points, out);
             return true;
         }
-        if (!closest_of_reference(facet.reference, facet.corners[0]).facet.valid()) return false;
+        if (!has_reference(facet.reference)) return false;
         SurrogateFoot<D> foot;
         for (std::size_t i = 0; i < points.size(); ++i) {
             foot = closest_of_reference(facet.reference, points[i], foot);
@@ -179,6 +179,27 @@ class SurrogateModel : public GeometryModel<D> {
         }
         return true;
     }
+
+    /// A foot found from that of the point before bounds the distance: only where it is too far are all facets
+    /// searched.
+    [[nodiscard]] bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
+                                  std::span<const double> bounds) const override {
+        if (!has_reference(facet.reference)) return true;
+        SurrogateFoot<D> foot;
+        const auto is_within = [&](std::size_t i) {
+            return surrogate_.references[foot.facet] == facet.reference &&
+                   foot.distance_squared <= bounds[i] * bounds[i];
+        };
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            if (foot.facet.valid()) foot = closest_near(surrogate_, foot.facet, foot.xi, points[i]);
+            if (foot.facet.valid() && is_within(i)) continue;
+            foot = closest_of_reference(facet.reference, points[i], foot);
+            if (!is_within(i)) return false;
+        }
+        return true;
+    }
+
+    [[nodiscard]] bool is_one_surface(Reference) const override { return true; }
 
     [[nodiscard]] bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                    std::span<Vec<D>> out) const override {

@@ -1,6 +1,9 @@
 // One request: granted, or rejected with the reason, and the mesh as it was.
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <map>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -53,6 +56,26 @@ struct Fixture {
         return operate(r, goal, request, limits, workspace, patch);
     }
 };
+
+/// Facets of a state that another one has not, by their vertices.
+std::vector<FacetId> facets_of_one(const Adaptation<3>& one, const Adaptation<3>& other) {
+    const auto facets = [](const Adaptation<3>& r) {
+        std::map<std::array<VertexId, 3>, FacetId> all;
+        for (std::size_t f = 0; f < r.mesh.facets.size(); ++f) {
+            if (r.mesh.is_free(FacetId(f))) continue;
+            std::array<VertexId, 3> vertices{r.mesh.facets.vertices[f][0], r.mesh.facets.vertices[f][1],
+                                             r.mesh.facets.vertices[f][2]};
+            std::ranges::sort(vertices);
+            all.emplace(vertices, FacetId(f));
+        }
+        return all;
+    };
+    std::vector<FacetId> out;
+    const auto others = facets(other);
+    for (const auto& [vertices, f] : facets(one))
+        if (!others.contains(vertices)) out.push_back(f);
+    return out;
+}
 
 }  // namespace
 
@@ -127,6 +150,68 @@ TEST_CASE("facets stay near the geometry") {
     }
     CHECK(near > 10);
     CHECK(far > 10);
+}
+
+TEST_CASE("patches keep distance bounds by the shares of their facets") {
+    // By definition, with the committed patch: no new facet is beyond its bound, or one that was removed was as far.
+    ShellOptions<3> options;
+    options.outer_radius = 2;
+    options.inner_size = options.outer_size = 0.5;
+    const LinearMesh<3> straight = must(generate(options));
+    const EdgeSet<3> edges = must(unique_edges(straight, alone));
+    const auto surrogate =
+        must(build_surrogate(straight, edges, must(find_features(straight, edges, {}, alone)), {}, alone));
+    const AnalyticGeometry<3> spheres{{{1, Sphere<3>{{}, 2}}, {2, Sphere<3>{{}, 1}}}};
+    LinearMesh<3> mesh = straight;  // every fifth vertex of the spheres is off them
+    Buffer<Vec<3>> points(mesh.points.begin(), mesh.points.end());
+    for (std::size_t f = 0; f < mesh.facets.size(); f += 5) {
+        Vec<3>& p = points[mesh.facets.vertices[FacetId(f)][0].index()];
+        if (std::abs(norm(p) - std::round(norm(p))) < 1e-9) p = 1.1 * p;
+    }
+    mesh.points = std::move(points);
+    std::size_t kept = 0, refused = 0, kept_far = 0;
+    for (const Geometry<3>& geometry : {Geometry<3>(spheres), Geometry<3>(surrogate)}) {
+        AdaptationGoal<3> goal{
+            must(make_back_mesh(straight, must(balls(straight, alone)),
+                                Column<LogMetric<3>>(Buffer<LogMetric<3>>(straight.points.size(), LogMetric<3>{})),
+                                alone)),
+            geometry};
+        const Adaptation<3> r = begun(mesh, goal);
+        OperationWorkspace<3> workspace;
+        JudgedPatch<3> patch;
+        for (const double share : {0.02, 0.06, 0.09}) {
+            const std::array bounds{DistanceBound{.references = {1}, .share = share},
+                                    DistanceBound{.largest = 0.7 * share, .references = {2}}};
+            AdaptationGoal<3> bounded = goal;
+            bounded.distance_bounds = DistanceBounds(bounds);
+            for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+                CavityRequest<3> request;
+                cavity_of_vertex(r.mesh, VertexId(v), request.cavity);
+                if (request.cavity.facets.empty()) continue;
+                const FacetId f = request.cavity.facets.front();
+                for (const VertexId w : r.mesh.facets.vertices[f]) {
+                    if (w == VertexId(v)) continue;
+                    request.join_to(r, w);
+                    if (operate(r, goal, request, {.facet_cosine = 0}, workspace, patch).rejected !=
+                        RejectionReason::none)
+                        continue;
+                    double before = 1;
+                    for (const FacetId removed : patch.patch().removed.facets)
+                        before = std::max(before, bound_shares(r, bounded, removed).largest());
+                    double now = 1;
+                    const Adaptation<3> after = must(commit(r, std::vector{patch})).state;
+                    for (const FacetId made : facets_of_one(after, r))
+                        now = std::max(now, bound_shares(after, bounded, made).largest());
+                    if (now > 1 && std::abs(now - before) < 1e-9) continue;  // by rounding either
+                    CHECK(keeps_distance_bounds(r, bounded, patch.patch()) == (now <= before));
+                    (now > before ? refused : now > 1 ? kept_far : kept) += 1;
+                }
+            }
+        }
+    }
+    CHECK(kept > 10);
+    CHECK(kept_far > 10);
+    CHECK(refused > 10);
 }
 
 TEST_CASE_FIXTURE(Fixture, "a cavity is corrected: elements that would be inverted join it") {

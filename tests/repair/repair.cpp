@@ -149,11 +149,19 @@ void raised(const std::array<int, D>& cells) {
                      const auto& nodes = r.judged.proposal().mid_nodes;
                      return check_element(nodal_element<D>(b.mesh, nodes.view(), ElementId(e)), 0).min_scaled_jacobian;
                  };
+                 std::size_t certainly = 0, perhaps = 0;  // raised: values are certified to 1e-3
                  for (std::size_t e = 0; e < b.mesh.linear.elements.size(); ++e) {
                      const double was = smallest(before, e), is = smallest(after, e);
+                     if (before.judged.validation().verdicts[e] == Verdict::valid) {
+                         certainly += was < target - 3e-3 && is > target + 3e-3 ? 1 : 0;
+                         perhaps += was < target + 3e-3 && is > target - 3e-3 ? 1 : 0;
+                     }
                      if (was > 2 * min_bound) RC_ASSERT(is >= std::min(target, was) - 3e-3);
                      gained += was < target && is >= target ? 1 : 0;
                  }
+                 RC_ASSERT(before.statistics.raised_elements == 0);
+                 RC_ASSERT(after.statistics.raised_elements >= certainly);
+                 RC_ASSERT(after.statistics.raised_elements <= perhaps);
              },
              {D == 2 ? 10 : 4});
     CHECK(gained > 0);

@@ -240,6 +240,40 @@ TEST_CASE("projection is idempotent, and evaluation and entities agree with it")
     CHECK_FALSE(analytic->evaluate(GeometryEntity::surface(9), {}).has_value());
 }
 
+TEST_CASE("points are within bounds where their distances are") {
+    const Lens lens;
+    const auto b = build(lens.soup(12).mesh());
+    const Geometry<3> own = Ellipsoids({lens.lower, lens.upper});
+    const Geometry<3> surrogate = b.surrogate;
+    const Geometry<3> mixed = MixedGeometry<3>{{1}, own, surrogate};
+    const Geometry<3> analytic =
+        AnalyticGeometry<3>{{{1, Sphere<3>{{{0, 0, 0.2}}, 1.1}}, {2, Plane<3>{{}, {{0, 0, 1}}}}}};
+    std::size_t within = 0, beyond = 0;
+    camber::testing::property("ellipsoids, surrogate, mixed, analytic", [&] {
+        auto facet = facet_site(b.mesh.linear, FacetId(*rc::gen::inRange<std::size_t>(0, b.mesh.linear.facets.size())));
+        facet.id = {};
+        std::vector<Vec<3>> points(facet.corners.begin(), facet.corners.end());
+        for (Vec<3>& p : points) p = point_near(p, 0.02);
+        for (const Geometry<3>& geometry : {own, surrogate, mixed, analytic}) {
+            std::vector<double> distances(points.size());
+            RC_ASSERT(geometry->distances(facet, {}, points, distances));
+            std::vector<double> bounds = distances;
+            for (double& bound : bounds) bound = 1.001 * bound + 1e-12;
+            RC_ASSERT(geometry->are_within(facet, points, bounds));
+            ++within;
+            const auto far = static_cast<std::size_t>(*rc::gen::inRange(0, 3));
+            if (distances[far] < 1e-6) continue;
+            bounds[far] = 0.99 * distances[far];
+            RC_ASSERT(!geometry->are_within(facet, points, bounds));
+            ++beyond;
+        }
+    });
+    CHECK(within > 100);
+    CHECK(beyond > 100);
+    for (const Geometry<3>& geometry : {surrogate, analytic})  // of no facet: no surface
+        CHECK(geometry->are_within({{}, 9, {}}, std::vector<Vec<3>>{{{9, 9, 9}}}, std::vector<double>{0}));
+}
+
 TEST_CASE("what stands at a ridge lies on the surfaces of both sides") {
     const Lens lens;
     const auto b = build(lens.soup(12).mesh());

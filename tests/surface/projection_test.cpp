@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
+#include <utility>
 #include <rapidcheck.h>
 
 #include "meshes.hpp"
@@ -92,7 +94,7 @@ TEST_CASE("distances in packs") {
                 const auto& alpha = multi_indices<3, 2>[n];
                 facet.control[n] = Vec<3>{{alpha[1] / 3.0, alpha[2] / 3.0, 0}} + 0.12 * point_in(-1, 1);
             }
-            std::array<Barycentric<2>, 66> starts;
+            std::array<Barycentric<2>, 66> starts{};
             std::array<Vec<3>, 66> points;
             const double off = coordinate(0, 0.2);
             for (std::size_t n = 0; n < starts.size(); ++n) {
@@ -232,4 +234,38 @@ TEST_CASE("another mesh of the same boundary is put onto the surrogate") {
     CHECK(worst < less_if_sanitized(2e-5, 5e-4));
     const auto d = boundary_distance<3>(coarse.mesh, nodes, coarse.features, geometry, execution).value();
     CHECK(d.largest < less_if_sanitized(1e-3, 5e-3));
+}
+
+TEST_CASE("listed edges, distances and the like are those of another mesh, whose facets have other numbers") {
+    const Geometry<3> geometry = PrescribedSurrogate<3>{build(torus(20, 1, 0.3, 5).mesh()).surrogate};
+    const Execution execution{.threads = 1};
+    auto coarse = build(torus(12, 1, 0.3).mesh());
+    // Listed are some edges of the surface, none of which is a ridge.
+    const std::size_t listed = 100;
+    Buffer<SimplexVertices<1>> ends(listed);
+    Buffer<EdgeId> rows(listed);
+    for (std::size_t i = 0; i < listed; ++i) {
+        rows[i] = EdgeId(7 * i);
+        ends[i] = coarse.mesh.edges.vertices[rows[i]];
+    }
+    coarse.mesh.linear.edges = {std::move(ends), Buffer<Reference>(listed, 0), {}};
+    coarse.mesh.edges.of_edges = std::move(rows);
+    const auto& [linear, edges, mid_nodes] = coarse.mesh;
+    const auto curves = find_embedded_curves(linear, edges, coarse.features, geometry, {}, execution).value();
+    REQUIRE(curves.edges.size() > listed - 5);  // the others are ridges
+    const auto nodes = nodes_on_curves(coarse.mesh, Buffer<LagrangeNode<3>>(mid_nodes.begin(), mid_nodes.end()), curves,
+                                       geometry, execution)
+                           .value();
+    for (const EdgeId e : curves.edges) {
+        const auto& [a, b] = edges.vertices[e];
+        const double chord = distance(linear.points[a], linear.points[b]);
+        CHECK(distance(nodes[e.index()].point, midpoint(linear.points[a], linear.points[b])) < 0.3 * chord);
+    }
+    const Geometry<3> mixed = MixedGeometry<3>{{1}, geometry, AnalyticGeometry<3>{}};
+    for (std::size_t f = 0; f < linear.facets.size(); ++f) {
+        const FacetSite<3> facet = facet_site(linear, FacetId(f));
+        const Vec<3> p = facet.corners[0];
+        CHECK(geometry->distance_where(std::span(&facet, 1), p) < 1e-3);
+        CHECK(mixed->distance_where(std::span(&facet, 1), p) < 1e-3);
+    }
 }

@@ -217,6 +217,7 @@ std::string table(const ByBlocksReport& r) {
     if (in_all > 0)
         text += table_row("repaired elements", r.repair.corrected_elements) +
                 table_row("elements not valid now", r.after.invalid + r.after.undecided);
+    if (r.repair.raised_elements > 0) text += table_row("raised elements", r.repair.raised_elements);
     text += deviation_row("nodes off the geometry", r.nodes);
     text += deviation_row("vertices off the geometry", r.boundary_vertices);
     text += walls_rows(r.walls);

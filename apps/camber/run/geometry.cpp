@@ -388,7 +388,7 @@ void sample(const Geometry<D>& geometry, const FacetSite<D>& site, std::span<Vec
             std::span<Vec<D>> normals) {
     const bool has_surface = geometry->points_over(site, lattice<D>, points);
     const Vec<D> own = normal_of(site.corners);
-    const SurfaceHint hint{.facet = site.id, .reference = site.reference, .entity = geometry->surface_at(site)};
+    const SurfaceHint hint = geometry->hint_at(site, geometry->surface_at(site));
     for (std::size_t n = 0; n < points.size(); ++n) {
         if (!has_surface) {
             points[n] = {};

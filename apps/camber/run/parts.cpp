@@ -33,6 +33,7 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
     if (!sum) sum.emplace();
     sum->repair = part.repair;
     sum->corrected_elements += part.corrected_elements;
+    sum->raised_elements += part.raised_elements;
     sum->relaxed_volume_edges += part.relaxed_volume_edges;
     sum->relaxed_surface_edges += part.relaxed_surface_edges;
     sum->slid_surface_edges += part.slid_surface_edges;
@@ -68,15 +69,14 @@ void add_up(PassReport& sum, const PassReport& part) {
 }  // namespace
 
 RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, RepairMethod method) {
-    return {std::string(word_of(method)),
-            s.corrected_elements,
-            s.moved_volume_nodes,
-            s.moved_surface_nodes,
-            s.moved_vertices,
-            0,
-            0,
-            s.work,
-            given_up};
+    return {.repair = std::string(word_of(method)),
+            .corrected_elements = s.corrected_elements,
+            .raised_elements = s.raised_elements,
+            .relaxed_volume_edges = s.moved_volume_nodes,
+            .relaxed_surface_edges = s.moved_surface_nodes,
+            .moved_vertices = s.moved_vertices,
+            .work = s.work,
+            .given_up = given_up};
 }
 
 template <int D>

@@ -222,7 +222,9 @@ struct ValidityReport {
 
 struct RelaxReport {
     std::string repair;
-    std::size_t corrected_elements = 0, relaxed_volume_edges = 0, relaxed_surface_edges = 0, moved_vertices = 0;
+    std::size_t corrected_elements = 0;
+    std::size_t raised_elements = 0;  ///< valid before, at the target of repair now
+    std::size_t relaxed_volume_edges = 0, relaxed_surface_edges = 0, moved_vertices = 0;
     std::size_t slid_surface_edges = 0;  ///< not among the relaxed ones: their nodes are on the geometry still
     std::size_t slid_vertices = 0;       ///< of the moved ones those of the boundary
     double work = 0;                     ///< of programmes, as the option `effort` counts it

@@ -216,6 +216,7 @@ Json json(const ValidityReport& v) {
 Json json(const RelaxReport& r) {
     return {{"repair", r.repair},
             {"corrected_elements", r.corrected_elements},
+            {"raised_elements", r.raised_elements},
             {"relaxed_volume_edges", r.relaxed_volume_edges},
             {"relaxed_surface_edges", r.relaxed_surface_edges},
             {"slid_surface_edges", r.slid_surface_edges},

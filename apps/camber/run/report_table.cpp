@@ -229,15 +229,17 @@ std::string validity_rows(const Report& report) {
                             " (1: as straight)");
     if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
     if (const auto& r = report.relax)
-        text += table_row(fmt::format("corrected {}", judged), r->corrected_elements) +
-                (report.mesh.is_surface_alone() ? std::string()
-                                                : table_row("relaxed volume edges", r->relaxed_volume_edges)) +
-                table_row("relaxed surface edges", r->relaxed_surface_edges) +
-                (r->slid_surface_edges > 0 ? table_row("surface edges slid on geometry", r->slid_surface_edges)
-                                           : std::string()) +
-                (r->moved_vertices > 0 ? table_row("moved vertices", r->moved_vertices) : std::string()) +
-                (r->slid_vertices > 0 ? table_row("of these slid on geometry", r->slid_vertices) : std::string()) +
-                (r->given_up > 0 ? table_row("given up (work is spent)", r->given_up) : std::string());
+        text +=
+            table_row(fmt::format("corrected {}", judged), r->corrected_elements) +
+            (r->raised_elements > 0 ? table_row(fmt::format("raised {}", judged), r->raised_elements) : std::string()) +
+            (report.mesh.is_surface_alone() ? std::string()
+                                            : table_row("relaxed volume edges", r->relaxed_volume_edges)) +
+            table_row("relaxed surface edges", r->relaxed_surface_edges) +
+            (r->slid_surface_edges > 0 ? table_row("surface edges slid on geometry", r->slid_surface_edges)
+                                       : std::string()) +
+            (r->moved_vertices > 0 ? table_row("moved vertices", r->moved_vertices) : std::string()) +
+            (r->slid_vertices > 0 ? table_row("of these slid on geometry", r->slid_vertices) : std::string()) +
+            (r->given_up > 0 ? table_row("given up (work is spent)", r->given_up) : std::string());
     if (const auto& r = report.reinsert)
         text += table_row("cavities committed (sweeps)", fmt::format("{} ({})", grouped(r->patches), r->sweeps));
     return text;
