@@ -32,8 +32,8 @@ Box<3> widened(Box<3> box) {
     return box;
 }
 
-Cells finished(std::vector<Cell> cells, const std::vector<Box<3>>& boxes) {
-    Cells out;
+EntityCells finished(std::vector<Cell> cells, const std::vector<Box<3>>& boxes) {
+    EntityCells out;
     out.boxes.reserve(boxes.size());
     for (const Box<3>& box : boxes) {
         out.bounds.include(box);
@@ -77,7 +77,7 @@ double between(double low, double high, std::size_t i, std::size_t n) {
 
 }  // namespace
 
-Cells cells_of_face(const occ::Kernel& kernel, std::size_t face) {
+EntityCells cells_of_face(const occ::Kernel& kernel, std::size_t face) {
     const occ::FaceFacts& facts = kernel.faces[face];
     std::vector<Cell> cells;
     std::vector<Box<3>> boxes;
@@ -107,12 +107,12 @@ Cells cells_of_face(const occ::Kernel& kernel, std::size_t face) {
             boxes.push_back(box);
             oriented.push_back(oriented_box(points, middle));
         }
-    Cells out = finished(std::move(cells), boxes);
+    EntityCells out = finished(std::move(cells), boxes);
     out.oriented = std::move(oriented);
     return out;
 }
 
-Cells cells_of_edge(const occ::Kernel& kernel, std::size_t edge) {
+EntityCells cells_of_edge(const occ::Kernel& kernel, std::size_t edge) {
     const occ::EdgeFacts& facts = kernel.edges[edge];
     std::vector<Cell> cells;
     std::vector<Box<3>> boxes;
@@ -132,7 +132,7 @@ Cells cells_of_edge(const occ::Kernel& kernel, std::size_t edge) {
 }
 
 double least_distance(const CadParts& parts, std::size_t face, const Vec<3>& p) {
-    const Cells& cells = parts.faces[face];
+    const EntityCells& cells = parts.faces[face];
     const auto nearest = cells.tree.nearest(p, [&](std::size_t i) {
         return std::max(cells.boxes[i].distance_squared(p), cells.oriented[i].distance_squared(p));
     });
@@ -290,7 +290,7 @@ OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, cons
     if (facts.has_closed_form) {
         best = at(parts, face, parts.kernel->nearest_parameters(face, p.c), p);
     } else {
-        const Cells& cells = parts.faces[face];
+        const EntityCells& cells = parts.faces[face];
         const double none_is_nearer = 16 * rounding(parts, p) * rounding(parts, p);
         std::size_t settled = cells.cells.size();
         if (near != nullptr) {
@@ -457,7 +457,7 @@ bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
     const CadParts& parts = model_->parts();
     double least = std::numeric_limits<double>::infinity();
     for (const std::size_t edge : parts.kernel->faces[face_].edges) {
-        const Cells& cells = parts.edges[edge];
+        const EntityCells& cells = parts.edges[edge];
         const auto piece =
             cells.tree.nearest(p, [&](std::size_t i) { return cells.boxes[i].distance_squared(p); }, least);
         if (!(piece.distance_squared < least)) continue;
@@ -556,7 +556,7 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
 
 /// The nearest of all cells; those whose box is farther away than what is found are left out.
 OnCurve nearest_on_curve(const CadParts& parts, std::size_t edge, const Vec<3>& p) {
-    const Cells& cells = parts.edges[edge];
+    const EntityCells& cells = parts.edges[edge];
     OnCurve best;
     (void)cells.tree.nearest(p, [&](std::size_t i) {
         const double beyond = cells.boxes[i].distance_squared(p);

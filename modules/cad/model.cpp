@@ -162,9 +162,9 @@ Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const st
         parts->edges.push_back(cells_of_edge(*parts->kernel, e));
         if (!is_bounded(parts->edges.back().bounds)) return unbounded("edge", e);
     }
-    for (const Cells& edge : parts->edges) parts->of_edges.include(edge.bounds);
+    for (const EntityCells& edge : parts->edges) parts->of_edges.include(edge.bounds);
     for (std::size_t f = 0; f < parts->kernel->faces.size(); ++f) {
-        Cells cells = cells_of_face(*parts->kernel, f);
+        EntityCells cells = cells_of_face(*parts->kernel, f);
         if (parts->kernel->faces[f].is_plane) {
             // The rectangle of its parameters may be larger than a plane face: its edges tell.
             cells.bounds = cells.reach = {};
@@ -178,7 +178,7 @@ Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const st
         parts->faces.push_back(std::move(cells));
     }
     std::vector<Box<3>> reaches;
-    for (const Cells& face : parts->faces) reaches.push_back(face.reach);
+    for (const EntityCells& face : parts->faces) reaches.push_back(face.reach);
     parts->tree_of_faces = BoxTree<3>(reaches);
     if (parts->faces.empty()) parts->bounds = parts->of_edges;
     parts->size = parts->bounds.diagonal();

@@ -42,7 +42,7 @@ struct OrientedBox {
 };
 
 /// The pieces of one entity, and boxes that hold what lies on them.
-struct Cells {
+struct EntityCells {
     std::vector<Cell> cells;
     std::vector<Box<3>> boxes;
     std::vector<OrientedBox> oriented;  ///< of a face, along its tangent plane: tighter for thin cells askew
@@ -61,7 +61,7 @@ struct VirtualFaces {
 
 struct CadParts {
     std::unique_ptr<const occ::Kernel> kernel;
-    std::vector<Cells> faces, edges;
+    std::vector<EntityCells> faces, edges;
     BoxTree<3> tree_of_faces;  ///< over their `reach`
     VirtualFaces virtual_faces, virtual_curves;
     Box<3> bounds;  ///< of the faces; of the edges where there is none
@@ -108,8 +108,8 @@ class FaceWalk {
     std::size_t searches_ = 0;
 };
 
-[[nodiscard]] Cells cells_of_face(const occ::Kernel& kernel, std::size_t face);
-[[nodiscard]] Cells cells_of_edge(const occ::Kernel& kernel, std::size_t edge);
+[[nodiscard]] EntityCells cells_of_face(const occ::Kernel& kernel, std::size_t face);
+[[nodiscard]] EntityCells cells_of_edge(const occ::Kernel& kernel, std::size_t edge);
 
 /// A kernel, or why there is none.
 [[nodiscard]] Outcome<std::unique_ptr<const occ::Kernel>> open_kernel(const std::string& path, occ::Format format,

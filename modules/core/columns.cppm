@@ -36,11 +36,13 @@ struct Id {
 struct VertexTag;
 struct EdgeTag;
 struct FacetTag;
+struct FaceTag;
 struct ElementTag;
 
 using VertexId = Id<VertexTag>;    ///< a corner of elements
 using EdgeId = Id<EdgeTag>;        ///< a unique edge (EdgeSet)
 using FacetId = Id<FacetTag>;      ///< a boundary or interface facet: triangle in 3D, edge in 2D
+using FaceId = Id<FaceTag>;        ///< a unique face of elements in 3D, among those of its shape
 using ElementId = Id<ElementTag>;  ///< tetrahedron in 3D, triangle in 2D
 
 /// A colour: which material, surface or curve an entity belongs to.

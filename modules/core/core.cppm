@@ -5,4 +5,5 @@ export import :execution;
 export import :mesh;
 export import :outcome;
 export import :shape;
+export import :simplices;
 export import :tensors;

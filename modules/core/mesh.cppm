@@ -2,414 +2,386 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
-#include <span>
-#include <string>
+#include <tuple>
+#include <type_traits>
 #include <utility>
-#include <vector>
-/// Meshes of degree 1 and 2, and their topology.
+/// Meshes of degree 1 to 5 with elements of several shapes.
 export module camber.core:mesh;
 import :columns;
 import :execution;
 import :outcome;
+import :shape;
+import :simplices;
 import :tensors;
 
 export namespace camber {
 
-/// The vertices of one K-simplex.
-template <int K>
-using SimplexVertices = std::array<VertexId, K + 1>;
+/// The highest degree of a mesh.
+inline constexpr int max_degree = 5;
 
-/// Edges of a K-simplex.
-template <int K>
-inline constexpr int edges_per_simplex = K * (K + 1) / 2;
-
-/// The end vertices of the local edges of a K-simplex, K = 1, 2, 3, in the order of GMF and VTK:
-/// e01 e12 e20 e03 e13 e23.
-template <int K>
-inline constexpr auto local_edges = [] {
-    constexpr std::array<std::array<int, 2>, 6> all{{{0, 1}, {1, 2}, {2, 0}, {0, 3}, {1, 3}, {2, 3}}};
-    std::array<std::array<int, 2>, edges_per_simplex<K>> edges{};
-    for (int i = 0; i < edges_per_simplex<K>; ++i) edges[i] = all[i];
-    return edges;
-}();
-
-/// The local vertices of the face of a K-simplex opposite local vertex i, ordered so that its normal points
-/// outwards of a positively oriented simplex (for K = 2: counter-clockwise).
-template <int K>
-[[nodiscard]] constexpr std::array<int, K> face_opposite(int i) {
-    if constexpr (K == 2) {
-        constexpr std::array<std::array<int, 2>, 3> faces{{{1, 2}, {2, 0}, {0, 1}}};
-        return faces[i];
+/// Calls f.operator()<shape>() for each shape of dimension K, in the order of `Shape`.
+template <int K, class F>
+constexpr void each_shape(F&& f) {
+    static_assert(K >= 1 && K <= 3);
+    if constexpr (K == 1) {
+        f.template operator()<Shape::line>();
+    } else if constexpr (K == 2) {
+        f.template operator()<Shape::triangle>();
+        f.template operator()<Shape::quadrilateral>();
     } else {
-        constexpr std::array<std::array<int, 3>, 4> faces{{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
-        return faces[i];
+        f.template operator()<Shape::tetrahedron>();
+        f.template operator()<Shape::prism>();
+        f.template operator()<Shape::pyramid>();
+        f.template operator()<Shape::hexahedron>();
     }
 }
 
-/// K-simplices of a mesh, column by column.
-template <int K>
-struct Simplices {
-    Column<SimplexVertices<K>> vertices;
-    Column<Reference> references;    ///< one a simplex
-    Column<std::uint32_t> required;  ///< indices of those that must not change
-    /// The entity of dimension K of the geometry that each lies on, as the mesh's maker counts them; 0: not known; no
-    /// rows: of none.
-    Column<Reference> entities = {};
+/// One value T<shape> for each shape of dimension K.
+template <int K, template <Shape> class T>
+class ByShape {
+  public:
+    template <Shape shape>
+    [[nodiscard]] const T<shape>& of() const {
+        return std::get<T<shape>>(values_);
+    }
+    template <Shape shape>
+    [[nodiscard]] T<shape>& of() {
+        return std::get<T<shape>>(values_);
+    }
+    friend bool operator==(const ByShape&, const ByShape&) = default;
+
+  private:
+    using Values = std::conditional_t<
+        K == 1, std::type_identity<std::tuple<T<Shape::line>>>,
+        std::conditional_t<K == 2, std::type_identity<std::tuple<T<Shape::triangle>, T<Shape::quadrilateral>>>,
+                           std::type_identity<std::tuple<T<Shape::tetrahedron>, T<Shape::prism>, T<Shape::pyramid>,
+                                                         T<Shape::hexahedron>>>>>;
+    typename Values::type values_;
+};
+
+/// The corners of a cell, in the order of `shape_table`.
+template <Shape shape>
+using ShapeVertices = std::array<VertexId, shape_table<shape>.corner_count>;
+
+/// Cells of one shape, column by column: what `Simplices` has of simplices.
+template <Shape shape>
+struct Cells {
+    Column<ShapeVertices<shape>> vertices;
+    Column<Reference> references;     ///< one a cell
+    Column<std::uint32_t> required;   ///< indices of those that must not change
+    Column<Reference> entities = {};  ///< see Simplices
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
-    friend bool operator==(const Simplices&, const Simplices&) = default;
+    friend bool operator==(const Cells&, const Cells&) = default;
 };
 
-/// A vertex and the row, from 0, of a table of directions.
-struct DirectionRow {
-    VertexId vertex;
-    std::uint32_t row = 0;
-    friend bool operator==(const DirectionRow&, const DirectionRow&) = default;
+/// The unique edges of cells of one shape, in the order of `shape_table`; no rows in a mesh of degree 1.
+template <Shape shape>
+struct EdgesOfCells {
+    Column<std::array<EdgeId, shape_table<shape>.edge_count>> ids;
+    friend bool operator==(const EdgesOfCells&, const EdgesOfCells&) = default;
 };
-/// Directions given at vertices, as a table and who has which of its rows: several vertices may share a row, and a
-/// vertex has several where a surface or a curve breaks. They are directions only: of any length, either way round.
+
+/// The unique faces of cells of one shape in 3D: of solids in the order of `shape_table`; of a triangle or a
+/// quadrilateral itself. A face whose shape has no nodes of its own at the mesh's degree has an invalid id; no rows
+/// where that holds for all faces.
+template <Shape shape>
+struct FacesOfCells {
+    Column<std::array<FaceId, shape_table<shape>.dimension == 2 ? 1 : shape_table<shape>.face_count>> ids;
+    friend bool operator==(const FacesOfCells&, const FacesOfCells&) = default;
+};
+
+/// The unique edges and faces that have nodes of their own. Their nodes go from the first corner on: along an edge to
+/// the second; on a triangle first towards the second corner, then towards the third; on a quadrilateral first towards
+/// the second, then towards the fourth. How an element sees them follows from its own vertices.
 template <int D>
-struct DirectionsAtVertices {
-    Column<Vec<D>> table;
-    Column<DirectionRow> at;
-    friend bool operator==(const DirectionsAtVertices&, const DirectionsAtVertices&) = default;
+struct MeshEntities {
+    Column<std::array<VertexId, 2>> edges;           ///< lower vertex first, rising; from degree 2 on
+    Column<std::array<VertexId, 3>> triangles;       ///< vertices rise, and rows; 3D, from degree 3 on
+    Column<std::array<VertexId, 4>> quadrilaterals;  ///< round the rim: lowest vertex first, then its lower neighbour,
+                                                     ///< rows rise; 3D, from degree 2 on
+    ByShape<D, EdgesOfCells> edges_of_elements;
+    ByShape<D - 1, EdgesOfCells> edges_of_facets;
+    Column<EdgeId> edges_of_edges;  ///< of feature edges (3D)
+    ByShape<D, FacesOfCells> faces_of_elements;
+    ByShape<D - 1, FacesOfCells> faces_of_facets;
+
+    friend bool operator==(const MeshEntities&, const MeshEntities&) = default;
 };
 
-/// An item of the mesh (a vertex; edges and facets can be others) on an entity of the geometry that the mesh stands
-/// for: a point (G = 0), a curve (1) or a surface (2) of a CAD model, or of what a mesher classifies its nodes by.
-template <int G, class Item = VertexId>
-struct Association {
-    Item item;
-    Reference entity = 0;  ///< its number among those of dimension G, as the mesh's maker counts them
-    /// Where on it, in the entity's own parametrisation: t of a curve, (u, v) of a surface. None: not known; a point
-    /// has none.
-    std::optional<std::array<double, G>> parameters = {};
-    std::optional<double> distance = {};  ///< of the item from that place (model units); none: not known
-    friend bool operator==(const Association&, const Association&) = default;
-};
-
-/// What the mesh's maker says of the geometry beyond the simplices, kept from input to output. `camber.surface` takes
-/// normals and tangents where they agree with the mesh; associations are for whoever has the geometry they speak of. An
-/// item may have several: a vertex on a curve has a place on each surface that meets there.
+/// A mesh of one degree from 1 to 5 whose elements have any shapes of dimension D: an immutable value of columns.
+/// Nodes are equispaced in the reference element (points on the curves, no control points), each stored once, with the
+/// vertex, edge, face or element that it is inside of; which an element has follows from its vertices, the ids of
+/// its edges and faces, and constant tables. So a mesh conforms by construction. Elements are numbered shape by shape.
 template <int D>
-struct GivenGeometry {
-    DirectionsAtVertices<D> normals;   ///< of the surface (in 2D: of the boundary)
-    DirectionsAtVertices<D> tangents;  ///< of curves: ridges in 3D, the boundary in 2D
-    Column<Association<0>> on_points;
-    Column<Association<1>> on_curves;
-    Column<Association<2>> on_surfaces;
-    friend bool operator==(const GivenGeometry&, const GivenGeometry&) = default;
-};
-
-/// A name for the simplices of one dimension that share a reference: Gmsh's physical group, a boundary condition or a
-/// marker of a flow solver. Simplices in several groups have a reference with several names.
-struct Group {
-    int dimension = 0;  ///< of the simplices; 0: vertices
-    Reference reference = 0;
-    std::string name;
-    friend bool operator==(const Group&, const Group&) = default;
-};
-
-/// A straight mesh of D-simplices in D dimensions: an immutable value of columns. Elements are positively
-/// oriented in a sound mesh; `facets` are boundary and interface facets (triangles in 3D, edges in 2D);
-/// `edges` are the feature edges of a 3D mesh (always empty in 2D, where facets are the edges).
-template <int D>
-struct LinearMesh {
+struct Mesh {
     static constexpr int dimension = D;
 
-    Column<Vec<D>> points;               ///< vertex coordinates
+    int degree = 1;
+    Column<Vec<D>> points;               ///< of vertices
+    Column<LagrangeNode<D>> edge_nodes;  ///< degree − 1 an edge
+    Column<Vec<D>> face_nodes;           ///< 3D: of the triangles, then of the quadrilaterals
+    Column<Vec<D>> inner_nodes;          ///< element by element, in the order of `lagrange_nodes`
     Column<Reference> point_references;  ///< one a vertex
     Column<VertexId> corners;            ///< vertices where curves break
     Column<VertexId> required_vertices;
-    Simplices<D> elements;
-    Simplices<D - 1> facets;
-    Simplices<1> edges;
-    Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
+    ByShape<D, Cells> elements;
+    ByShape<D - 1, Cells> facets;  ///< of the boundary, and between materials
+    Cells<Shape::line> edges;      ///< feature edges in 3D; none in 2D, where facets are the edges
+    Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or the facets (2D)
     GivenGeometry<D> geometry;
-    Column<Group> groups = {};  ///< of several with one dimension and reference the first is the main one
+    Column<Group> groups = {};
+    MeshEntities<D> entities;
 
-    friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
+    friend bool operator==(const Mesh&, const Mesh&) = default;
 };
 
-/// Whether the mesh is a surface in space and no more: what is judged of it, and what a field on it is over, are its
-/// triangles, in the order of its facets, and an ElementId of either is the number of one.
+/// Number of all elements.
 template <int D>
-[[nodiscard]] inline bool is_surface_alone(const LinearMesh<D>& mesh) {
-    return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
+[[nodiscard]] std::size_t count_elements(const Mesh<D>& mesh) {
+    std::size_t count = 0;
+    each_shape<D>([&]<Shape shape>() { count += mesh.elements.template of<shape>().size(); });
+    return count;
 }
 
-/// The unique edges of a mesh, sorted by (lower vertex, higher vertex), and the edges of each simplex in the order
-/// of `local_edges`.
+/// Number of all nodes.
 template <int D>
-struct EdgeSet {
-    Column<std::array<VertexId, 2>> vertices;  ///< lower vertex first
-    Column<std::array<EdgeId, edges_per_simplex<D>>> of_elements;
-    Column<std::array<EdgeId, edges_per_simplex<D - 1>>> of_facets;
-    Column<EdgeId> of_edges;  ///< of the feature edges (3D)
-
-    [[nodiscard]] std::size_t size() const { return vertices.size(); }
-    friend bool operator==(const EdgeSet&, const EdgeSet&) = default;
-};
-
-/// The node of a P2 edge that lies on the curve, at t = 1/2. Its Bézier counterpart (camber.bezier: ControlPoint) does
-/// not lie on it; the two must not be mixed up (P_11 = (4 P^l − P_20 − P_02)/2), so each has its type.
-template <int D>
-struct LagrangeNode {
-    Vec<D> point;
-    friend bool operator==(const LagrangeNode&, const LagrangeNode&) = default;
-};
-
-/// A quadratic (P2) mesh: the straight one, its unique edges, and one **Lagrange** node (a point on the curve at
-/// t = 1/2) an edge. Conformity of the mid nodes is by construction.
-template <int D>
-struct QuadraticMesh {
-    static constexpr int dimension = D;
-
-    LinearMesh<D> linear;
-    EdgeSet<D> edges;
-    Column<LagrangeNode<D>> mid_nodes;  ///< one an edge of `edges`
-
-    friend bool operator==(const QuadraticMesh&, const QuadraticMesh&) = default;
-};
-
-/// Where an edge lies, and so how its node may move.
-enum class EdgeKind : std::uint8_t {
-    volume,   ///< free in the volume
-    surface,  ///< on a smooth piece of the boundary or of an interface
-    ridge,    ///< on a curve where the boundary or an interface breaks
-    fixed,    ///< not to be moved: on the boundary of a cavity, shared with elements outside
-};
-
-/// What became of an edge's node on the way from the straight mesh to the committed one.
-enum class EdgeChange : std::uint8_t {
-    straight,      ///< still at the middle of the chord
-    projected,     ///< put onto the geometry
-    optimised,     ///< put where the metric wants it
-    relaxed,       ///< moved back towards the middle, or elsewhere, so that its elements become valid
-    straightened,  ///< moved back all the way to the middle
-};
-
-/// New places for the vertices and the mid nodes of a mesh: planned against the mesh, judged by `validate`, repaired by
-/// `relax` and `repair`, and made the mesh's own by `commit`.
-template <int D>
-struct Proposal {
-    Column<Vec<D>> points;              ///< one a vertex; the mesh's own column where no vertex moves
-    Column<LagrangeNode<D>> mid_nodes;  ///< one an edge
-    Column<EdgeKind> kinds;             ///< one an edge
-    Column<EdgeChange> changes;         ///< one an edge
-    friend bool operator==(const Proposal&, const Proposal&) = default;
-};
-
-/// The mesh as the proposal would have it, to look at: what is to last is made by `commit`. Shares all columns.
-template <int D>
-[[nodiscard]] inline QuadraticMesh<D> apply_proposal(QuadraticMesh<D> mesh, const Proposal<D>& proposal) {
-    mesh.linear.points = proposal.points;
-    mesh.mid_nodes = proposal.mid_nodes;
-    return mesh;
+[[nodiscard]] std::size_t count_nodes(const Mesh<D>& mesh) {
+    return mesh.points.size() + mesh.edge_nodes.size() + mesh.face_nodes.size() + mesh.inner_nodes.size();
 }
 
-/// "triangle", "tetrahedron", "edge": what messages call a K-simplex.
-template <int K>
-inline constexpr const char* simplex_name = K == 1   ? "edge"
-                                            : K == 2 ? "triangle"
-                                                     : "tetrahedron";
+// Between the general mesh and those of simplices. All columns are shared; nothing is copied.
 
-// The Lagrange functions of degree 2 on a K-simplex, by barycentric coordinates.
-
-/// Of a vertex's node: ξ (2ξ − 1).
-[[nodiscard]] constexpr double vertex_shape(double xi) { return xi * (2 * xi - 1); }
-
-/// Of the node of local edge e: 4 ξ_i ξ_j. It is also what that node adds, by how far it is from the middle of its
-/// chord, to the linear function of the vertices.
-template <int K>
-[[nodiscard]] constexpr double edge_shape(const std::array<double, K + 1>& xi, int e) {
-    const auto [i, j] = local_edges<K>[e];
-    return 4 * xi[i] * xi[j];
-}
-
-/// Adds ∂/∂ξ_a, a = 0 … K, of edge_shape times a value.
-template <int K, class T>
-constexpr void add_edge_derivatives(const std::array<double, K + 1>& xi, int e, const T& value,
-                                    std::array<T, K + 1>& partial) {
-    const auto [i, j] = local_edges<K>[e];
-    partial[i] += (4 * xi[j]) * value;
-    partial[j] += (4 * xi[i]) * value;
-}
-
-// What a file says must not change (GMF's Required entities).
-
-/// One mark an edge: 1 for a required one, and for the edges of required facets and elements.
 template <int D>
-[[nodiscard]] inline Buffer<std::uint8_t> required_edges(const QuadraticMesh<D>& mesh) {
-    Buffer<std::uint8_t> marks(mesh.edges.size(), 0);
-    for (const std::uint32_t s : mesh.linear.elements.required)
-        for (const EdgeId e : mesh.edges.of_elements[s]) marks[e.index()] = 1;
-    for (const std::uint32_t f : mesh.linear.facets.required)
-        for (const EdgeId e : mesh.edges.of_facets[f]) marks[e.index()] = 1;
-    for (const std::uint32_t e : mesh.linear.edges.required)
-        if (e < mesh.edges.of_edges.size()) marks[mesh.edges.of_edges[e].index()] = 1;
-    return marks;
-}
-
-/// One mark a vertex: 1 for a required one, and for the vertices of required edges, facets and elements.
+[[nodiscard]] Mesh<D> as_mesh(const LinearMesh<D>& mesh);
 template <int D>
-[[nodiscard]] inline Buffer<std::uint8_t> required_vertices(const LinearMesh<D>& mesh) {
-    Buffer<std::uint8_t> marks(mesh.points.size(), 0);
-    for (const VertexId v : mesh.required_vertices) marks[v.index()] = 1;
-    const auto mark = [&](const auto& simplices) {
-        for (const std::uint32_t s : simplices.required)
-            for (const VertexId v : simplices.vertices[s]) marks[v.index()] = 1;
+[[nodiscard]] Mesh<D> as_mesh(const QuadraticMesh<D>& mesh);
+
+/// Errors: the degree is not 1, elements or facets are no simplices (ErrorKind::unsupported).
+template <int D>
+[[nodiscard]] Outcome<LinearMesh<D>> as_linear(const Mesh<D>& mesh);
+/// Errors: the degree is not 2, elements or facets are no simplices (ErrorKind::unsupported).
+template <int D>
+[[nodiscard]] Outcome<QuadraticMesh<D>> as_quadratic(const Mesh<D>& mesh);
+
+/// The same mesh of degree 1 in another degree, with its edges and faces: nodes are where the corners' linear functions
+/// have them (on pyramids: those of the collapsed hexahedron), so no point of any element moves. Errors: the mesh is
+/// not of degree 1, the degree is not from 1 to 5 (ErrorKind::usage), a cell that names a vertex twice
+/// (ErrorKind::input), too many edges or faces (ErrorKind::unsupported), stopped.
+template <int D>
+[[nodiscard]] Outcome<Mesh<D>> in_degree(Mesh<D> mesh, int degree, const Execution& execution);
+
+/// The same mesh with f(node) in the place of each node.
+template <int D, class F>
+[[nodiscard]] Mesh<D> mapped(Mesh<D> mesh, F&& f) {
+    const auto of = [&](const Column<Vec<D>>& nodes) {
+        Buffer<Vec<D>> out(nodes.begin(), nodes.end());
+        for (Vec<D>& p : out) p = f(std::as_const(p));
+        return Column<Vec<D>>(std::move(out));
     };
-    mark(mesh.elements);
-    mark(mesh.facets);
-    mark(mesh.edges);
-    return marks;
-}
-
-/// Whether edges of the boundary are held where they are required, or those of the volume alone.
-enum class RequiredBoundary : std::uint8_t { keep, geometry };
-[[nodiscard]] constexpr auto words(RequiredBoundary) {
-    return words_of(Word{RequiredBoundary::keep, "keep"}, Word{RequiredBoundary::geometry, "geometry"});
-}
-
-/// The kinds with the required edges `fixed`: their nodes stay.
-template <int D>
-[[nodiscard]] inline Column<EdgeKind> held_kinds(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                 RequiredBoundary boundary) {
-    const auto required = required_edges(mesh);
-    Buffer<EdgeKind> held(kinds.begin(), kinds.end());
-    for (std::size_t e = 0; e < held.size(); ++e)
-        if (required[e] != 0 && (boundary == RequiredBoundary::keep || kinds[e] == EdgeKind::volume))
-            held[e] = EdgeKind::fixed;
-    return Column<EdgeKind>(std::move(held));
-}
-
-/// The mesh without what it requires of its facets, feature edges and elements.
-template <int D>
-[[nodiscard]] inline QuadraticMesh<D> without_required(QuadraticMesh<D> mesh) {
-    mesh.linear.elements.required = {};
-    mesh.linear.facets.required = {};
-    mesh.linear.edges.required = {};
+    Buffer<LagrangeNode<D>> of_edges(mesh.edge_nodes.begin(), mesh.edge_nodes.end());
+    for (auto& [p] : of_edges) p = f(std::as_const(p));
+    mesh.points = of(mesh.points);
+    mesh.edge_nodes = std::move(of_edges);
+    mesh.face_nodes = of(mesh.face_nodes);
+    mesh.inner_nodes = of(mesh.inner_nodes);
     return mesh;
 }
 
-/// 1 for vertices on the boundary: at an end of an edge that is not of the volume.
-template <int D>
-[[nodiscard]] inline Buffer<std::uint8_t> boundary_vertices(const QuadraticMesh<D>& mesh,
-                                                            const Column<EdgeKind>& kinds) {
-    Buffer<std::uint8_t> marks(mesh.linear.points.size(), 0);
-    for (std::size_t e = 0; e < kinds.size(); ++e)
-        if (kinds[e] != EdgeKind::volume)
-            for (const VertexId v : mesh.edges.vertices[e]) marks[v.index()] = 1;
-    return marks;
+/// The nodes of a cell in the order of `lagrange_nodes`: what kernels gather.
+template <Shape shape, int degree, int D>
+struct Element {
+    std::array<Vec<D>, element_nodes<shape, degree>> nodes;
+    friend bool operator==(const Element&, const Element&) = default;
+};
+
+}  // namespace camber
+
+namespace camber {
+
+/// How a face lies in its unique face: which number its vertices make.
+[[nodiscard]] constexpr int turn_of(const std::array<VertexId, 3>& v) {
+    return (v[0] < v[1] ? 1 : 0) + (v[0] < v[2] ? 2 : 0) + (v[1] < v[2] ? 4 : 0);
+}
+[[nodiscard]] constexpr int turn_of(const std::array<VertexId, 4>& v) {
+    int lowest = 0;
+    for (int i = 1; i < 4; ++i)
+        if (v[i] < v[lowest]) lowest = i;
+    return 2 * lowest + (v[(lowest + 1) % 4] < v[(lowest + 3) % 4] ? 1 : 0);
 }
 
-// The range of lengths that Camber computes with, in model units. Products of four lengths (determinants of triangles'
-// derivatives, squared areas) and of three and their rounding errors, and squares of a metric's entries, are then
-// numbers with all their digits, also for elements far thinner than they are long. From 1e-77 and 1e77 on they are
-// not.
-
-/// Elements and facets are at least as large as this in some coordinate; sizes of metrics are no smaller.
-inline constexpr double min_length = 1e-60;
-/// Coordinates are no larger than this, neither are sizes of metrics.
-inline constexpr double max_length = 1e60;
-
-/// For each key (a vertex, an edge …) the items that touch it, in rising order; compressed rows.
-template <class Item>
-struct Incidence {
-    Column<std::uint32_t> offsets;  ///< keys + 1
-    Column<Item> items;
-
-    [[nodiscard]] std::size_t size() const { return offsets.empty() ? 0 : offsets.size() - 1; }
-    [[nodiscard]] std::span<const Item> operator[](std::size_t key) const {
-        return {items.data() + offsets[key], items.data() + offsets[key + 1]};
+/// The corners of a face in the order of the unique face, by the turn: their positions in the face.
+[[nodiscard]] constexpr std::array<int, 4> corners_in_turn(Shape shape, int turn) {
+    if (shape == Shape::quadrilateral) {
+        const int first = turn / 2, step = turn % 2 == 1 ? 1 : 3;
+        return {first, (first + step) % 4, (first + 2) % 4, (first + 3 * step) % 4};
     }
-    template <class Tag>
-    [[nodiscard]] std::span<const Item> operator[](Id<Tag> key) const {
-        return (*this)[key.index()];
+    std::array<int, 4> at{};
+    const std::array<bool, 3> below{(turn & 1) != 0, (turn & 2) != 0, (turn & 4) != 0};  // 0 < 1, 0 < 2, 1 < 2
+    const std::array<int, 3> rank{(below[0] ? 0 : 1) + (below[1] ? 0 : 1), (below[0] ? 1 : 0) + (below[2] ? 0 : 1),
+                                  (below[1] ? 1 : 0) + (below[2] ? 1 : 0)};
+    for (int i = 0; i < 3; ++i) at[rank[i]] = i;
+    return at;
+}
+
+/// For each turn, of each inner node of a face of degree k the position in the unique face's nodes.
+template <Shape shape, int degree>
+inline constexpr auto turned_nodes = [] {
+    constexpr int count = inner_node_count(shape, degree);
+    constexpr int first = element_nodes<shape, degree> - count;
+    constexpr auto& lattice = lagrange_nodes<shape, degree>;
+    constexpr auto& corners = shape_table<shape>.coordinates;
+    std::array<std::array<std::uint8_t, count>, 8> nodes{};
+    for (int turn = 0; turn < 8; ++turn) {
+        const auto at = corners_in_turn(shape, turn);
+        const int last = shape == Shape::quadrilateral ? 3 : 2;
+        for (int n = 0; n < count; ++n) {  // steps from the unique face's first corner along its two directions
+            std::array<int, 2> to{};
+            for (int d = 0; d < 2; ++d) {
+                to[d] = lattice[first + n][d];
+                if (shape == Shape::quadrilateral) to[d] -= degree * corners[at[0]][d];
+            }
+            std::array<int, 2> steps{};
+            if (shape == Shape::quadrilateral) {
+                for (int d = 0; d < 2; ++d) {
+                    steps[0] += to[d] * (corners[at[1]][d] - corners[at[0]][d]);
+                    steps[1] += to[d] * (corners[at[last]][d] - corners[at[0]][d]);
+                }
+            } else {
+                const std::array<int, 3> weights{degree - to[0] - to[1], to[0], to[1]};
+                steps = {weights[at[1]], weights[at[last]]};
+            }
+            for (int m = 0; m < count; ++m)
+                if (lattice[first + m][0] == steps[0] && lattice[first + m][1] == steps[1])
+                    nodes[turn][n] = static_cast<std::uint8_t>(m);
+        }
     }
-};
+    return nodes;
+}();
 
-/// The element across the face opposite each local vertex; an invalid id where there is none.
-template <int D>
-using Neighbours = Column<std::array<ElementId, D + 1>>;
+/// Appends the inner nodes of a unique face as a face with these vertices has them.
+template <Shape face, int degree, int D, std::size_t N>
+void append_face(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, FaceId id, Vec<D>*& out) {
+    constexpr std::size_t count = inner_node_count(face, degree);
+    if constexpr (count > 0) {
+        std::size_t first = id.index() * count;
+        if constexpr (face == Shape::quadrilateral)
+            first += mesh.entities.triangles.size() * inner_node_count(Shape::triangle, degree);
+        for (const std::uint8_t at : turned_nodes<face, degree>[turn_of(vertices)])
+            *out++ = mesh.face_nodes[first + at];
+    }
+}
 
-/// A face of an element: that opposite local vertex `opposite`.
-struct ElementFace {
-    ElementId element;
-    std::uint32_t opposite = 0;
-    friend bool operator==(const ElementFace&, const ElementFace&) = default;
-};
-
-/// Derived data of the functions below, for meshes whose vertex ids are in range. Errors: more than two elements on a
-/// face (`neighbours`), a simplex that names a vertex twice (`unique_edges`), more incidences than 32 bits count;
-/// stopped.
-
-/// Elements around each vertex.
-template <int D>
-[[nodiscard]] Outcome<Incidence<ElementId>> balls(const LinearMesh<D>& mesh, const Execution& execution);
-
-/// Facets around each vertex.
-template <int D>
-[[nodiscard]] Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution);
-
-/// Feature edges around each vertex, by their index in LinearMesh::edges.
-template <int D>
-[[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
-
-/// A face of an element, named by its lowest vertex and the others, which rise.
-template <int D>
-struct FaceAround {
-    std::array<VertexId, D - 1> others;
-    ElementFace face;
-};
-
-/// The faces of which v is the lowest vertex, of all elements of its ball: equal ones side by side, by rising element.
-/// Faces that name a vertex twice are left out.
-template <int D>
-void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
-                  std::vector<FaceAround<D>>& faces);
-
-/// visit(faces) with all elements on a face, for each face, in parallel; needs the balls of the same mesh.
-template <int D, class Visit>
-[[nodiscard]] Outcome<Done> each_face(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
-                                      const Execution& execution, Visit&& visit) {
-    return each_chunk(execution, balls.size(), [&](std::size_t begin, std::size_t end) {
-        std::vector<FaceAround<D>> faces;
-        for (std::size_t v = begin; v < end; ++v) {
-            faces_around<D>(mesh, balls, VertexId(v), faces);
-            for (std::size_t first = 0, last = 0; first < faces.size(); first = last) {
-                while (last < faces.size() && faces[last].others == faces[first].others) ++last;
-                visit(std::span<const FaceAround<D>>(faces).subspan(first, last - first));
+/// Cell i of a list, with the edges and faces of the same list.
+template <Shape shape, int degree, int D>
+[[nodiscard]] Element<shape, degree, D> gathered(const Mesh<D>& mesh, const Cells<shape>& cells,
+                                                 const EdgesOfCells<shape>& edges, const FacesOfCells<shape>& faces,
+                                                 std::size_t inner, std::size_t i) {
+    constexpr const ShapeTable& table = shape_table<shape>;
+    Element<shape, degree, D> element;
+    Vec<D>* out = element.nodes.data();
+    const ShapeVertices<shape>& vertices = cells.vertices[i];
+    for (const VertexId v : vertices) *out++ = mesh.points[v];
+    if constexpr (degree > 1) {
+        for (int e = 0; e < table.edge_count; ++e) {
+            const auto& [a, b] = table.edges[e];
+            const std::size_t first = edges.ids[i][e].index() * (degree - 1);
+            for (int n = 0; n < degree - 1; ++n)
+                *out++ = mesh.edge_nodes[first + (vertices[a] < vertices[b] ? n : degree - 2 - n)].point;
+        }
+        if constexpr (D == 3 && table.dimension == 2 && inner_node_count(shape, degree) > 0) {
+            append_face<shape, degree, D>(mesh, vertices, faces.ids[i][0], out);
+        } else if constexpr (table.dimension == 3) {
+            for (int f = 0; f < table.face_count; ++f) {
+                const auto& [face, at] = table.faces[f];
+                if (face == Shape::triangle) {
+                    if constexpr (inner_node_count(Shape::triangle, degree) > 0)
+                        append_face<Shape::triangle, degree, D>(
+                            mesh, std::array{vertices[at[0]], vertices[at[1]], vertices[at[2]]}, faces.ids[i][f], out);
+                } else {
+                    append_face<Shape::quadrilateral, degree, D>(
+                        mesh, std::array{vertices[at[0]], vertices[at[1]], vertices[at[2]], vertices[at[3]]},
+                        faces.ids[i][f], out);
+                }
             }
         }
-    });
+        if constexpr (table.dimension == D)
+            for (int n = 0; n < inner_node_count(shape, degree); ++n)
+                *out++ = mesh.inner_nodes[inner + i * inner_node_count(shape, degree) + n];
+    }
+    return element;
 }
 
-/// The element across each face; needs the balls of the same mesh.
-template <int D>
-[[nodiscard]] Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
-                                                const Execution& execution);
+/// Calls f.operator()<degree>() for the degree. Requires 1 ≤ degree ≤ max_degree.
+template <class F>
+auto at_degree(int degree, F&& f) {
+    switch (degree) {
+        case 2: return f.template operator()<2>();
+        case 3: return f.template operator()<3>();
+        case 4: return f.template operator()<4>();
+        case 5: return f.template operator()<5>();
+        default: return f.template operator()<1>();
+    }
+}
 
-/// Faces of elements without a neighbour, by rising element.
-template <int D>
-[[nodiscard]] Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours);
+}  // namespace camber
 
-/// Unique edges of elements, facets and feature edges (those of a surface-only mesh included).
-template <int D>
-[[nodiscard]] Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution);
+export namespace camber {
 
-/// The shell of each edge: its elements.
-template <int D>
-[[nodiscard]] Outcome<Incidence<ElementId>> shells(const EdgeSet<D>& edges, const Execution& execution);
+/// The elements (K = D) or the facets (K = D − 1) of a mesh that have one shape; refers to the mesh.
+template <Shape shape_, int degree_, int D>
+class CellBlock {
+  public:
+    static constexpr Shape shape = shape_;
+    static constexpr int degree = degree_;
 
-/// Facets around each edge.
-template <int D>
-[[nodiscard]] Outcome<Incidence<FacetId>> facet_shells(const EdgeSet<D>& edges, const Execution& execution);
+    CellBlock(const Mesh<D>& mesh, std::size_t first, std::size_t inner) : mesh_(&mesh), first_(first), inner_(inner) {}
 
-/// The edge between two vertices, or an invalid id: binary search in the sorted set.
-template <int D>
-[[nodiscard]] EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b);
+    [[nodiscard]] std::size_t size() const { return cells().size(); }
+    /// The number of its first cell among all elements (or facets) of the mesh.
+    [[nodiscard]] std::size_t first() const { return first_; }
+    [[nodiscard]] const Cells<shape>& cells() const {
+        if constexpr (is_of_elements)
+            return mesh_->elements.template of<shape>();
+        else
+            return mesh_->facets.template of<shape>();
+    }
+    /// The nodes of cell i of the block.
+    [[nodiscard]] Element<shape, degree, D> operator[](std::size_t i) const {
+        const MeshEntities<D>& of = mesh_->entities;
+        if constexpr (is_of_elements)
+            return gathered<shape, degree, D>(*mesh_, cells(), of.edges_of_elements.template of<shape>(),
+                                              of.faces_of_elements.template of<shape>(), inner_, i);
+        else
+            return gathered<shape, degree, D>(*mesh_, cells(), of.edges_of_facets.template of<shape>(),
+                                              of.faces_of_facets.template of<shape>(), inner_, i);
+    }
+
+  private:
+    static constexpr bool is_of_elements = shape_table<shape_>.dimension == D;
+
+    const Mesh<D>* mesh_;
+    std::size_t first_, inner_;
+};
+
+/// Calls f(block) for the elements (K = D) or facets (K = D − 1) of each shape that the mesh has, with a CellBlock of
+/// its degree: so kernels are templates on shape and degree, and are chosen once a block.
+template <int K, int D, class F>
+void each_block_of(const Mesh<D>& mesh, F&& f) {
+    static_assert(K == D || K == D - 1);
+    at_degree(mesh.degree, [&]<int degree>() {
+        std::size_t first = 0, inner = 0;
+        each_shape<K>([&]<Shape shape>() {
+            const CellBlock<shape, degree, D> block(mesh, first, inner);
+            if (block.size() > 0) f(block);
+            first += block.size();
+            if (K == D) inner += block.size() * inner_node_count(shape, degree);
+        });
+    });
+}
+template <int D, class F>
+void each_block(const Mesh<D>& mesh, F&& f) {
+    each_block_of<D>(mesh, f);
+}
 
 }  // namespace camber

@@ -2,3 +2,4 @@
 export module camber.shapes;
 export import :box;
 export import :delaunay;
+export import :hybrid;

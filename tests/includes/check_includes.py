@@ -19,7 +19,7 @@ algorithm: adjacent_find all_of any_of binary_search clamp copy copy_n count cop
     sort stable_sort swap_ranges transform unique upper_bound equal_range for_each rotate merge is_permutation equal fill_n replace
     ranges::adjacent_find ranges::all_of ranges::any_of ranges::binary_search ranges::copy ranges::count ranges::count_if
     ranges::equal ranges::equal_range ranges::fill ranges::find ranges::find_if ranges::for_each ranges::inplace_merge ranges::is_sorted ranges::lower_bound ranges::max
-    ranges::max_element ranges::merge ranges::min ranges::min_element ranges::minmax ranges::move ranges::none_of ranges::nth_element ranges::pop_heap ranges::push_heap ranges::replace ranges::reverse ranges::set_difference ranges::sort ranges::stable_sort
+    ranges::includes ranges::max_element ranges::merge ranges::min ranges::min_element ranges::minmax ranges::move ranges::none_of ranges::nth_element ranges::pop_heap ranges::push_heap ranges::replace ranges::reverse ranges::set_difference ranges::sort ranges::stable_sort
     ranges::transform ranges::unique ranges::upper_bound
 array: array to_array
 atomic: atomic atomic_flag atomic_ref atomic_thread_fence memory_order_acq_rel memory_order_acquire memory_order_relaxed

@@ -1,0 +1,454 @@
+// The general mesh: to and from meshes of simplices, its edges and faces, straight nodes of a degree.
+module;
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+module camber.core;
+
+namespace camber {
+
+namespace {
+
+template <int K>
+Cells<simplex<K>> cells_of(const Simplices<K>& simplices) {
+    return {simplices.vertices, simplices.references, simplices.required, simplices.entities};
+}
+template <int K>
+Simplices<K> simplices_of(const Cells<simplex<K>>& cells) {
+    return {cells.vertices, cells.references, cells.required, cells.entities};
+}
+
+/// "3 prisms and 2 hexahedra", of all elements and facets that are no simplices; empty where all are.
+template <int D>
+std::string listed_others(const Mesh<D>& mesh) {
+    std::array<std::size_t, 7> counts{};
+    each_shape<D>([&]<Shape shape>() { counts[std::size_t(shape)] += mesh.elements.template of<shape>().size(); });
+    each_shape<D - 1>([&]<Shape shape>() { counts[std::size_t(shape)] += mesh.facets.template of<shape>().size(); });
+    std::string text;
+    for (const Shape shape : {Shape::quadrilateral, Shape::prism, Shape::pyramid, Shape::hexahedron}) {
+        const std::size_t n = counts[std::size_t(shape)];
+        if (n == 0) continue;
+        if (!text.empty()) text += ", ";
+        text += std::to_string(n) + " " + (n == 1 ? name_of(shape) : plural_of(shape));
+    }
+    return text;
+}
+
+template <int D>
+Outcome<Done> check_simplicial(const Mesh<D>& mesh, int degree) {
+    if (mesh.degree != degree)
+        return fail(ErrorKind::unsupported, "is of degree " + std::to_string(mesh.degree) +
+                                                ", and this needs one of degree " + std::to_string(degree));
+    if (const std::string others = listed_others(mesh); !others.empty())
+        return fail(ErrorKind::unsupported, "has " + others + ", and this needs a mesh of simplices alone");
+    return Done{};
+}
+
+template <int D>
+LinearMesh<D> linear_part(const Mesh<D>& mesh) {
+    return {.points = mesh.points,
+            .point_references = mesh.point_references,
+            .corners = mesh.corners,
+            .required_vertices = mesh.required_vertices,
+            .elements = simplices_of<D>(mesh.elements.template of<simplex<D>>()),
+            .facets = simplices_of<D - 1>(mesh.facets.template of<simplex<D - 1>>()),
+            .edges = simplices_of<1>(mesh.edges),
+            .ridges = mesh.ridges,
+            .geometry = mesh.geometry,
+            .groups = mesh.groups};
+}
+
+}  // namespace
+
+template <int D>
+Mesh<D> as_mesh(const LinearMesh<D>& linear) {
+    Mesh<D> mesh;
+    mesh.points = linear.points;
+    mesh.point_references = linear.point_references;
+    mesh.corners = linear.corners;
+    mesh.required_vertices = linear.required_vertices;
+    mesh.elements.template of<simplex<D>>() = cells_of<D>(linear.elements);
+    mesh.facets.template of<simplex<D - 1>>() = cells_of<D - 1>(linear.facets);
+    mesh.edges = cells_of<1>(linear.edges);
+    mesh.ridges = linear.ridges;
+    mesh.geometry = linear.geometry;
+    mesh.groups = linear.groups;
+    return mesh;
+}
+
+template <int D>
+Mesh<D> as_mesh(const QuadraticMesh<D>& quadratic) {
+    Mesh<D> mesh = as_mesh(quadratic.linear);
+    mesh.degree = 2;
+    mesh.edge_nodes = quadratic.mid_nodes;
+    MeshEntities<D>& entities = mesh.entities;
+    entities.edges = quadratic.edges.vertices;
+    entities.edges_of_elements.template of<simplex<D>>().ids = quadratic.edges.of_elements;
+    entities.edges_of_facets.template of<simplex<D - 1>>().ids = quadratic.edges.of_facets;
+    entities.edges_of_edges = quadratic.edges.of_edges;
+    return mesh;
+}
+
+template <int D>
+Outcome<LinearMesh<D>> as_linear(const Mesh<D>& mesh) {
+    if (auto fits = check_simplicial(mesh, 1); !fits) return fail(fits.error());
+    return linear_part(mesh);
+}
+
+template <int D>
+Outcome<QuadraticMesh<D>> as_quadratic(const Mesh<D>& mesh) {
+    if (auto fits = check_simplicial(mesh, 2); !fits) return fail(fits.error());
+    const MeshEntities<D>& entities = mesh.entities;
+    return QuadraticMesh<D>{linear_part(mesh),
+                            {.vertices = entities.edges,
+                             .of_elements = entities.edges_of_elements.template of<simplex<D>>().ids,
+                             .of_facets = entities.edges_of_facets.template of<simplex<D - 1>>().ids,
+                             .of_edges = entities.edges_of_edges},
+                            mesh.edge_nodes};
+}
+
+namespace {
+
+// Unique edges and faces: each cell names its own; names with equal vertices are one.
+
+/// A name of an edge or a face: its vertices but the lowest one, and where it comes from.
+template <std::size_t N>
+struct Name {
+    std::array<VertexId, N - 1> others;
+    std::uint32_t place = 0;
+    friend bool operator<(const Name& a, const Name& b) {
+        return a.others != b.others ? a.others < b.others : a.place < b.place;
+    }
+};
+
+/// The unique entities, sorted by their vertices, and the id at each place.
+template <std::size_t N>
+struct UniqueEntities {
+    Buffer<std::array<VertexId, N>> vertices;
+    Buffer<std::uint32_t> ids;
+};
+
+/// `visit(f)` calls f(place, vertices) for each of the names, in parallel; vertices begin with the lowest one.
+template <std::size_t N, class Visit>
+Outcome<UniqueEntities<N>> unique_entities(std::size_t places, std::size_t points, Visit&& visit,
+                                           const Execution& execution) {
+    if (places > max_entities)
+        return fail(ErrorKind::unsupported, "has more than " + std::to_string(max_entities) + " edges or faces");
+    using Vertices = std::array<VertexId, N>;
+    const auto add = [](std::uint32_t& count) {
+        return std::atomic_ref(count).fetch_add(1, std::memory_order_relaxed);
+    };
+    Buffer<std::uint32_t> offsets(points + 1, 0);
+    auto done = visit([&](std::size_t, const Vertices& v) { add(offsets[v[0].index() + 1]); });
+    if (!done) return fail(done.error());
+    for (std::size_t v = 0; v < points; ++v) offsets[v + 1] += offsets[v];
+    Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
+    Buffer<Name<N>> names(places);
+    done = visit([&](std::size_t place, const Vertices& v) {
+        Name<N>& name = names[add(cursor[v[0].index()])];
+        std::copy(v.begin() + 1, v.end(), name.others.begin());
+        name.place = static_cast<std::uint32_t>(place);
+    });
+    if (!done) return fail(done.error());
+    Buffer<std::uint32_t> first(points + 1, 0);  // unique entities of lower vertices
+    done = each(execution, points, [&](std::size_t v) {
+        const auto begin = names.begin() + offsets[v], end = names.begin() + offsets[v + 1];
+        std::sort(begin, end);
+        for (auto at = begin; at != end; ++at) first[v + 1] += at == begin || at->others != (at - 1)->others ? 1 : 0;
+    });
+    if (!done) return fail(done.error());
+    for (std::size_t v = 0; v < points; ++v) first[v + 1] += first[v];
+    UniqueEntities<N> out{Buffer<Vertices>(first[points]), Buffer<std::uint32_t>(places)};
+    done = each(execution, points, [&](std::size_t v) {
+        std::uint32_t next = first[v];
+        for (std::uint32_t i = offsets[v]; i < offsets[v + 1]; ++i) {
+            if (i == offsets[v] || names[i].others != names[i - 1].others) {
+                Vertices& vertices = out.vertices[next++];
+                vertices[0] = VertexId(v);
+                std::copy(names[i].others.begin(), names[i].others.end(), vertices.begin() + 1);
+            }
+            out.ids[names[i].place] = next - 1;
+        }
+    });
+    if (!done) return fail(done.error());
+    return out;
+}
+
+/// Calls f(cells, faces or edges of a cell, the place of the first) for elements, facets and feature edges.
+template <int D, class F>
+void each_list(const Mesh<D>& mesh, F&& f) {
+    each_shape<D>([&]<Shape shape>() { f.template operator()<shape>(mesh.elements.template of<shape>()); });
+    each_shape<D - 1>([&]<Shape shape>() { f.template operator()<shape>(mesh.facets.template of<shape>()); });
+    if constexpr (D == 3) f.template operator()<Shape::line>(mesh.edges);
+}
+
+/// A cell names a vertex twice: it has no edge there.
+template <int D>
+Outcome<Done> check_distinct_vertices(const Mesh<D>& mesh, const Execution& execution) {
+    Outcome<Done> result = Done{};
+    each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
+        if (!result) return;
+        const std::size_t n = cells.size();
+        const auto is_named_twice = [&](std::size_t i) {
+            auto v = cells.vertices[i];
+            std::sort(v.begin(), v.end());
+            return std::adjacent_find(v.begin(), v.end()) != v.end();
+        };
+        const auto first = reduce_each(
+            execution, n, n,
+            [&](std::size_t& found, std::size_t i) { found = found == n && is_named_twice(i) ? i : found; },
+            [](std::size_t a, std::size_t b) { return std::min(a, b); });
+        if (!first)
+            result = fail(first.error());
+        else if (*first < n)
+            result =
+                fail(ErrorKind::input, "names a vertex twice", {}, Entity{name_of(shape), *first + 1}, "remove it");
+    });
+    return result;
+}
+
+template <int D>
+Outcome<Done> add_edges(Mesh<D>& mesh, const Execution& execution) {
+    std::size_t places = 0;
+    each_list(mesh,
+              [&]<Shape shape>(const Cells<shape>& cells) { places += cells.size() * shape_table<shape>.edge_count; });
+    const auto visit = [&](auto&& f) {
+        Outcome<Done> done = Done{};
+        std::size_t first = 0;
+        each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
+            constexpr int count = shape_table<shape>.edge_count;
+            if (done)
+                done = each(execution, cells.size(), [&](std::size_t i) {
+                    for (int e = 0; e < count; ++e) {
+                        const auto& [a, b] = shape_table<shape>.edges[e];
+                        const auto [low, high] = std::minmax(cells.vertices[i][a], cells.vertices[i][b]);
+                        f(first + i * count + e, std::array{low, high});
+                    }
+                });
+            first += cells.size() * count;
+        });
+        return done;
+    };
+    auto edges = unique_entities<2>(places, mesh.points.size(), visit, execution);
+    if (!edges) return fail(edges.error());
+    std::size_t first = 0;
+    const auto take_ids = [&]<Shape shape>(const Cells<shape>& cells, EdgesOfCells<shape>& of) {
+        constexpr std::size_t count = shape_table<shape>.edge_count;
+        Buffer<std::array<EdgeId, count>> ids(cells.size());
+        for (auto& row : ids)
+            for (EdgeId& id : row) id = EdgeId(std::size_t{edges->ids[first++]});
+        of.ids = std::move(ids);
+    };
+    MeshEntities<D>& of = mesh.entities;
+    each_shape<D>([&]<Shape shape>() {
+        take_ids.template operator()<shape>(mesh.elements.template of<shape>(),
+                                            of.edges_of_elements.template of<shape>());
+    });
+    each_shape<D - 1>([&]<Shape shape>() {
+        take_ids.template operator()<shape>(mesh.facets.template of<shape>(), of.edges_of_facets.template of<shape>());
+    });
+    if constexpr (D == 3) {
+        Buffer<EdgeId> ids(mesh.edges.size());
+        for (EdgeId& id : ids) id = EdgeId(std::size_t{edges->ids[first++]});
+        of.edges_of_edges = std::move(ids);
+    }
+    of.edges = std::move(edges->vertices);
+    return Done{};
+}
+
+/// The faces of a cell of a 3D mesh: of a solid, or itself.
+template <Shape shape>
+constexpr int face_places = shape_table<shape>.dimension == 3   ? shape_table<shape>.face_count
+                            : shape_table<shape>.dimension == 2 ? 1
+                                                                : 0;
+template <Shape shape>
+constexpr ShapeFace face_at(int f) {
+    if constexpr (shape_table<shape>.dimension == 3)
+        return shape_table<shape>.faces[f];
+    else
+        return {shape, {0, 1, 2, 3}};
+}
+
+/// Of each face of a cell the number of faces of that shape before it; in the end their number.
+template <Shape shape, Shape face>
+constexpr auto face_ranks = [] {
+    std::array<int, 7> ranks{};
+    for (int k = 0; k < face_places<shape>; ++k) ranks[k + 1] = ranks[k] + (face_at<shape>(k).shape == face ? 1 : 0);
+    return ranks;
+}();
+
+/// Gives the faces of one shape their ids.
+template <Shape face>
+Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& execution) {
+    constexpr std::size_t corners = shape_table<face>.corner_count;
+    const auto each_place = [&](auto&& f) {  // f(cells, cell, face of the cell, place)
+        Outcome<Done> done = Done{};
+        std::size_t first = 0;
+        each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
+            constexpr auto& ranks = face_ranks<shape, face>;
+            constexpr int count = ranks[face_places<shape>];
+            if (count > 0 && done)
+                done = each(execution, cells.size(), [&](std::size_t i) {
+                    for (int k = 0; k < face_places<shape>; ++k)
+                        if (ranks[k] < ranks[k + 1])
+                            f.template operator()<shape>(cells, i, k, first + i * count + ranks[k]);
+                });
+            first += cells.size() * count;
+        });
+        return done;
+    };
+    std::size_t places = 0;
+    each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
+        places += cells.size() * face_ranks<shape, face>[face_places<shape>];
+    });
+    const auto visit = [&](auto&& f) {
+        return each_place([&]<Shape shape>(const Cells<shape>& cells, std::size_t i, int k, std::size_t place) {
+            const auto& at = face_at<shape>(k).corners;
+            ShapeVertices<face> vertices, turned;
+            for (std::size_t c = 0; c < corners; ++c) vertices[c] = cells.vertices[i][at[c]];
+            const auto order = corners_in_turn(face, turn_of(vertices));
+            for (std::size_t c = 0; c < corners; ++c) turned[c] = vertices[order[c]];
+            f(place, turned);
+        });
+    };
+    auto faces = unique_entities<corners>(places, mesh.points.size(), visit, execution);
+    if (!faces) return fail(faces.error());
+    std::size_t first = 0;
+    const auto take_ids = [&]<Shape shape>(const Cells<shape>& cells, FacesOfCells<shape>& of) {
+        using Row = typename decltype(of.ids)::value_type;
+        Buffer<Row> ids(of.ids.empty() ? Buffer<Row>(cells.size(), Row{}) : take(std::move(of.ids)));
+        bool has_any = false;
+        for (auto& row : ids)
+            for (int k = 0; k < face_places<shape>; ++k)
+                if (face_at<shape>(k).shape == face) {
+                    row[k] = FaceId(std::size_t{faces->ids[first++]});
+                    has_any = true;
+                }
+        of.ids = has_any || face == Shape::triangle ? Column<Row>(std::move(ids)) : Column<Row>();
+    };
+    each_shape<3>([&]<Shape shape>() {
+        take_ids.template operator()<shape>(mesh.elements.of<shape>(), mesh.entities.faces_of_elements.of<shape>());
+    });
+    each_shape<2>([&]<Shape shape>() {
+        take_ids.template operator()<shape>(mesh.facets.of<shape>(), mesh.entities.faces_of_facets.of<shape>());
+    });
+    return std::move(faces->vertices);
+}
+
+// Straight nodes.
+
+/// The linear functions of the corners at each node of an element; those of a pyramid are of the collapsed hexahedron.
+template <Shape shape, int degree>
+constexpr auto corner_weights = [] {
+    constexpr int corners = shape_table<shape>.corner_count;
+    std::array<std::array<double, corners>, element_nodes<shape, degree>> weights{};
+    for (std::size_t n = 0; n < weights.size(); ++n) {
+        std::array<double, 3> x{};
+        for (int d = 0; d < 3; ++d) x[d] = static_cast<double>(lagrange_nodes<shape, degree>[n][d]) / degree;
+        const double rest = shape == Shape::pyramid ? 1 - x[2] : 1;  // of the cross-section
+        for (int c = 0; c < corners; ++c) {
+            const auto& at = shape_table<shape>.coordinates[c];
+            double& w = weights[n][c] = 1;
+            if constexpr (is_simplex(shape)) {
+                w = at[0] + at[1] + at[2] == 0 ? 1 - x[0] - x[1] - x[2] : x[0] * at[0] + x[1] * at[1] + x[2] * at[2];
+            } else if constexpr (shape == Shape::prism) {
+                w = (at[0] + at[1] == 0 ? 1 - x[0] - x[1] : x[0] * at[0] + x[1] * at[1]) *
+                    (at[2] == 1 ? x[2] : 1 - x[2]);
+            } else if constexpr (shape == Shape::pyramid) {
+                w = c == 4     ? x[2]
+                    : rest > 0 ? (at[0] == 1 ? x[0] : rest - x[0]) * (at[1] == 1 ? x[1] : rest - x[1]) / rest
+                               : 0;
+            } else {
+                for (int d = 0; d < shape_table<shape>.dimension; ++d) w *= at[d] == 1 ? x[d] : 1 - x[d];
+            }
+        }
+    }
+    return weights;
+}();
+
+/// Appends the inner nodes of a cell whose corners have these vertices.
+template <Shape shape, int degree, int D, std::size_t N>
+void append_straight(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, Buffer<Vec<D>>& nodes) {
+    constexpr int count = inner_node_count(shape, degree);
+    for (std::size_t n = element_nodes<shape, degree> - count; n < element_nodes<shape, degree>; ++n) {
+        Vec<D> p;
+        for (std::size_t c = 0; c < N; ++c) p += corner_weights<shape, degree>[n][c] * mesh.points[vertices[c]];
+        nodes.push_back(p);
+    }
+}
+
+template <int degree, int D>
+Outcome<Mesh<D>> with_straight_nodes(Mesh<D> mesh) {
+    Buffer<LagrangeNode<D>> on_edges;
+    on_edges.reserve(mesh.entities.edges.size() * (degree - 1));
+    for (const auto& [a, b] : mesh.entities.edges)
+        for (int n = 1; n < degree; ++n) {
+            const double t = static_cast<double>(n) / degree;
+            const Vec<D>&p = mesh.points[a], &q = mesh.points[b];
+            on_edges.push_back({2 * n == degree ? midpoint(p, q) : (1 - t) * p + t * q});
+        }
+    Buffer<Vec<D>> on_faces, inside;
+    for (const auto& vertices : mesh.entities.triangles)
+        append_straight<Shape::triangle, degree, D>(mesh, vertices, on_faces);
+    for (const auto& vertices : mesh.entities.quadrilaterals)
+        append_straight<Shape::quadrilateral, degree, D>(mesh, vertices, on_faces);
+    each_shape<D>([&]<Shape shape>() {
+        for (const auto& vertices : mesh.elements.template of<shape>().vertices)
+            append_straight<shape, degree, D>(mesh, vertices, inside);
+    });
+    mesh.degree = degree;
+    mesh.edge_nodes = std::move(on_edges);
+    mesh.face_nodes = std::move(on_faces);
+    mesh.inner_nodes = std::move(inside);
+    return mesh;
+}
+
+template <int D>
+Outcome<Mesh<D>> raised(Mesh<D> mesh, int degree, const Execution& execution) {
+    if (auto sound = check_distinct_vertices(mesh, execution); !sound) return fail(sound.error());
+    if (auto done = add_edges(mesh, execution); !done) return fail(done.error());
+    if constexpr (D == 3) {
+        auto& of = mesh.entities;
+        auto quadrilaterals = add_faces<Shape::quadrilateral>(mesh, execution);
+        if (!quadrilaterals) return fail(quadrilaterals.error());
+        of.quadrilaterals = std::move(*quadrilaterals);
+        if (degree > 2) {
+            auto triangles = add_faces<Shape::triangle>(mesh, execution);
+            if (!triangles) return fail(triangles.error());
+            of.triangles = std::move(*triangles);
+        }
+    }
+    return at_degree(degree, [&]<int k>() { return with_straight_nodes<k>(std::move(mesh)); });
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Mesh<D>> in_degree(Mesh<D> mesh, int degree, const Execution& execution) {
+    if (mesh.degree != 1)
+        return fail(ErrorKind::usage,
+                    "is of degree " + std::to_string(mesh.degree) + ", and degrees are raised from 1");
+    if (degree < 1 || degree > max_degree)
+        return fail(ErrorKind::usage,
+                    "the degree must be from 1 to " + std::to_string(max_degree) + ", got " + std::to_string(degree));
+    if (degree == 1) return mesh;
+    return guarded([&] { return raised(std::move(mesh), degree, without_progress(execution)); });
+}
+
+#define CAMBER_INSTANTIATE(D)                                           \
+    template Mesh<D> as_mesh<D>(const LinearMesh<D>&);                  \
+    template Mesh<D> as_mesh<D>(const QuadraticMesh<D>&);               \
+    template Outcome<LinearMesh<D>> as_linear<D>(const Mesh<D>&);       \
+    template Outcome<QuadraticMesh<D>> as_quadratic<D>(const Mesh<D>&); \
+    template Outcome<Mesh<D>> in_degree<D>(Mesh<D>, int, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,259 @@
+// Meshes of several shapes and degrees: their nodes, edges and faces, and the way to and from simplices.
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <set>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <doctest/doctest.h>
+
+#include "dice.hpp"
+#include "meshes.hpp"
+
+import camber.core;
+import camber.bezier;
+import camber.shapes;
+
+using namespace camber;
+using namespace camber::testing;
+
+namespace {
+
+ShellOptions<3> prisms() {
+    ShellOptions<3> options;
+    options.outer_radius = 2;
+    options.inner_size = options.outer_size = 0.7;
+    options.inner_layer = {.count = 2, .first_height = 0.1, .growth = 1.5};
+    return options;
+}
+
+/// The same mesh with its vertices in another order: so edges and faces lie in all ways in their elements.
+template <int D>
+Mesh<D> renumbered(Mesh<D> mesh, std::uint64_t seed) {
+    Dice dice(seed);
+    std::vector<std::size_t> to(mesh.points.size());
+    std::iota(to.begin(), to.end(), std::size_t{0});
+    for (std::size_t i = to.size(); i > 1; --i) std::swap(to[i - 1], to[dice.below(i)]);
+    Buffer<Vec<D>> points(mesh.points.size());
+    for (std::size_t v = 0; v < to.size(); ++v) points[to[v]] = mesh.points[v];
+    const auto renumber = [&]<Shape shape>(Cells<shape>& cells) {
+        Buffer<ShapeVertices<shape>> rows(cells.vertices.begin(), cells.vertices.end());
+        for (auto& row : rows)
+            for (VertexId& v : row) v = VertexId(to[v.index()]);
+        cells.vertices = std::move(rows);
+    };
+    each_shape<D>([&]<Shape shape>() { renumber.template operator()<shape>(mesh.elements.template of<shape>()); });
+    each_shape<D - 1>([&]<Shape shape>() { renumber.template operator()<shape>(mesh.facets.template of<shape>()); });
+    mesh.points = std::move(points);
+    return mesh;
+}
+
+/// Where the corners' linear functions have a reference point of a straight cell.
+template <Shape shape, int D>
+Vec<D> straight_point(const std::array<Vec<D>, shape_table<shape>.corner_count>& corners, ReferencePoint x) {
+    Vec<D> p;
+    if constexpr (shape == Shape::pyramid) {
+        const double rest = 1 - x[2];
+        if (rest < 1e-9) return corners[4];
+        const auto base = lagrange_functions<Shape::quadrilateral, 1>({x[0] / rest, x[1] / rest, 0}).values;
+        for (std::size_t c = 0; c < 4; ++c) p += rest * base[c] * corners[c];
+        return p + x[2] * corners[4];
+    } else {
+        const auto values = lagrange_functions<shape, 1>(x).values;
+        for (std::size_t c = 0; c < corners.size(); ++c) p += values[c] * corners[c];
+        return p;
+    }
+}
+
+/// Each cell's nodes are those of the straight cell, bent; returns them all.
+template <int K, int D>
+std::set<std::array<double, D>> checked_nodes(const Mesh<D>& straight, double share) {
+    const Mesh<D> mesh = bent(straight, share);
+    std::set<std::array<double, D>> all;
+    std::size_t cells = 0;
+    double worst = 0;
+    each_block_of<K>(straight, [&]<Shape shape, int degree>(const CellBlock<shape, degree, D>& block) {
+        CHECK(block.first() == cells);
+        cells += block.size();
+        for (std::size_t i = 0; i < block.size(); ++i) {
+            const auto nodes = block[i].nodes;
+            std::array<Vec<D>, shape_table<shape>.corner_count> corners;
+            std::copy_n(nodes.begin(), corners.size(), corners.begin());
+            for (std::size_t n = 0; n < nodes.size(); ++n) {
+                ReferencePoint x{};
+                for (std::size_t d = 0; d < 3; ++d) x[d] = double(lagrange_nodes<shape, degree>[n][d]) / degree;
+                worst = std::max(worst, distance(nodes[n], straight_point<shape, D>(corners, x)));
+            }
+        }
+    });
+    CHECK(worst < 1e-14);
+    each_block_of<K>(mesh, [&]<Shape shape, int degree>(const CellBlock<shape, degree, D>& block) {
+        for (std::size_t i = 0; i < block.size(); ++i)
+            for (const Vec<D>& p : block[i].nodes) all.insert(p.c);
+    });
+    return all;
+}
+
+template <int D>
+void check_mesh(const Mesh<D>& linear) {
+    for (int degree = 1; degree <= max_degree; ++degree) {
+        CAPTURE(degree);
+        const Mesh<D> mesh = must(in_degree(renumbered(linear, std::uint64_t(degree)), degree, alone));
+        CHECK(mesh == must(in_degree(renumbered(linear, std::uint64_t(degree)), degree, Execution{.threads = 3})));
+        const auto of_facets = checked_nodes<D - 1>(mesh, 0.02);
+        if (count_elements(mesh) == 0) {
+            CHECK(of_facets.size() == count_nodes(mesh));
+            continue;
+        }
+        const auto of_elements = checked_nodes<D>(mesh, 0.02);
+        CHECK(of_elements.size() == count_nodes(mesh));  // each node once, and all of them
+        CHECK(std::ranges::includes(of_elements, of_facets));
+        if (D == 3 && degree > 2) {
+            const auto& of = mesh.entities;
+            const auto faces = of.triangles.size() + of.quadrilaterals.size();
+            const auto euler = std::ptrdiff_t(mesh.points.size() - of.edges.size() + faces - count_elements(mesh));
+            CHECK((euler == 1 || euler == 2));  // of a ball, of a shell
+        }
+    }
+}
+
+/// The smallest det J at the nodes of elements that are no pyramids.
+template <int D>
+double smallest_jacobian(const Mesh<D>& mesh) {
+    double smallest = 1;
+    each_block(mesh, [&]<Shape shape, int degree>(const CellBlock<shape, degree, D>& block) {
+        if constexpr (shape != Shape::pyramid)
+            for (std::size_t i = 0; i < block.size(); ++i) {
+                const auto element = block[i];
+                for (const auto& at : lagrange_nodes<shape, degree>) {
+                    ReferencePoint x{};
+                    for (std::size_t d = 0; d < 3; ++d) x[d] = double(at[d]) / degree;
+                    const auto functions = lagrange_functions<shape, degree>(x);
+                    Mat<D> j;
+                    for (std::size_t n = 0; n < element.nodes.size(); ++n)
+                        for (int r = 0; r < D; ++r)
+                            for (int c = 0; c < D; ++c)
+                                j.column[c][r] += functions.gradients[n][c] * element.nodes[n][r];
+                    smallest = std::min(smallest, det(j));
+                }
+            }
+    });
+    return smallest;
+}
+
+template <int D>
+LinearMesh<D> box_of_simplices(std::uint64_t seed) {
+    BoxOptions<D> options;
+    options.cells.fill(3);
+    options.seed = seed;
+    LinearMesh<D> mesh = must(generate(options));
+    mesh.required_vertices = Buffer<VertexId>{VertexId(std::size_t{1})};
+    mesh.facets.required = Buffer<std::uint32_t>{0};
+    mesh.groups = Buffer<Group>{{D, 1, "air"}};
+    return mesh;
+}
+
+template <int D>
+QuadraticMesh<D> quadratic_box(std::uint64_t seed) {
+    Dice dice(seed);
+    QuadraticMesh<D> mesh = must(elevate(box_of_simplices<D>(seed), alone));
+    Buffer<LagrangeNode<D>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());
+    for (auto& [p] : nodes) p += 0.01 * dice.template vector<D>();
+    mesh.mid_nodes = std::move(nodes);
+    return mesh;
+}
+
+template <int D>
+void check_conversions() {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+        const LinearMesh<D> linear = box_of_simplices<D>(seed);
+        CHECK(must(as_linear(as_mesh(linear))) == linear);
+        CHECK(as_mesh(linear).points.data() == linear.points.data());
+        CHECK(must(in_degree(as_mesh(linear), 2, alone)) == as_mesh(must(elevate(linear, alone))));
+        const QuadraticMesh<D> quadratic = quadratic_box<D>(seed);
+        const Mesh<D> mesh = as_mesh(quadratic);
+        CHECK(mesh.degree == 2);
+        const QuadraticMesh<D> back = must(as_quadratic(mesh));
+        CHECK(back == quadratic);
+        CHECK(back.mid_nodes.data() == quadratic.mid_nodes.data());
+        CHECK(back.edges.of_elements.data() == quadratic.edges.of_elements.data());
+        CHECK(as_mesh(back) == mesh);
+        CHECK_FALSE(as_linear(mesh).has_value());
+        CHECK_FALSE(as_quadratic(as_mesh(linear)).has_value());
+        std::size_t elements = 0;
+        each_block(mesh, [&]<Shape shape, int degree>(const CellBlock<shape, degree, D>& block) {
+            CHECK(shape == simplex<D>);
+            CHECK(degree == 2);
+            for (std::size_t i = 0; i < block.size(); ++i, ++elements)
+                if constexpr (degree == 2)
+                    for (int e = 0; e < edges_per_simplex<D>; ++e)
+                        CHECK(block[i].nodes[std::size_t(D + 1 + e)] ==
+                              quadratic.mid_nodes[quadratic.edges.of_elements[i][e]].point);
+        });
+        CHECK(elements == quadratic.linear.elements.size());
+    }
+}
+
+}  // namespace
+
+TEST_CASE("meshes of simplices become general meshes and come back, with the same columns") {
+    check_conversions<2>();
+    check_conversions<3>();
+}
+
+TEST_CASE("each cell of a plate has its own nodes in its own order, at every degree") {
+    check_mesh(must(generate_plate({4, 3})));
+    check_mesh(must(generate_plate_in_space({4, 3})));
+}
+
+TEST_CASE("each cell of hexahedra, prisms, pyramids and tetrahedra has its own nodes in its own order") {
+    check_mesh(must(generate_hexahedra({2, 3, 2})));
+    check_mesh(must(generate_pyramids({2, 2, 3})));
+    check_mesh(must(generate_prisms(prisms())));
+}
+
+TEST_CASE("hybrid meshes are valid, and stay so when bent") {
+    for (const double share : {0.0, 0.02})
+        for (const int degree : {1, 2, 3, 5}) {
+            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_plate({4, 3})), degree, alone)), share)) > 0);
+            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_hexahedra({2, 2, 2})), degree, alone)), share)) >
+                  0);
+            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_pyramids({2, 2, 3})), degree, alone)), share)) >
+                  0);
+            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_prisms(prisms())), degree, alone)), share)) > 0);
+        }
+    const Mesh<3> prism_shell = must(generate_prisms(prisms()));
+    CHECK(prism_shell.elements.of<Shape::prism>().size() > 50);
+    CHECK(prism_shell.elements.of<Shape::tetrahedron>().size() > 50);
+    for (const Reference reference : prism_shell.facets.of<Shape::triangle>().references)
+        CHECK((reference == 1 || reference == 2));
+    const Mesh<3> pyramids = must(generate_pyramids({2, 2, 3}));
+    CHECK(pyramids.elements.of<Shape::pyramid>().size() == 4);
+    CHECK(pyramids.elements.of<Shape::hexahedron>().size() == 4);
+    CHECK(pyramids.facets.of<Shape::quadrilateral>().size() == 4 + 8);
+}
+
+TEST_CASE("what cannot be converted is refused with its reason") {
+    const auto message = [](const auto& outcome) { return outcome.has_value() ? std::string() : outcome.error().what; };
+    const Mesh<3> hybrid = must(generate_pyramids({1, 1, 3}));
+    CHECK(message(as_linear(hybrid)) ==
+          "has 5 quadrilaterals, 1 pyramid, 1 hexahedron, and this needs a mesh of simplices alone");
+    CHECK(message(as_quadratic(hybrid)) == "is of degree 1, and this needs one of degree 2");
+    CHECK(message(in_degree(hybrid, 6, alone)) == "the degree must be from 1 to 5, got 6");
+    CHECK(message(in_degree(hybrid, 0, alone)) == "the degree must be from 1 to 5, got 0");
+    CHECK(message(in_degree(must(in_degree(hybrid, 3, alone)), 4, alone)) ==
+          "is of degree 3, and degrees are raised from 1");
+    Mesh<3> twice = hybrid;
+    twice.elements.of<Shape::hexahedron>().vertices =
+        Buffer<ShapeVertices<Shape::hexahedron>>{ShapeVertices<Shape::hexahedron>{}};
+    CHECK_FALSE(in_degree(twice, 2, alone).has_value());
+    CHECK(must(in_degree(Mesh<3>{}, 4, alone)).points.size() == 0);
+    CHECK_FALSE(generate_hexahedra({0, 1, 1}).has_value());
+    CHECK_FALSE(generate_pyramids({1, 1, 2}).has_value());
+    CHECK_FALSE(generate_prisms(ShellOptions<3>{}).has_value());
+}
