@@ -14,6 +14,7 @@ import argparse
 import filecmp
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -56,9 +57,12 @@ def shown(rows):
 
 
 def whole(camber, mesh, out):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = timed([camber, "curve", mesh, "-o", out, "--report", out.with_suffix(".json"), "--quiet"])
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     peak = largest([step["peak_bytes"] for step in report_of(out.with_suffix(".json"))["stages"]])
-    return {"name": "as a whole, all threads", "seconds": seconds, "processor": float("nan"), "peak": peak, "rounds": None}
+    return {"name": "as a whole, all threads", "seconds": seconds, "processor": processor, "peak": peak, "rounds": None}
 
 
 def limited_group(memory):
