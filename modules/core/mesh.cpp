@@ -23,9 +23,9 @@ Simplices<K> simplices_of(const Cells<simplex<K>>& cells) {
     return {cells.vertices, cells.references, cells.required, cells.entities};
 }
 
-/// "3 prisms and 2 hexahedra", of all elements and facets that are no simplices; empty where all are.
+/// "3 prisms, 2 hexahedra": all elements and facets that are no simplices; empty where all are.
 template <int D>
-std::string listed_others(const Mesh<D>& mesh) {
+std::string list_others(const Mesh<D>& mesh) {
     std::array<std::size_t, 7> counts{};
     each_shape<D>([&]<Shape shape>() { counts[std::size_t(shape)] += mesh.elements.template of<shape>().size(); });
     each_shape<D - 1>([&]<Shape shape>() { counts[std::size_t(shape)] += mesh.facets.template of<shape>().size(); });
@@ -44,7 +44,7 @@ Outcome<Done> check_simplicial(const Mesh<D>& mesh, int degree) {
     if (mesh.degree != degree)
         return fail(ErrorKind::unsupported, "is of degree " + std::to_string(mesh.degree) +
                                                 ", and this needs one of degree " + std::to_string(degree));
-    if (const std::string others = listed_others(mesh); !others.empty())
+    if (const std::string others = list_others(mesh); !others.empty())
         return fail(ErrorKind::unsupported, "has " + others + ", and this needs a mesh of simplices alone");
     return Done{};
 }
@@ -114,30 +114,37 @@ Outcome<QuadraticMesh<D>> as_quadratic(const Mesh<D>& mesh) {
 
 namespace {
 
-// Unique edges and faces: each cell names its own; names with equal vertices are one.
+// Unique edges and faces: each cell lists its own; those with the same vertices are one.
 
-/// A name of an edge or a face: its vertices but the lowest one, and where it comes from.
+/// An edge or a face of a cell: its vertices but the lowest one as one number that sorts as they do, and its slot among
+/// all that cells list.
 template <std::size_t N>
-struct Name {
+struct Listed {
     std::array<VertexId, N - 1> others;
-    std::uint32_t place = 0;
-    friend bool operator<(const Name& a, const Name& b) {
-        return a.others != b.others ? a.others < b.others : a.place < b.place;
+    std::uint32_t slot = 0;
+
+    [[nodiscard]] bool precedes(const Listed& other) const {
+        if constexpr (N == 2) return others[0] < other.others[0];
+        if constexpr (N == 3) return pair() < other.pair();
+        if constexpr (N == 4)
+            return pair() != other.pair() ? pair() < other.pair() : others.back() < other.others.back();
+        return false;
     }
+    [[nodiscard]] std::uint64_t pair() const { return std::uint64_t{others[0].value} << 32U | others[1].value; }
 };
 
-/// The unique entities, sorted by their vertices, and the id at each place.
+/// The unique entities, sorted by their vertices, and the id for each slot.
 template <std::size_t N>
 struct UniqueEntities {
     Buffer<std::array<VertexId, N>> vertices;
     Buffer<std::uint32_t> ids;
 };
 
-/// `visit(f)` calls f(place, vertices) for each of the names, in parallel; vertices begin with the lowest one.
+/// `visit(f)` calls f(slot, vertices) for each slot, in parallel; vertices begin with the lowest one.
 template <std::size_t N, class Visit>
-Outcome<UniqueEntities<N>> unique_entities(std::size_t places, std::size_t points, Visit&& visit,
+Outcome<UniqueEntities<N>> unique_entities(std::size_t slots, std::size_t points, Visit&& visit,
                                            const Execution& execution) {
-    if (places > max_entities)
+    if (slots > max_entities)
         return fail(ErrorKind::unsupported, "has more than " + std::to_string(max_entities) + " edges or faces");
     using Vertices = std::array<VertexId, N>;
     const auto add = [](std::uint32_t& count) {
@@ -148,38 +155,38 @@ Outcome<UniqueEntities<N>> unique_entities(std::size_t places, std::size_t point
     if (!done) return fail(done.error());
     for (std::size_t v = 0; v < points; ++v) offsets[v + 1] += offsets[v];
     Buffer<std::uint32_t> cursor(offsets.begin(), offsets.end());
-    Buffer<Name<N>> names(places);
-    done = visit([&](std::size_t place, const Vertices& v) {
-        Name<N>& name = names[add(cursor[v[0].index()])];
-        std::copy(v.begin() + 1, v.end(), name.others.begin());
-        name.place = static_cast<std::uint32_t>(place);
+    Buffer<Listed<N>> listed(slots);
+    done = visit([&](std::size_t slot, const Vertices& v) {
+        Listed<N>& item = listed[add(cursor[v[0].index()])];
+        std::copy(v.begin() + 1, v.end(), item.others.begin());
+        item.slot = static_cast<std::uint32_t>(slot);
     });
     if (!done) return fail(done.error());
     Buffer<std::uint32_t> first(points + 1, 0);  // unique entities of lower vertices
     done = each(execution, points, [&](std::size_t v) {
-        const auto begin = names.begin() + offsets[v], end = names.begin() + offsets[v + 1];
-        std::sort(begin, end);
+        const auto begin = listed.begin() + offsets[v], end = listed.begin() + offsets[v + 1];
+        std::sort(begin, end, [](const auto& a, const auto& b) { return a.precedes(b); });
         for (auto at = begin; at != end; ++at) first[v + 1] += at == begin || at->others != (at - 1)->others ? 1 : 0;
     });
     if (!done) return fail(done.error());
     for (std::size_t v = 0; v < points; ++v) first[v + 1] += first[v];
-    UniqueEntities<N> out{Buffer<Vertices>(first[points]), Buffer<std::uint32_t>(places)};
+    UniqueEntities<N> out{Buffer<Vertices>(first[points]), Buffer<std::uint32_t>(slots)};
     done = each(execution, points, [&](std::size_t v) {
         std::uint32_t next = first[v];
         for (std::uint32_t i = offsets[v]; i < offsets[v + 1]; ++i) {
-            if (i == offsets[v] || names[i].others != names[i - 1].others) {
+            if (i == offsets[v] || listed[i].others != listed[i - 1].others) {
                 Vertices& vertices = out.vertices[next++];
                 vertices[0] = VertexId(v);
-                std::copy(names[i].others.begin(), names[i].others.end(), vertices.begin() + 1);
+                std::copy(listed[i].others.begin(), listed[i].others.end(), vertices.begin() + 1);
             }
-            out.ids[names[i].place] = next - 1;
+            out.ids[listed[i].slot] = next - 1;
         }
     });
     if (!done) return fail(done.error());
     return out;
 }
 
-/// Calls f(cells, faces or edges of a cell, the place of the first) for elements, facets and feature edges.
+/// Calls f.operator()<shape>(cells) for elements, facets and feature edges.
 template <int D, class F>
 void each_list(const Mesh<D>& mesh, F&& f) {
     each_shape<D>([&]<Shape shape>() { f.template operator()<shape>(mesh.elements.template of<shape>()); });
@@ -187,36 +194,46 @@ void each_list(const Mesh<D>& mesh, F&& f) {
     if constexpr (D == 3) f.template operator()<Shape::line>(mesh.edges);
 }
 
-/// A cell names a vertex twice: it has no edge there.
+/// Refuses cells that name a vertex twice, where they have no edge, or one that the mesh has not.
 template <int D>
-Outcome<Done> check_distinct_vertices(const Mesh<D>& mesh, const Execution& execution) {
+Outcome<Done> check_vertices(const Mesh<D>& mesh, const Execution& execution) {
     Outcome<Done> result = Done{};
     each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
         if (!result) return;
         const std::size_t n = cells.size();
-        const auto is_named_twice = [&](std::size_t i) {
+        const auto sorted = [&](std::size_t i) {
             auto v = cells.vertices[i];
             std::sort(v.begin(), v.end());
-            return std::adjacent_find(v.begin(), v.end()) != v.end();
+            return v;
+        };
+        const auto is_wrong = [&](std::size_t i) {
+            const auto v = sorted(i);
+            return v.back().index() >= mesh.points.size() || std::adjacent_find(v.begin(), v.end()) != v.end();
         };
         const auto first = reduce_each(
-            execution, n, n,
-            [&](std::size_t& found, std::size_t i) { found = found == n && is_named_twice(i) ? i : found; },
+            execution, n, n, [&](std::size_t& found, std::size_t i) { found = found == n && is_wrong(i) ? i : found; },
             [](std::size_t a, std::size_t b) { return std::min(a, b); });
-        if (!first)
+        if (!first) {
             result = fail(first.error());
-        else if (*first < n)
-            result =
-                fail(ErrorKind::input, "names a vertex twice", {}, Entity{name_of(shape), *first + 1}, "remove it");
+        } else if (*first < n) {
+            const auto v = sorted(*first);
+            const auto twice = std::adjacent_find(v.begin(), v.end());
+            const bool exists = v.back().index() < mesh.points.size();
+            const auto number = std::to_string((exists ? *twice : v.back()).index() + 1);
+            result = fail(ErrorKind::input,
+                          exists ? "names vertex " + number + " twice"
+                                 : "names vertex " + number + " of " + std::to_string(mesh.points.size()),
+                          {}, Entity{name_of(shape), *first + 1}, "remove it");
+        }
     });
     return result;
 }
 
 template <int D>
 Outcome<Done> add_edges(Mesh<D>& mesh, const Execution& execution) {
-    std::size_t places = 0;
+    std::size_t slots = 0;
     each_list(mesh,
-              [&]<Shape shape>(const Cells<shape>& cells) { places += cells.size() * shape_table<shape>.edge_count; });
+              [&]<Shape shape>(const Cells<shape>& cells) { slots += cells.size() * shape_table<shape>.edge_count; });
     const auto visit = [&](auto&& f) {
         Outcome<Done> done = Done{};
         std::size_t first = 0;
@@ -234,14 +251,19 @@ Outcome<Done> add_edges(Mesh<D>& mesh, const Execution& execution) {
         });
         return done;
     };
-    auto edges = unique_entities<2>(places, mesh.points.size(), visit, execution);
+    auto edges = unique_entities<2>(slots, mesh.points.size(), visit, execution);
     if (!edges) return fail(edges.error());
     std::size_t first = 0;
+    Outcome<Done> done = Done{};
     const auto take_ids = [&]<Shape shape>(const Cells<shape>& cells, EdgesOfCells<shape>& of) {
         constexpr std::size_t count = shape_table<shape>.edge_count;
         Buffer<std::array<EdgeId, count>> ids(cells.size());
-        for (auto& row : ids)
-            for (EdgeId& id : row) id = EdgeId(std::size_t{edges->ids[first++]});
+        if (done)
+            done = each(execution, ids.size(), [&](std::size_t i) {
+                for (std::size_t e = 0; e < count; ++e)
+                    ids[i][e] = EdgeId(std::size_t{edges->ids[first + i * count + e]});
+            });
+        first += ids.size() * count;
         of.ids = std::move(ids);
     };
     MeshEntities<D>& of = mesh.entities;
@@ -258,14 +280,14 @@ Outcome<Done> add_edges(Mesh<D>& mesh, const Execution& execution) {
         of.edges_of_edges = std::move(ids);
     }
     of.edges = std::move(edges->vertices);
-    return Done{};
+    return done;
 }
 
 /// The faces of a cell of a 3D mesh: of a solid, or itself.
 template <Shape shape>
-constexpr int face_places = shape_table<shape>.dimension == 3   ? shape_table<shape>.face_count
-                            : shape_table<shape>.dimension == 2 ? 1
-                                                                : 0;
+constexpr int face_count_of = shape_table<shape>.dimension == 3   ? shape_table<shape>.face_count
+                              : shape_table<shape>.dimension == 2 ? 1
+                                                                  : 0;
 template <Shape shape>
 constexpr ShapeFace face_at(int f) {
     if constexpr (shape_table<shape>.dimension == 3)
@@ -278,7 +300,7 @@ constexpr ShapeFace face_at(int f) {
 template <Shape shape, Shape face>
 constexpr auto face_ranks = [] {
     std::array<int, 7> ranks{};
-    for (int k = 0; k < face_places<shape>; ++k) ranks[k + 1] = ranks[k] + (face_at<shape>(k).shape == face ? 1 : 0);
+    for (int k = 0; k < face_count_of<shape>; ++k) ranks[k + 1] = ranks[k] + (face_at<shape>(k).shape == face ? 1 : 0);
     return ranks;
 }();
 
@@ -286,15 +308,15 @@ constexpr auto face_ranks = [] {
 template <Shape face>
 Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& execution) {
     constexpr std::size_t corners = shape_table<face>.corner_count;
-    const auto each_place = [&](auto&& f) {  // f(cells, cell, face of the cell, place)
+    const auto each_slot = [&](auto&& f) {  // f(cells, cell, face of the cell, slot)
         Outcome<Done> done = Done{};
         std::size_t first = 0;
         each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
             constexpr auto& ranks = face_ranks<shape, face>;
-            constexpr int count = ranks[face_places<shape>];
+            constexpr int count = ranks[face_count_of<shape>];
             if (count > 0 && done)
                 done = each(execution, cells.size(), [&](std::size_t i) {
-                    for (int k = 0; k < face_places<shape>; ++k)
+                    for (int k = 0; k < face_count_of<shape>; ++k)
                         if (ranks[k] < ranks[k + 1])
                             f.template operator()<shape>(cells, i, k, first + i * count + ranks[k]);
                 });
@@ -302,34 +324,39 @@ Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& e
         });
         return done;
     };
-    std::size_t places = 0;
+    std::size_t slots = 0;
     each_list(mesh, [&]<Shape shape>(const Cells<shape>& cells) {
-        places += cells.size() * face_ranks<shape, face>[face_places<shape>];
+        slots += cells.size() * face_ranks<shape, face>[face_count_of<shape>];
     });
     const auto visit = [&](auto&& f) {
-        return each_place([&]<Shape shape>(const Cells<shape>& cells, std::size_t i, int k, std::size_t place) {
+        return each_slot([&]<Shape shape>(const Cells<shape>& cells, std::size_t i, int k, std::size_t slot) {
             const auto& at = face_at<shape>(k).corners;
-            ShapeVertices<face> vertices, turned;
+            ShapeVertices<face> vertices, sorted;
             for (std::size_t c = 0; c < corners; ++c) vertices[c] = cells.vertices[i][at[c]];
-            const auto order = corners_in_turn(face, turn_of(vertices));
-            for (std::size_t c = 0; c < corners; ++c) turned[c] = vertices[order[c]];
-            f(place, turned);
+            const auto order = corners_by_orientation(face, orientation_of(vertices));
+            for (std::size_t c = 0; c < corners; ++c) sorted[c] = vertices[order[c]];
+            f(slot, sorted);
         });
     };
-    auto faces = unique_entities<corners>(places, mesh.points.size(), visit, execution);
+    auto faces = unique_entities<corners>(slots, mesh.points.size(), visit, execution);
     if (!faces) return fail(faces.error());
     std::size_t first = 0;
+    Outcome<Done> done = Done{};
     const auto take_ids = [&]<Shape shape>(const Cells<shape>& cells, FacesOfCells<shape>& of) {
         using Row = typename decltype(of.ids)::value_type;
-        Buffer<Row> ids(of.ids.empty() ? Buffer<Row>(cells.size(), Row{}) : take(std::move(of.ids)));
-        bool has_any = false;
-        for (auto& row : ids)
-            for (int k = 0; k < face_places<shape>; ++k)
-                if (face_at<shape>(k).shape == face) {
-                    row[k] = FaceId(std::size_t{faces->ids[first++]});
-                    has_any = true;
-                }
-        of.ids = has_any || face == Shape::triangle ? Column<Row>(std::move(ids)) : Column<Row>();
+        constexpr auto& ranks = face_ranks<shape, face>;
+        constexpr std::size_t count = ranks[face_count_of<shape>];
+        if constexpr (count > 0) {
+            Buffer<Row> ids = of.ids.empty() ? Buffer<Row>(cells.size(), Row{}) : take(std::move(of.ids));
+            if (done)
+                done = each(execution, ids.size(), [&](std::size_t i) {
+                    for (int k = 0; k < face_count_of<shape>; ++k)
+                        if (ranks[k] < ranks[k + 1])
+                            ids[i][k] = FaceId(std::size_t{faces->ids[first + i * count + ranks[k]]});
+                });
+            of.ids = std::move(ids);
+            first += cells.size() * count;
+        }
     };
     each_shape<3>([&]<Shape shape>() {
         take_ids.template operator()<shape>(mesh.elements.of<shape>(), mesh.entities.faces_of_elements.of<shape>());
@@ -337,6 +364,7 @@ Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& e
     each_shape<2>([&]<Shape shape>() {
         take_ids.template operator()<shape>(mesh.facets.of<shape>(), mesh.entities.faces_of_facets.of<shape>());
     });
+    if (!done) return fail(done.error());
     return std::move(faces->vertices);
 }
 
@@ -371,46 +399,60 @@ constexpr auto corner_weights = [] {
     return weights;
 }();
 
-/// Appends the inner nodes of a cell whose corners have these vertices.
-template <Shape shape, int degree, int D, std::size_t N>
-void append_straight(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, Buffer<Vec<D>>& nodes) {
-    constexpr int count = inner_node_count(shape, degree);
-    for (std::size_t n = element_nodes<shape, degree> - count; n < element_nodes<shape, degree>; ++n) {
-        Vec<D> p;
-        for (std::size_t c = 0; c < N; ++c) p += corner_weights<shape, degree>[n][c] * mesh.points[vertices[c]];
-        nodes.push_back(p);
-    }
+/// Writes the inner nodes of cells, one row of vertices each, from `first` on.
+template <Shape shape, int degree, int D, class Rows>
+Outcome<Done> place_inner(const Mesh<D>& mesh, const Rows& rows, std::size_t first, Buffer<Vec<D>>& nodes,
+                          const Execution& execution) {
+    constexpr std::size_t count = inner_node_count(shape, degree), corners = shape_table<shape>.corner_count;
+    if constexpr (count == 0) return Done{};
+    return each(execution, rows.size(), [&](std::size_t i) {
+        std::array<Vec<D>, corners> points;
+        for (std::size_t c = 0; c < corners; ++c) points[c] = mesh.points[rows[i][c]];
+        for (std::size_t n = 0; n < count; ++n) {
+            Vec<D> p;
+            for (std::size_t c = 0; c < corners; ++c)
+                p += corner_weights<shape, degree>[element_nodes<shape, degree> - count + n][c] * points[c];
+            nodes[first + i * count + n] = p;
+        }
+    });
 }
 
 template <int degree, int D>
-Outcome<Mesh<D>> with_straight_nodes(Mesh<D> mesh) {
-    Buffer<LagrangeNode<D>> on_edges;
-    on_edges.reserve(mesh.entities.edges.size() * (degree - 1));
-    for (const auto& [a, b] : mesh.entities.edges)
+Outcome<Done> place_straight_nodes(Mesh<D>& mesh, const Execution& execution) {
+    const auto& [edges, triangles, quadrilaterals, of_elements, of_facets, of_edges, faces, facets] = mesh.entities;
+    Buffer<LagrangeNode<D>> on_edges(edges.size() * (degree - 1));
+    Outcome<Done> done = each(execution, edges.size(), [&](std::size_t e) {
+        const Vec<D>&p = mesh.points[edges[e][0]], &q = mesh.points[edges[e][1]];
         for (int n = 1; n < degree; ++n) {
             const double t = static_cast<double>(n) / degree;
-            const Vec<D>&p = mesh.points[a], &q = mesh.points[b];
-            on_edges.push_back({2 * n == degree ? midpoint(p, q) : (1 - t) * p + t * q});
+            on_edges[e * (degree - 1) + n - 1] = {2 * n == degree ? midpoint(p, q) : (1 - t) * p + t * q};
         }
-    Buffer<Vec<D>> on_faces, inside;
-    for (const auto& vertices : mesh.entities.triangles)
-        append_straight<Shape::triangle, degree, D>(mesh, vertices, on_faces);
-    for (const auto& vertices : mesh.entities.quadrilaterals)
-        append_straight<Shape::quadrilateral, degree, D>(mesh, vertices, on_faces);
+    });
+    if (!done) return done;
+    const std::size_t of_triangles = triangles.size() * inner_node_count(Shape::triangle, degree);
+    Buffer<Vec<D>> on_faces(of_triangles + quadrilaterals.size() * inner_node_count(Shape::quadrilateral, degree));
+    done = place_inner<Shape::triangle, degree>(mesh, triangles, 0, on_faces, execution);
+    if (!done) return done;
+    done = place_inner<Shape::quadrilateral, degree>(mesh, quadrilaterals, of_triangles, on_faces, execution);
+    std::size_t count = 0, first = 0;
+    each_shape<D>(
+        [&]<Shape shape>() { count += mesh.elements.template of<shape>().size() * inner_node_count(shape, degree); });
+    Buffer<Vec<D>> inside(count);
     each_shape<D>([&]<Shape shape>() {
-        for (const auto& vertices : mesh.elements.template of<shape>().vertices)
-            append_straight<shape, degree, D>(mesh, vertices, inside);
+        const auto& rows = mesh.elements.template of<shape>().vertices;
+        if (done) done = place_inner<shape, degree>(mesh, rows, first, inside, execution);
+        first += rows.size() * inner_node_count(shape, degree);
     });
     mesh.degree = degree;
     mesh.edge_nodes = std::move(on_edges);
     mesh.face_nodes = std::move(on_faces);
     mesh.inner_nodes = std::move(inside);
-    return mesh;
+    return done;
 }
 
 template <int D>
-Outcome<Mesh<D>> raised(Mesh<D> mesh, int degree, const Execution& execution) {
-    if (auto sound = check_distinct_vertices(mesh, execution); !sound) return fail(sound.error());
+Outcome<Mesh<D>> with_degree(Mesh<D> mesh, int degree, const Execution& execution) {
+    if (auto sound = check_vertices(mesh, execution); !sound) return fail(sound.error());
     if (auto done = add_edges(mesh, execution); !done) return fail(done.error());
     if constexpr (D == 3) {
         auto& of = mesh.entities;
@@ -423,21 +465,26 @@ Outcome<Mesh<D>> raised(Mesh<D> mesh, int degree, const Execution& execution) {
             of.triangles = std::move(*triangles);
         }
     }
-    return at_degree(degree, [&]<int k>() { return with_straight_nodes<k>(std::move(mesh)); });
+    auto done = at_degree(degree, [&]<int k>() { return place_straight_nodes<k>(mesh, execution); });
+    if (!done) return fail(done.error());
+    return mesh;
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Mesh<D>> in_degree(Mesh<D> mesh, int degree, const Execution& execution) {
+Outcome<Mesh<D>> elevate(Mesh<D> mesh, int degree, const Execution& execution) {
     if (mesh.degree != 1)
         return fail(ErrorKind::usage,
                     "is of degree " + std::to_string(mesh.degree) + ", and degrees are raised from 1");
     if (degree < 1 || degree > max_degree)
         return fail(ErrorKind::usage,
                     "the degree must be from 1 to " + std::to_string(max_degree) + ", got " + std::to_string(degree));
+    mesh.entities = {};
+    mesh.edge_nodes = {};
+    mesh.face_nodes = mesh.inner_nodes = {};
     if (degree == 1) return mesh;
-    return guarded([&] { return raised(std::move(mesh), degree, without_progress(execution)); });
+    return guarded([&] { return with_degree(std::move(mesh), degree, without_progress(execution)); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                           \
@@ -445,7 +492,7 @@ Outcome<Mesh<D>> in_degree(Mesh<D> mesh, int degree, const Execution& execution)
     template Mesh<D> as_mesh<D>(const QuadraticMesh<D>&);               \
     template Outcome<LinearMesh<D>> as_linear<D>(const Mesh<D>&);       \
     template Outcome<QuadraticMesh<D>> as_quadratic<D>(const Mesh<D>&); \
-    template Outcome<Mesh<D>> in_degree<D>(Mesh<D>, int, const Execution&);
+    template Outcome<Mesh<D>> elevate<D>(Mesh<D>, int, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -2,6 +2,7 @@ module;
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -112,12 +113,16 @@ struct MeshEntities {
 /// A mesh of one degree from 1 to 5 whose elements have any shapes of dimension D: an immutable value of columns.
 /// Nodes are equispaced in the reference element (points on the curves, no control points), each stored once, with the
 /// vertex, edge, face or element that it is inside of; which an element has follows from its vertices, the ids of
-/// its edges and faces, and constant tables. So a mesh conforms by construction. Elements are numbered shape by shape.
+/// its edges and faces, and constant tables. So elements that share an edge or a face share its nodes. (That sides of
+/// elements which meet are equal faces is a matter of the vertices: a check of soundness.) Elements are numbered shape
+/// by shape.
+///
+/// The nodes of edges have the type of `QuadraticMesh::mid_nodes`, so that meshes of degree 2 share the column.
 template <int D>
 struct Mesh {
     static constexpr int dimension = D;
 
-    int degree = 1;
+    int degree = 1;                      ///< from 1 to max_degree
     Column<Vec<D>> points;               ///< of vertices
     Column<LagrangeNode<D>> edge_nodes;  ///< degree − 1 an edge
     Column<Vec<D>> face_nodes;           ///< 3D: of the triangles, then of the quadrilaterals
@@ -164,27 +169,27 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> as_quadratic(const Mesh<D>& mesh);
 
-/// The same mesh of degree 1 in another degree, with its edges and faces: nodes are where the corners' linear functions
-/// have them (on pyramids: those of the collapsed hexahedron), so no point of any element moves. Errors: the mesh is
-/// not of degree 1, the degree is not from 1 to 5 (ErrorKind::usage), a cell that names a vertex twice
-/// (ErrorKind::input), too many edges or faces (ErrorKind::unsupported), stopped.
+/// The same mesh of degree 1 in another degree, with its edges and faces: nodes are where the linear functions of a
+/// cell's vertices have them (on pyramids: those of the collapsed hexahedron), so no point of any element moves.
+/// Errors: the mesh is not of degree 1, the degree is not from 1 to 5 (ErrorKind::usage), a cell that names a vertex
+/// twice or one that does not exist (ErrorKind::input), too many edges or faces (ErrorKind::unsupported), stopped.
 template <int D>
-[[nodiscard]] Outcome<Mesh<D>> in_degree(Mesh<D> mesh, int degree, const Execution& execution);
+[[nodiscard]] Outcome<Mesh<D>> elevate(Mesh<D> mesh, int degree, const Execution& execution);
 
 /// The same mesh with f(node) in the place of each node.
 template <int D, class F>
-[[nodiscard]] Mesh<D> mapped(Mesh<D> mesh, F&& f) {
-    const auto of = [&](const Column<Vec<D>>& nodes) {
-        Buffer<Vec<D>> out(nodes.begin(), nodes.end());
-        for (Vec<D>& p : out) p = f(std::as_const(p));
-        return Column<Vec<D>>(std::move(out));
+[[nodiscard]] Mesh<D> map_nodes(Mesh<D> mesh, F&& f) {
+    const auto map = [&](Column<Vec<D>>& column) {
+        Buffer<Vec<D>> nodes = take(std::move(column));
+        for (Vec<D>& p : nodes) p = f(std::as_const(p));
+        column = std::move(nodes);
     };
-    Buffer<LagrangeNode<D>> of_edges(mesh.edge_nodes.begin(), mesh.edge_nodes.end());
+    map(mesh.points);
+    map(mesh.face_nodes);
+    map(mesh.inner_nodes);
+    Buffer<LagrangeNode<D>> of_edges = take(std::move(mesh.edge_nodes));
     for (auto& [p] : of_edges) p = f(std::as_const(p));
-    mesh.points = of(mesh.points);
     mesh.edge_nodes = std::move(of_edges);
-    mesh.face_nodes = of(mesh.face_nodes);
-    mesh.inner_nodes = of(mesh.inner_nodes);
     return mesh;
 }
 
@@ -199,41 +204,43 @@ struct Element {
 
 namespace camber {
 
-/// How a face lies in its unique face: which number its vertices make.
-[[nodiscard]] constexpr int turn_of(const std::array<VertexId, 3>& v) {
+/// The orientation of a face within its unique face, as a number: of a triangle which of its vertices are lower than
+/// which, of a quadrilateral the position of the lowest one and on which side of it the lower neighbour is.
+[[nodiscard]] constexpr int orientation_of(const std::array<VertexId, 3>& v) {
     return (v[0] < v[1] ? 1 : 0) + (v[0] < v[2] ? 2 : 0) + (v[1] < v[2] ? 4 : 0);
 }
-[[nodiscard]] constexpr int turn_of(const std::array<VertexId, 4>& v) {
+[[nodiscard]] constexpr int orientation_of(const std::array<VertexId, 4>& v) {
     int lowest = 0;
     for (int i = 1; i < 4; ++i)
         if (v[i] < v[lowest]) lowest = i;
     return 2 * lowest + (v[(lowest + 1) % 4] < v[(lowest + 3) % 4] ? 1 : 0);
 }
 
-/// The corners of a face in the order of the unique face, by the turn: their positions in the face.
-[[nodiscard]] constexpr std::array<int, 4> corners_in_turn(Shape shape, int turn) {
+/// Returns the positions of a face's vertices in the order of the unique face.
+[[nodiscard]] constexpr std::array<int, 4> corners_by_orientation(Shape shape, int orientation) {
     if (shape == Shape::quadrilateral) {
-        const int first = turn / 2, step = turn % 2 == 1 ? 1 : 3;
+        const int first = orientation / 2, step = orientation % 2 == 1 ? 1 : 3;
         return {first, (first + step) % 4, (first + 2) % 4, (first + 3 * step) % 4};
     }
     std::array<int, 4> at{};
-    const std::array<bool, 3> below{(turn & 1) != 0, (turn & 2) != 0, (turn & 4) != 0};  // 0 < 1, 0 < 2, 1 < 2
+    const std::array<bool, 3> below{(orientation & 1) != 0, (orientation & 2) != 0,
+                                    (orientation & 4) != 0};  // 0 < 1, 0 < 2, 1 < 2
     const std::array<int, 3> rank{(below[0] ? 0 : 1) + (below[1] ? 0 : 1), (below[0] ? 1 : 0) + (below[2] ? 0 : 1),
                                   (below[1] ? 1 : 0) + (below[2] ? 1 : 0)};
     for (int i = 0; i < 3; ++i) at[rank[i]] = i;
     return at;
 }
 
-/// For each turn, of each inner node of a face of degree k the position in the unique face's nodes.
+/// Positions of a face's inner nodes among the nodes of the unique face, for each orientation.
 template <Shape shape, int degree>
-inline constexpr auto turned_nodes = [] {
+inline constexpr auto nodes_by_orientation = [] {
     constexpr int count = inner_node_count(shape, degree);
     constexpr int first = element_nodes<shape, degree> - count;
     constexpr auto& lattice = lagrange_nodes<shape, degree>;
     constexpr auto& corners = shape_table<shape>.coordinates;
     std::array<std::array<std::uint8_t, count>, 8> nodes{};
-    for (int turn = 0; turn < 8; ++turn) {
-        const auto at = corners_in_turn(shape, turn);
+    for (int orientation = 0; orientation < 8; ++orientation) {
+        const auto at = corners_by_orientation(shape, orientation);
         const int last = shape == Shape::quadrilateral ? 3 : 2;
         for (int n = 0; n < count; ++n) {  // steps from the unique face's first corner along its two directions
             std::array<int, 2> to{};
@@ -253,7 +260,7 @@ inline constexpr auto turned_nodes = [] {
             }
             for (int m = 0; m < count; ++m)
                 if (lattice[first + m][0] == steps[0] && lattice[first + m][1] == steps[1])
-                    nodes[turn][n] = static_cast<std::uint8_t>(m);
+                    nodes[orientation][n] = static_cast<std::uint8_t>(m);
         }
     }
     return nodes;
@@ -267,28 +274,32 @@ void append_face(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, F
         std::size_t first = id.index() * count;
         if constexpr (face == Shape::quadrilateral)
             first += mesh.entities.triangles.size() * inner_node_count(Shape::triangle, degree);
-        for (const std::uint8_t at : turned_nodes<face, degree>[turn_of(vertices)])
+        for (const std::uint8_t at : nodes_by_orientation<face, degree>[orientation_of(vertices)])
             *out++ = mesh.face_nodes[first + at];
     }
 }
 
+/// Appends the inner nodes of a unique edge from vertex a to vertex b.
+template <int degree, int D>
+void append_edge(const Mesh<D>& mesh, VertexId a, VertexId b, EdgeId id, Vec<D>*& out) {
+    const std::size_t first = id.index() * (degree - 1);
+    for (int n = 0; n < degree - 1; ++n) *out++ = mesh.edge_nodes[first + (a < b ? n : degree - 2 - n)].point;
+}
+
 /// Cell i of a list, with the edges and faces of the same list.
 template <Shape shape, int degree, int D>
-[[nodiscard]] Element<shape, degree, D> gathered(const Mesh<D>& mesh, const Cells<shape>& cells,
-                                                 const EdgesOfCells<shape>& edges, const FacesOfCells<shape>& faces,
-                                                 std::size_t inner, std::size_t i) {
+[[nodiscard]] Element<shape, degree, D> gather(const Mesh<D>& mesh, const Cells<shape>& cells,
+                                               const EdgesOfCells<shape>& edges, const FacesOfCells<shape>& faces,
+                                               std::size_t inner, std::size_t i) {
     constexpr const ShapeTable& table = shape_table<shape>;
     Element<shape, degree, D> element;
     Vec<D>* out = element.nodes.data();
     const ShapeVertices<shape>& vertices = cells.vertices[i];
     for (const VertexId v : vertices) *out++ = mesh.points[v];
     if constexpr (degree > 1) {
-        for (int e = 0; e < table.edge_count; ++e) {
-            const auto& [a, b] = table.edges[e];
-            const std::size_t first = edges.ids[i][e].index() * (degree - 1);
-            for (int n = 0; n < degree - 1; ++n)
-                *out++ = mesh.edge_nodes[first + (vertices[a] < vertices[b] ? n : degree - 2 - n)].point;
-        }
+        for (int e = 0; e < table.edge_count; ++e)
+            append_edge<degree, D>(mesh, vertices[table.edges[e][0]], vertices[table.edges[e][1]], edges.ids[i][e],
+                                   out);
         if constexpr (D == 3 && table.dimension == 2 && inner_node_count(shape, degree) > 0) {
             append_face<shape, degree, D>(mesh, vertices, faces.ids[i][0], out);
         } else if constexpr (table.dimension == 3) {
@@ -312,7 +323,7 @@ template <Shape shape, int degree, int D>
     return element;
 }
 
-/// Calls f.operator()<degree>() for the degree. Requires 1 ≤ degree ≤ max_degree.
+/// Calls f.operator()<degree>() for a degree from 1 to max_degree; others end the program.
 template <class F>
 auto at_degree(int degree, F&& f) {
     switch (degree) {
@@ -320,7 +331,8 @@ auto at_degree(int degree, F&& f) {
         case 3: return f.template operator()<3>();
         case 4: return f.template operator()<4>();
         case 5: return f.template operator()<5>();
-        default: return f.template operator()<1>();
+        case 1: return f.template operator()<1>();
+        default: std::abort();
     }
 }
 
@@ -328,7 +340,7 @@ auto at_degree(int degree, F&& f) {
 
 export namespace camber {
 
-/// The elements (K = D) or the facets (K = D − 1) of a mesh that have one shape; refers to the mesh.
+/// The elements, the facets or, in 3D, the feature edges of a mesh that have one shape; refers to the mesh.
 template <Shape shape_, int degree_, int D>
 class CellBlock {
   public:
@@ -341,34 +353,44 @@ class CellBlock {
     /// The number of its first cell among all elements (or facets) of the mesh.
     [[nodiscard]] std::size_t first() const { return first_; }
     [[nodiscard]] const Cells<shape>& cells() const {
-        if constexpr (is_of_elements)
+        if constexpr (dimension == D)
             return mesh_->elements.template of<shape>();
-        else
+        else if constexpr (dimension == D - 1)
             return mesh_->facets.template of<shape>();
+        else
+            return mesh_->edges;
     }
     /// The nodes of cell i of the block.
     [[nodiscard]] Element<shape, degree, D> operator[](std::size_t i) const {
         const MeshEntities<D>& of = mesh_->entities;
-        if constexpr (is_of_elements)
-            return gathered<shape, degree, D>(*mesh_, cells(), of.edges_of_elements.template of<shape>(),
-                                              of.faces_of_elements.template of<shape>(), inner_, i);
-        else
-            return gathered<shape, degree, D>(*mesh_, cells(), of.edges_of_facets.template of<shape>(),
-                                              of.faces_of_facets.template of<shape>(), inner_, i);
+        if constexpr (dimension == D) {
+            return gather<shape, degree, D>(*mesh_, cells(), of.edges_of_elements.template of<shape>(),
+                                            of.faces_of_elements.template of<shape>(), inner_, i);
+        } else if constexpr (dimension == D - 1) {
+            return gather<shape, degree, D>(*mesh_, cells(), of.edges_of_facets.template of<shape>(),
+                                            of.faces_of_facets.template of<shape>(), inner_, i);
+        } else {
+            const auto& [a, b] = mesh_->edges.vertices[i];
+            Element<shape, degree, D> edge{{mesh_->points[a], mesh_->points[b]}};
+            Vec<D>* out = edge.nodes.data() + 2;
+            if constexpr (degree > 1) append_edge<degree, D>(*mesh_, a, b, of.edges_of_edges[i], out);
+            return edge;
+        }
     }
 
   private:
-    static constexpr bool is_of_elements = shape_table<shape_>.dimension == D;
+    static constexpr int dimension = shape_table<shape_>.dimension;
 
     const Mesh<D>* mesh_;
     std::size_t first_, inner_;
 };
 
-/// Calls f(block) for the elements (K = D) or facets (K = D − 1) of each shape that the mesh has, with a CellBlock of
-/// its degree: so kernels are templates on shape and degree, and are chosen once a block.
+/// Calls f(block) for the elements (K = D), the facets (K = D − 1) or the feature edges (K = 1 in 3D) of each shape
+/// that the mesh has, with a CellBlock of its degree: so kernels are templates on shape and degree, and are chosen once
+/// a block.
 template <int K, int D, class F>
 void each_block_of(const Mesh<D>& mesh, F&& f) {
-    static_assert(K == D || K == D - 1);
+    static_assert(K == D || K == D - 1 || K == 1);
     at_degree(mesh.degree, [&]<int degree>() {
         std::size_t first = 0, inner = 0;
         each_shape<K>([&]<Shape shape>() {

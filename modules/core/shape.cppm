@@ -85,7 +85,7 @@ inline constexpr Shape simplex = K == 1   ? Shape::line
                                  : K == 2 ? Shape::triangle
                                           : Shape::tetrahedron;
 
-/// What messages call one, and several.
+/// The name of a shape in messages, and its plural.
 [[nodiscard]] constexpr const char* name_of(Shape shape) {
     constexpr std::array names{"edge", "triangle", "quadrilateral", "tetrahedron", "prism", "pyramid", "hexahedron"};
     return names[static_cast<std::size_t>(shape)];

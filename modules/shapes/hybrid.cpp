@@ -8,6 +8,7 @@ module;
 #include <vector>
 module camber.shapes;
 import camber.core;
+import :prism_rows;
 
 namespace camber {
 
@@ -29,7 +30,7 @@ class MeshParts {
 
     /// `reference(p)`: of the facet whose vertices have the mean p.
     template <class Of>
-    [[nodiscard]] Mesh<D> finished(Of&& reference) && {
+    [[nodiscard]] Mesh<D> finish(Of&& reference) && {
         Mesh<D> mesh;
         add_facets(mesh, reference);
         each_shape<D>([&]<Shape shape>() {
@@ -94,7 +95,7 @@ class MeshParts {
     ByShape<D, Rows> elements_;
 };
 
-/// Of the sides of a box from the origin to `high`, as `BoxOptions` has them.
+/// Returns the reference that `BoxOptions` gives the sides of a box from the origin to `high`.
 template <int D>
 Reference side_of(const Vec<D>& p, const Vec<D>& high) {
     for (int i = 0; i < D; ++i) {
@@ -108,6 +109,9 @@ template <std::size_t N>
 Outcome<Done> check_cells(const std::array<int, N>& cells) {
     if (std::ranges::any_of(cells, [](int n) { return n < 1; }))
         return fail(ErrorKind::usage, "a mesh needs at least one cell along each axis");
+    double vertices = 1;
+    for (const int n : cells) vertices *= n + 1.0;
+    if (vertices > 1e8) return fail(ErrorKind::usage, "these meshes are for tests: they have at most 1e8 vertices");
     return Done{};
 }
 
@@ -168,7 +172,7 @@ bool is_cut(int i, int j) { return (i + j) % 3 == 2; }
 
 }  // namespace
 
-Outcome<Mesh<2>> generate_plate(const std::array<int, 2>& cells, const Execution&) {
+Outcome<Mesh<2>> generate_plate(const std::array<int, 2>& cells) {
     if (auto fits = check_cells(cells); !fits) return fail(fits.error());
     return guarded([&]() -> Outcome<Mesh<2>> {
         const Vec<2> high{{1, 1}};
@@ -182,12 +186,12 @@ Outcome<Mesh<2>> generate_plate(const std::array<int, 2>& cells, const Execution
                 else
                     parts.add<Shape::quadrilateral>(corners);
             }
-        return std::move(parts).finished([&](const Vec<2>& p) { return side_of(p, high); });
+        return std::move(parts).finish([&](const Vec<2>& p) { return side_of(p, high); });
     });
 }
 
-Outcome<Mesh<3>> generate_plate_in_space(const std::array<int, 2>& cells, const Execution& execution) {
-    const auto plate = generate_plate(cells, execution);
+Outcome<Mesh<3>> generate_plate_in_space(const std::array<int, 2>& cells) {
+    const auto plate = generate_plate(cells);
     if (!plate) return fail(plate.error());
     return guarded([&]() -> Outcome<Mesh<3>> {
         Buffer<Vec<3>> points;
@@ -200,7 +204,7 @@ Outcome<Mesh<3>> generate_plate_in_space(const std::array<int, 2>& cells, const 
     });
 }
 
-Outcome<Mesh<3>> generate_hexahedra(const std::array<int, 3>& cells, const Execution&) {
+Outcome<Mesh<3>> generate_hexahedra(const std::array<int, 3>& cells) {
     if (auto fits = check_cells(cells); !fits) return fail(fits.error());
     return guarded([&]() -> Outcome<Mesh<3>> {
         const Vec<3> high{{1, 1, 1}};
@@ -209,11 +213,11 @@ Outcome<Mesh<3>> generate_hexahedra(const std::array<int, 3>& cells, const Execu
         for (int k = 0; k < cells[2]; ++k)
             for (int j = 0; j < cells[1]; ++j)
                 for (int i = 0; i < cells[0]; ++i) parts.add<Shape::hexahedron>(cube(vertices, cells, i, j, k));
-        return std::move(parts).finished([&](const Vec<3>& p) { return side_of(p, high); });
+        return std::move(parts).finish([&](const Vec<3>& p) { return side_of(p, high); });
     });
 }
 
-Outcome<Mesh<3>> generate_pyramids(const std::array<int, 3>& cells, const Execution&) {
+Outcome<Mesh<3>> generate_pyramids(const std::array<int, 3>& cells) {
     if (auto fits = check_cells(cells); !fits) return fail(fits.error());
     if (cells[2] < 3)
         return fail(ErrorKind::usage, "hexahedra, pyramids and tetrahedra need at least three cells along z");
@@ -231,13 +235,14 @@ Outcome<Mesh<3>> generate_pyramids(const std::array<int, 3>& cells, const Execut
                     else
                         add_split_cube(parts, corners, k == with_pyramids);
                 }
-        return std::move(parts).finished([&](const Vec<3>& p) { return side_of(p, high); });
+        return std::move(parts).finish([&](const Vec<3>& p) { return side_of(p, high); });
     });
 }
 
 Outcome<Mesh<3>> generate_prisms(const ShellOptions<3>& options, const Execution& execution) {
     if (options.inner_layer.count < 1)
         return fail(ErrorKind::usage, "prisms need layers: set inner_layer/count to at least 1");
+    if (auto fits = check_shell(options); !fits) return fail(fits.error());
     const double above = thickness(options.inner_layer);
     ShellOptions<3> outside = options;
     outside.inner_layer.count = 0;
@@ -271,14 +276,14 @@ Outcome<Mesh<3>> generate_prisms(const ShellOptions<3>& options, const Execution
                     {column(a)[k], column(b)[k], column(c)[k], column(a)[k + 1], column(b)[k + 1], column(c)[k + 1]});
         }
         const double between = 0.5 * (options.inner_radius + options.outer_radius);
-        return std::move(parts).finished([&](const Vec<3>& p) {
+        return std::move(parts).finish([&](const Vec<3>& p) {
             return norm(p - options.centre) < between ? options.inner_reference : options.outer_reference;
         });
     });
 }
 
 template <int D>
-Mesh<D> bent(Mesh<D> mesh, double share) {
+Mesh<D> bend(Mesh<D> mesh, double share) {
     Vec<D> low = mesh.points.empty() ? Vec<D>{} : mesh.points[0], high = low;
     for (const Vec<D>& p : mesh.points)
         for (int d = 0; d < D; ++d) {
@@ -287,7 +292,7 @@ Mesh<D> bent(Mesh<D> mesh, double share) {
         }
     const double size = norm(high - low);
     if (!(size > 0)) return mesh;
-    return mapped(std::move(mesh), [&](const Vec<D>& p) {
+    return map_nodes(std::move(mesh), [&](const Vec<D>& p) {
         const Vec<D> x = (6 / size) * (p - low);
         Vec<D> to = p;
         for (int d = 0; d < D; ++d) to[d] += share * size * sin(x[(d + 1) % D] + d) * cos(x[(d + D - 1) % D] - d);
@@ -295,7 +300,7 @@ Mesh<D> bent(Mesh<D> mesh, double share) {
     });
 }
 
-template Mesh<2> bent<2>(Mesh<2>, double);
-template Mesh<3> bent<3>(Mesh<3>, double);
+template Mesh<2> bend<2>(Mesh<2>, double);
+template Mesh<3> bend<3>(Mesh<3>, double);
 
 }  // namespace camber

@@ -1,6 +1,7 @@
 // Meshes of several shapes and degrees: their nodes, edges and faces, and the way to and from simplices.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
@@ -49,6 +50,7 @@ Mesh<D> renumbered(Mesh<D> mesh, std::uint64_t seed) {
     };
     each_shape<D>([&]<Shape shape>() { renumber.template operator()<shape>(mesh.elements.template of<shape>()); });
     each_shape<D - 1>([&]<Shape shape>() { renumber.template operator()<shape>(mesh.facets.template of<shape>()); });
+    renumber.template operator()<Shape::line>(mesh.edges);
     mesh.points = std::move(points);
     return mesh;
 }
@@ -70,10 +72,15 @@ Vec<D> straight_point(const std::array<Vec<D>, shape_table<shape>.corner_count>&
     }
 }
 
-/// Each cell's nodes are those of the straight cell, bent; returns them all.
+/// Each cell's nodes are those of the straight cell, and of the bent mesh those of the same map; returns the latter.
 template <int K, int D>
-std::set<std::array<double, D>> checked_nodes(const Mesh<D>& straight, double share) {
-    const Mesh<D> mesh = bent(straight, share);
+std::set<std::array<double, D>> checked_nodes(const Mesh<D>& straight) {
+    const auto bent = [](const Vec<D>& p) {
+        Vec<D> q = 2.0 * p;
+        q[0] += 0.1 * p[1] * p[1];
+        return q;
+    };
+    const Mesh<D> mesh = map_nodes(straight, bent);
     std::set<std::array<double, D>> all;
     std::size_t cells = 0;
     double worst = 0;
@@ -83,7 +90,10 @@ std::set<std::array<double, D>> checked_nodes(const Mesh<D>& straight, double sh
         for (std::size_t i = 0; i < block.size(); ++i) {
             const auto nodes = block[i].nodes;
             std::array<Vec<D>, shape_table<shape>.corner_count> corners;
-            std::copy_n(nodes.begin(), corners.size(), corners.begin());
+            for (std::size_t c = 0; c < corners.size(); ++c) {
+                corners[c] = straight.points[block.cells().vertices[i][c]];
+                CHECK(nodes[c] == corners[c]);
+            }
             for (std::size_t n = 0; n < nodes.size(); ++n) {
                 ReferencePoint x{};
                 for (std::size_t d = 0; d < 3; ++d) x[d] = double(lagrange_nodes<shape, degree>[n][d]) / degree;
@@ -92,25 +102,50 @@ std::set<std::array<double, D>> checked_nodes(const Mesh<D>& straight, double sh
         }
     });
     CHECK(worst < 1e-14);
-    each_block_of<K>(mesh, [&]<Shape shape, int degree>(const CellBlock<shape, degree, D>& block) {
+    std::vector<Vec<D>> expected;
+    each_block_of<K>(straight, [&](const auto& block) {
         for (std::size_t i = 0; i < block.size(); ++i)
-            for (const Vec<D>& p : block[i].nodes) all.insert(p.c);
+            for (const Vec<D>& p : block[i].nodes) expected.push_back(bent(p));
+    });
+    std::size_t next = 0;
+    each_block_of<K>(mesh, [&](const auto& block) {
+        for (std::size_t i = 0; i < block.size(); ++i)
+            for (const Vec<D>& p : block[i].nodes) {
+                CHECK(p == expected[next++]);
+                all.insert(p.c);
+            }
     });
     return all;
+}
+
+/// What `MeshEntities` promises of its rows.
+template <int D>
+void check_order(const MeshEntities<D>& of) {
+    CHECK(std::ranges::is_sorted(of.edges));
+    CHECK(std::ranges::is_sorted(of.triangles));
+    CHECK(std::ranges::is_sorted(of.quadrilaterals));
+    for (const auto& [a, b] : of.edges) CHECK(a < b);
+    for (const auto& v : of.triangles) CHECK(std::ranges::is_sorted(v));
+    for (const auto& v : of.quadrilaterals) {
+        CHECK(v[0] == *std::ranges::min_element(v));
+        CHECK(v[1] < v[3]);
+    }
 }
 
 template <int D>
 void check_mesh(const Mesh<D>& linear) {
     for (int degree = 1; degree <= max_degree; ++degree) {
         CAPTURE(degree);
-        const Mesh<D> mesh = must(in_degree(renumbered(linear, std::uint64_t(degree)), degree, alone));
-        CHECK(mesh == must(in_degree(renumbered(linear, std::uint64_t(degree)), degree, Execution{.threads = 3})));
-        const auto of_facets = checked_nodes<D - 1>(mesh, 0.02);
+        const Mesh<D> mesh = must(elevate(renumbered(linear, std::uint64_t(degree)), degree, alone));
+        CHECK(mesh == must(elevate(renumbered(linear, std::uint64_t(degree)), degree, Execution{.threads = 3})));
+        check_order(mesh.entities);
+        const auto of_facets = checked_nodes<D - 1>(mesh);
+        if constexpr (D == 3) CHECK(std::ranges::includes(of_facets, checked_nodes<1>(mesh)));
         if (count_elements(mesh) == 0) {
             CHECK(of_facets.size() == count_nodes(mesh));
             continue;
         }
-        const auto of_elements = checked_nodes<D>(mesh, 0.02);
+        const auto of_elements = checked_nodes<D>(mesh);
         CHECK(of_elements.size() == count_nodes(mesh));  // each node once, and all of them
         CHECK(std::ranges::includes(of_elements, of_facets));
         if (D == 3 && degree > 2) {
@@ -119,15 +154,37 @@ void check_mesh(const Mesh<D>& linear) {
             const auto euler = std::ptrdiff_t(mesh.points.size() - of.edges.size() + faces - count_elements(mesh));
             CHECK((euler == 1 || euler == 2));  // of a ball, of a shell
         }
+        Mesh<D> again = mesh;  // of degree 1 once more: what the other degree had is gone
+        again.degree = 1;
+        for (const int next : {1, 2})
+            CHECK(must(elevate(again, next, alone)) ==
+                  must(elevate(renumbered(linear, std::uint64_t(degree)), next, alone)));
     }
 }
 
-/// The smallest det J at the nodes of elements that are no pyramids.
+/// With a feature edge along a side of each facet.
+Mesh<3> with_feature_edges(Mesh<3> mesh) {
+    Buffer<ShapeVertices<Shape::line>> rows;
+    each_shape<2>([&]<Shape shape>() {
+        for (const auto& v : mesh.facets.of<shape>().vertices) rows.push_back({v[1], v[0]});
+    });
+    mesh.edges.references = Buffer<Reference>(rows.size(), 3);
+    mesh.edges.vertices = std::move(rows);
+    return mesh;
+}
+
+/// The smallest det J at the nodes of elements, of pyramids that of three edges at each corner of the base.
 template <int D>
 double smallest_jacobian(const Mesh<D>& mesh) {
     double smallest = 1;
     each_block(mesh, [&]<Shape shape, int degree>(const CellBlock<shape, degree, D>& block) {
-        if constexpr (shape != Shape::pyramid)
+        if constexpr (shape == Shape::pyramid)
+            for (std::size_t i = 0; i < block.size(); ++i) {
+                const auto p = block[i].nodes;
+                for (std::size_t c = 0; c < 4; ++c)
+                    smallest = std::min(smallest, det(p[(c + 1) % 4] - p[c], p[(c + 3) % 4] - p[c], p[4] - p[c]));
+            }
+        else
             for (std::size_t i = 0; i < block.size(); ++i) {
                 const auto element = block[i];
                 for (const auto& at : lagrange_nodes<shape, degree>) {
@@ -155,6 +212,9 @@ LinearMesh<D> box_of_simplices(std::uint64_t seed) {
     mesh.required_vertices = Buffer<VertexId>{VertexId(std::size_t{1})};
     mesh.facets.required = Buffer<std::uint32_t>{0};
     mesh.groups = Buffer<Group>{{D, 1, "air"}};
+    mesh.elements.entities = Buffer<Reference>(mesh.elements.size(), 4);
+    mesh.facets.entities = Buffer<Reference>(mesh.facets.size(), 5);
+    mesh.geometry.on_points = Buffer<Association<0>>{{VertexId(std::size_t{0}), 7, {}, {}}};
     return mesh;
 }
 
@@ -174,7 +234,7 @@ void check_conversions() {
         const LinearMesh<D> linear = box_of_simplices<D>(seed);
         CHECK(must(as_linear(as_mesh(linear))) == linear);
         CHECK(as_mesh(linear).points.data() == linear.points.data());
-        CHECK(must(in_degree(as_mesh(linear), 2, alone)) == as_mesh(must(elevate(linear, alone))));
+        CHECK(must(elevate(as_mesh(linear), 2, alone)) == as_mesh(must(elevate(linear, alone))));
         const QuadraticMesh<D> quadratic = quadratic_box<D>(seed);
         const Mesh<D> mesh = as_mesh(quadratic);
         CHECK(mesh.degree == 2);
@@ -212,22 +272,71 @@ TEST_CASE("each cell of a plate has its own nodes in its own order, at every deg
 }
 
 TEST_CASE("each cell of hexahedra, prisms, pyramids and tetrahedra has its own nodes in its own order") {
-    check_mesh(must(generate_hexahedra({2, 3, 2})));
-    check_mesh(must(generate_pyramids({2, 2, 3})));
-    check_mesh(must(generate_prisms(prisms())));
+    check_mesh(with_feature_edges(must(generate_hexahedra({2, 3, 2}))));
+    check_mesh(with_feature_edges(must(generate_pyramids({2, 2, 3}))));
+    check_mesh(with_feature_edges(must(generate_prisms(prisms()))));
+}
+
+TEST_CASE("edges are the same for any number of threads where all of them meet in one vertex") {
+    const std::size_t n = 20000;  // triangles around vertex 0
+    Mesh<2> fan;
+    Buffer<Vec<2>> points(n + 1);
+    Buffer<ShapeVertices<Shape::triangle>> rows(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const double angle = 6.283185307179586 * double(i) / double(n);
+        points[i + 1] = {{camber::cos(angle), camber::sin(angle)}};
+        rows[i] = {VertexId(std::size_t{0}), VertexId(i + 1), VertexId((i + 1) % n + 1)};
+    }
+    fan.points = std::move(points);
+    fan.elements.of<Shape::triangle>().vertices = std::move(rows);
+    const Mesh<2> one = must(elevate(fan, 3, alone));
+    CHECK(one.entities.edges.size() == 2 * n);
+    for (int run = 0; run < 3; ++run) CHECK(must(elevate(fan, 3, Execution{.threads = 4})) == one);
+}
+
+TEST_CASE("facets of generated meshes look outwards and have the references of their sides") {
+    const auto check = [](const Mesh<3>& mesh, auto outwards, auto reference) {
+        each_block_of<2>(mesh, [&](const auto& facets) {
+            for (std::size_t i = 0; i < facets.size(); ++i) {
+                const auto p = facets[i].nodes;
+                const std::size_t corners = facets.cells().vertices[i].size();
+                Vec<3> mean;
+                for (std::size_t c = 0; c < corners; ++c) mean += p[c] / double(corners);
+                CHECK(dot(cross(p[1] - p[0], p[2] - p[0]), outwards(mean)) > 0);
+                CHECK(facets.cells().references[i] == reference(mean));
+            }
+        });
+    };
+    const auto side = [](const Vec<3>& p) {
+        for (int d = 0; d < 3; ++d)
+            for (const int end : {0, 1})
+                if (std::abs(p[d] - end) < 1e-9) return std::pair(d, end);
+        return std::pair(3, 0);
+    };
+    const auto from_centre = [&](const Vec<3>& p) {
+        Vec<3> n;
+        n[side(p).first] = side(p).second == 0 ? -1 : 1;
+        return n;
+    };
+    const auto of_side = [&](const Vec<3>& p) { return Reference(2 * side(p).first + 1 + side(p).second); };
+    check(must(generate_hexahedra({2, 3, 2})), from_centre, of_side);
+    check(must(generate_pyramids({2, 2, 3})), from_centre, of_side);
+    check(
+        must(generate_prisms(prisms())), [](const Vec<3>& p) { return norm(p) < 1.5 ? -p : p; },
+        [](const Vec<3>& p) { return Reference(norm(p) < 1.5 ? 2 : 1); });
 }
 
 TEST_CASE("hybrid meshes are valid, and stay so when bent") {
-    for (const double share : {0.0, 0.02})
+    for (const double share : {0.0, 0.02, 0.05})
         for (const int degree : {1, 2, 3, 5}) {
-            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_plate({4, 3})), degree, alone)), share)) > 0);
-            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_hexahedra({2, 2, 2})), degree, alone)), share)) >
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_plate({4, 3})), degree, alone)), share)) > 0);
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_hexahedra({2, 2, 2})), degree, alone)), share)) >
                   0);
-            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_pyramids({2, 2, 3})), degree, alone)), share)) >
-                  0);
-            CHECK(smallest_jacobian(bent(must(in_degree(must(generate_prisms(prisms())), degree, alone)), share)) > 0);
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_pyramids({2, 2, 3})), degree, alone)), share)) > 0);
+            CHECK(smallest_jacobian(bend(must(elevate(must(generate_prisms(prisms())), degree, alone)), share)) > 0);
         }
     const Mesh<3> prism_shell = must(generate_prisms(prisms()));
+    CHECK(bend(prism_shell, 0.02).points != prism_shell.points);
     CHECK(prism_shell.elements.of<Shape::prism>().size() > 50);
     CHECK(prism_shell.elements.of<Shape::tetrahedron>().size() > 50);
     for (const Reference reference : prism_shell.facets.of<Shape::triangle>().references)
@@ -244,16 +353,24 @@ TEST_CASE("what cannot be converted is refused with its reason") {
     CHECK(message(as_linear(hybrid)) ==
           "has 5 quadrilaterals, 1 pyramid, 1 hexahedron, and this needs a mesh of simplices alone");
     CHECK(message(as_quadratic(hybrid)) == "is of degree 1, and this needs one of degree 2");
-    CHECK(message(in_degree(hybrid, 6, alone)) == "the degree must be from 1 to 5, got 6");
-    CHECK(message(in_degree(hybrid, 0, alone)) == "the degree must be from 1 to 5, got 0");
-    CHECK(message(in_degree(must(in_degree(hybrid, 3, alone)), 4, alone)) ==
+    CHECK(message(elevate(hybrid, 6, alone)) == "the degree must be from 1 to 5, got 6");
+    CHECK(message(elevate(hybrid, 0, alone)) == "the degree must be from 1 to 5, got 0");
+    CHECK(message(elevate(must(elevate(hybrid, 3, alone)), 4, alone)) ==
           "is of degree 3, and degrees are raised from 1");
     Mesh<3> twice = hybrid;
-    twice.elements.of<Shape::hexahedron>().vertices =
-        Buffer<ShapeVertices<Shape::hexahedron>>{ShapeVertices<Shape::hexahedron>{}};
-    CHECK_FALSE(in_degree(twice, 2, alone).has_value());
-    CHECK(must(in_degree(Mesh<3>{}, 4, alone)).points.size() == 0);
+    ShapeVertices<Shape::hexahedron> same;
+    same.fill(VertexId(std::size_t{0}));
+    twice.elements.of<Shape::hexahedron>().vertices = Buffer<ShapeVertices<Shape::hexahedron>>{same};
+    CHECK(message(elevate(twice, 2, alone)) == "names vertex 1 twice");
+    Mesh<3> beyond = hybrid;
+    beyond.points = Buffer<Vec<3>>(5);
+    CHECK(message(elevate(beyond, 2, alone)).find("of 5") != std::string::npos);
+    CHECK(must(elevate(Mesh<3>{}, 4, alone)).points.size() == 0);
     CHECK_FALSE(generate_hexahedra({0, 1, 1}).has_value());
     CHECK_FALSE(generate_pyramids({1, 1, 2}).has_value());
     CHECK_FALSE(generate_prisms(ShellOptions<3>{}).has_value());
+    ShellOptions<3> wrong = prisms();
+    wrong.inner_layer.first_height = -0.1;
+    CHECK_FALSE(generate_prisms(wrong).has_value());
+    CHECK_FALSE(generate_plate({100000, 100000}).has_value());
 }
