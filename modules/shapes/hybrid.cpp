@@ -133,13 +133,17 @@ std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>&
 }
 
 /// The corners of the cell at (i, j), in the order of a quadrilateral, or at (i, j, k), in that of a hexahedron.
-std::array<VertexId, 4> square(const std::vector<VertexId>& v, const std::array<int, 2>& cells, int i, int j) {
-    const auto at = [&](int x, int y) { return v[static_cast<std::size_t>((j + y) * (cells[0] + 1) + i + x)]; };
+std::array<VertexId, 4> square(const std::vector<VertexId>& v, const std::array<int, 2>& cells, std::size_t i,
+                               std::size_t j) {
+    const std::size_t columns = cells[0] + std::size_t{1};
+    const auto at = [&](std::size_t x, std::size_t y) { return v[(j + y) * columns + i + x]; };
     return {at(0, 0), at(1, 0), at(1, 1), at(0, 1)};
 }
-std::array<VertexId, 8> cube(const std::vector<VertexId>& v, const std::array<int, 3>& cells, int i, int j, int k) {
-    const auto at = [&](int x, int y, int z) {
-        return v[static_cast<std::size_t>(((k + z) * (cells[1] + 1) + j + y) * (cells[0] + 1) + i + x)];
+std::array<VertexId, 8> cube(const std::vector<VertexId>& v, const std::array<int, 3>& cells, std::size_t i,
+                             std::size_t j, std::size_t k) {
+    const std::size_t columns = cells[0] + std::size_t{1}, rows = cells[1] + std::size_t{1};
+    const auto at = [&](std::size_t x, std::size_t y, std::size_t z) {
+        return v[((k + z) * rows + j + y) * columns + i + x];
     };
     return {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)};
 }
