@@ -142,13 +142,13 @@ BoundShares<D> shares_of(const AdaptationGoal<D>& goal, bool is_curved, Referenc
                      : shares_at<1, D>(*goal.geometry, reference, facet, limit);
 }
 
-/// The places of facets at which bounds are checked, and the bounds, by the surfaces that the facets are on.
+/// Points of facets with a bound on the distance of each from its surface, grouped by surface.
 template <int D>
 class BoundedPoints {
   public:
     explicit BoundedPoints(const AdaptationGoal<D>& goal) : goal_(goal) {}
 
-    /// Those of a facet: all, or those off the edge opposite a corner.
+    /// Adds the points of a facet; with a corner, only those that are not on the edge opposite it.
     void add(Reference reference, bool is_curved, const NodalFacet<D>& facet,
              std::optional<std::uint32_t> corner = {}) {
         const DistanceLimit& limit = goal_.distance_bounds.of(reference);
@@ -182,7 +182,7 @@ class BoundedPoints {
         }
         add(surface, point_of<D>(facet, at.back()), limit.at(longest));
     }
-    /// Of an edge between two facets once.
+    /// Adds a point once: two facets share those of their edge.
     static void add(Surface& surface, const Vec<D>& p, double bound) {
         if (std::ranges::find(surface.points, p) != surface.points.end()) return;
         surface.points.push_back(p);

@@ -170,7 +170,7 @@ struct RepairGuide {
 /// What a repair changed.
 struct RepairStatistics {
     std::size_t corrected_elements = 0;   ///< not valid before, valid now
-    std::size_t raised_elements = 0;      ///< valid before and below `RepairOptions::target`, at it now
+    std::size_t raised_elements = 0;      ///< valid before but below `RepairOptions::target`, not below it now
     std::size_t moved_volume_nodes = 0;   ///< edges whose node is not where it was
     std::size_t moved_surface_nodes = 0;  ///< the same, of surface and ridge edges: they may have left the geometry
     std::size_t moved_vertices = 0;       ///< in the volume

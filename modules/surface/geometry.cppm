@@ -338,12 +338,12 @@ class GeometryModel {
                                                                           std::span<const Barycentric<D - 1>> at,
                                                                           std::span<const Vec<D>> points,
                                                                           double bound) const;
-    /// Whether points[i] is within bounds[i] of a facet's surface, or the facet has none. Here: by `distances`. A model
-    /// that bounds distances from above for less than they cost overrides it.
+    /// Whether each points[i] is at most bounds[i] away from a facet's surface; true if the facet has none. Here: by
+    /// `distances`. A model that has cheap upper bounds of distances overrides it.
     [[nodiscard]] virtual bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                           std::span<const double> bounds) const;
-    /// Whether all facets of a reference that have no number are on one surface: then points of several may be asked
-    /// for as those of one. Here: no.
+    /// Whether facets of a reference that are not of the mesh (without a number) all have the same surface: then one
+    /// call of `are_within` can take the points of several facets. Here: no.
     [[nodiscard]] virtual bool is_one_surface(Reference reference) const;
     /// The points of the geometry that stand over places of a facet: of a surface made of pieces those of the facet's
     /// own piece, else those next to the straight facet's. False, and nothing written, where the facet has no surface.

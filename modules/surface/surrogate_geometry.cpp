@@ -180,8 +180,8 @@ class SurrogateModel : public GeometryModel<D> {
         return true;
     }
 
-    /// A foot found from that of the point before bounds the distance: only where it is too far are all facets
-    /// searched.
+    /// The search for each point begins at the foot of the point before it. That foot gives an upper bound of the
+    /// distance; all facets are searched only if the bound is too large.
     [[nodiscard]] bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                   std::span<const double> bounds) const override {
         if (!has_reference(facet.reference)) return true;
