@@ -31,6 +31,6 @@ NamedDomain<3> domain(std::string_view name, int cells) {
 
 int main(int count, char** words) {
     if (count != 4) return std::fprintf(stderr, "domain ball|quarter|baffle CELLS OUT\n"), 2;
-    bench::write_mesh(words[3], domain(words[1], static_cast<int>(std::strtod(words[2], nullptr))).mesh);
+    bench::write_mesh(words[3], as_mesh(domain(words[1], static_cast<int>(std::strtod(words[2], nullptr))).mesh));
     return 0;
 }

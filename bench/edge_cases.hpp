@@ -101,7 +101,7 @@ inline EdgeCase file_case(const std::string& paths) {
     const auto solution = decode_solution(bytes_of(solution_path), solution_path, Execution{}).value().solution;
     const auto precision = solution.single_precision ? TensorPrecision::four_bytes : TensorPrecision::eight_bytes;
     auto logs = log_metrics_of_tensors<3>(solution.values.view(), precision, Execution{}).value();
-    return case_of(std::get<LinearMesh<3>>(decoded.mesh), Column<LogMetric<3>>(std::move(logs.log_metrics)));
+    return case_of(mesh_as<LinearMesh<3>>(decoded.mesh).value(), Column<LogMetric<3>>(std::move(logs.log_metrics)));
 }
 
 /// UGAWG polar-1 with sizes 0.77 of its own (anisotropy 100), on a box that is mapped to it: the quarter of a pipe

@@ -33,7 +33,7 @@ std::vector<std::byte> joined(const Chunks& chunks) {
 
 template <class Mesh>
 std::vector<std::byte> file_of(const Mesh& mesh) {
-    return joined(*encode_gmf_mesh(mesh, GmfOptions{.encoding = GmfEncoding::binary}, Execution{}));
+    return joined(*encode_gmf_mesh(as_mesh(mesh), GmfOptions{.encoding = GmfEncoding::binary}, Execution{}));
 }
 
 template <class Mesh>
@@ -51,7 +51,7 @@ template <class Mesh>
 void encode(benchmark::State& state, const Mesh& mesh) {
     const auto size = file_of(mesh).size();
     for (auto _ : state)
-        benchmark::DoNotOptimize(encode_gmf_mesh(mesh, GmfOptions{.encoding = GmfEncoding::binary}, Execution{}));
+        benchmark::DoNotOptimize(encode_gmf_mesh(as_mesh(mesh), GmfOptions{.encoding = GmfEncoding::binary}, Execution{}));
     state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * size));
 }
 

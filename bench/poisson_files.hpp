@@ -27,14 +27,10 @@ struct MeshFile {
 };
 
 template <int D>
-Outcome<MeshFile> of_degree_2(const LinearMesh<D>& mesh, const Column<std::uint32_t>&) {
-    auto elevated = elevate(mesh, Execution{});
-    if (!elevated) return fail(elevated.error());
-    return MeshFile{std::move(*elevated), {}};
-}
-template <int D>
-Outcome<MeshFile> of_degree_2(const QuadraticMesh<D>& mesh, const Column<std::uint32_t>& numbers) {
-    return MeshFile{mesh, numbers};
+Outcome<MeshFile> of_degree_2(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers) {
+    auto quadratic = mesh.degree == 1 ? elevate(mesh, 2, Execution{}).and_then(as_quadratic<D>) : as_quadratic(mesh);
+    if (!quadratic) return fail(quadratic.error());
+    return MeshFile{std::move(*quadratic), numbers};
 }
 
 inline Outcome<MeshFile> read(const std::string& path) {
@@ -46,13 +42,11 @@ inline Outcome<MeshFile> read(const std::string& path) {
     if (decoded) decoded = with_flat_in_2d(std::move(*decoded), Execution{});
     if (!decoded) return fail(decoded.error());
     return std::visit(
-        [&]<class M>(const M& mesh) -> Outcome<MeshFile> {
-            auto out = of_degree_2(mesh, decoded->node_numbers);
-            const auto elements = [](const auto& m) { return m.linear.elements.size(); };
-            if (out && std::visit(elements, out->mesh) == 0)
-                return fail(ErrorKind::input, std::string("has no ") + (M::dimension == 3 ? "tetrahedra" : "triangles"),
-                            path, {}, "give a mesh of a volume, or of the plane");
-            return out;
+        [&]<int D>(const Mesh<D>& mesh) -> Outcome<MeshFile> {
+            if (count_elements(mesh) == 0)
+                return fail(ErrorKind::input, std::string("has no ") + (D == 3 ? "tetrahedra" : "triangles"), path, {},
+                            "give a mesh of a volume, or of the plane");
+            return of_degree_2(mesh, decoded->node_numbers);
         },
         decoded->mesh);
 }

@@ -124,10 +124,11 @@ Adaptation<3> step(const char* name, Adaptation<3> r, const Arguments& a, const 
 int main(int argc, char** argv) {
     const Arguments a = arguments({argv, static_cast<std::size_t>(argc)});
     const Execution execution{.threads = a.threads};
-    auto decoded = read_mesh(a.mesh, execution);
+    const auto decoded = read_mesh(a.mesh, execution);
     QuadraticMesh<3> curved;
-    if (auto* given = std::get_if<QuadraticMesh<3>>(&decoded)) curved = std::move(*given);
-    const LinearMesh<3> mesh = curved.edges.size() > 0 ? curved.linear : std::get<LinearMesh<3>>(decoded);
+    const auto& given = std::get<Mesh<3>>(decoded);
+    const LinearMesh<3> mesh = straight_simplices(given);
+    if (given.degree == 2) curved = must(as_quadratic(given));
     const auto edges = must(unique_edges(mesh, execution));
     const auto features = must(find_features(mesh, edges, FeatureOptions<3>{}, execution));
     std::vector<VertexId> corners;

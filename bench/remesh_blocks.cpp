@@ -145,7 +145,7 @@ Column<LogMetric<3>> metrics_of(const Arguments& a, std::size_t vertices, const 
 }
 
 Remeshing<3> begun(const Arguments& a, const Execution& execution) {
-    const LinearMesh<3> mesh = std::get<LinearMesh<3>>(read_mesh(a.mesh, execution));
+    const LinearMesh<3> mesh = mesh_as<LinearMesh<3>>(read_mesh(a.mesh, execution)).value();
     const auto edges = must(unique_edges(mesh, execution));
     const auto boundary = must(find_boundary<3>(mesh, edges, {}, {}, execution));
     auto field =

@@ -46,27 +46,16 @@ void shuffle_rows(Simplices<K>& simplices, Column<std::uint32_t>* marked, std::m
 }
 
 template <int D>
-AnyMesh shuffled(LinearMesh<D> mesh, std::mt19937_64& random) {
+AnyMesh shuffled(const Mesh<D>& given, std::mt19937_64& random) {
+    LinearMesh<D> mesh = must(as_linear(given));
     shuffle_rows(mesh.facets, D == 2 ? &mesh.ridges : nullptr, random);
     const Renumbering order{any_order<VertexId>(mesh.points.size(), random),
                             any_order<ElementId>(mesh.elements.size(), random)};
-    return must(renumbered(std::move(mesh), order, Execution{}));
-}
-template <int D>
-AnyMesh shuffled(const QuadraticMesh<D>&, std::mt19937_64&) {
-    std::fprintf(stderr, "only straight meshes are shuffled\n");
-    std::exit(1);
+    return as_mesh(must(renumbered(std::move(mesh), order, Execution{})));
 }
 
 double scatter_of(const AnyMesh& mesh) {
-    return std::visit(
-        []<class Mesh>(const Mesh& m) {
-            if constexpr (requires { m.linear; })
-                return must(scatter(m.linear, Execution{}));
-            else
-                return must(scatter(m, Execution{}));
-        },
-        mesh);
+    return std::visit([](const auto& m) { return must(scatter(straight_simplices(m), Execution{})); }, mesh);
 }
 
 }  // namespace

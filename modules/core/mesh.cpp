@@ -15,12 +15,14 @@ namespace camber {
 namespace {
 
 template <int K>
-Cells<simplex<K>> cells_of(const Simplices<K>& simplices) {
-    return {simplices.vertices, simplices.references, simplices.required, simplices.entities};
+Cells<simplex<K>> cells_of(Simplices<K> simplices) {
+    return {std::move(simplices.vertices), std::move(simplices.references), std::move(simplices.required),
+            std::move(simplices.entities)};
 }
 template <int K>
-Simplices<K> simplices_of(const Cells<simplex<K>>& cells) {
-    return {cells.vertices, cells.references, cells.required, cells.entities};
+Simplices<K> simplices_of(Cells<simplex<K>> cells) {
+    return {std::move(cells.vertices), std::move(cells.references), std::move(cells.required),
+            std::move(cells.entities)};
 }
 
 /// "3 prisms, 2 hexahedra": all elements and facets that are no simplices; empty where all are.
@@ -49,67 +51,67 @@ Outcome<Done> check_simplicial(const Mesh<D>& mesh, int degree) {
     return Done{};
 }
 
-template <int D>
-LinearMesh<D> linear_part(const Mesh<D>& mesh) {
-    return {.points = mesh.points,
-            .point_references = mesh.point_references,
-            .corners = mesh.corners,
-            .required_vertices = mesh.required_vertices,
-            .elements = simplices_of<D>(mesh.elements.template of<simplex<D>>()),
-            .facets = simplices_of<D - 1>(mesh.facets.template of<simplex<D - 1>>()),
-            .edges = simplices_of<1>(mesh.edges),
-            .ridges = mesh.ridges,
-            .geometry = mesh.geometry,
-            .groups = mesh.groups};
-}
-
 }  // namespace
 
 template <int D>
-Mesh<D> as_mesh(const LinearMesh<D>& linear) {
+Mesh<D> as_mesh(LinearMesh<D> linear) {
     Mesh<D> mesh;
-    mesh.points = linear.points;
-    mesh.point_references = linear.point_references;
-    mesh.corners = linear.corners;
-    mesh.required_vertices = linear.required_vertices;
-    mesh.elements.template of<simplex<D>>() = cells_of<D>(linear.elements);
-    mesh.facets.template of<simplex<D - 1>>() = cells_of<D - 1>(linear.facets);
-    mesh.edges = cells_of<1>(linear.edges);
-    mesh.ridges = linear.ridges;
-    mesh.geometry = linear.geometry;
-    mesh.groups = linear.groups;
+    mesh.points = std::move(linear.points);
+    mesh.point_references = std::move(linear.point_references);
+    mesh.corners = std::move(linear.corners);
+    mesh.required_vertices = std::move(linear.required_vertices);
+    mesh.elements.template of<simplex<D>>() = cells_of<D>(std::move(linear.elements));
+    mesh.facets.template of<simplex<D - 1>>() = cells_of<D - 1>(std::move(linear.facets));
+    mesh.edges = cells_of<1>(std::move(linear.edges));
+    mesh.ridges = std::move(linear.ridges);
+    mesh.geometry = std::move(linear.geometry);
+    mesh.groups = std::move(linear.groups);
     return mesh;
 }
 
 template <int D>
-Mesh<D> as_mesh(const QuadraticMesh<D>& quadratic) {
-    Mesh<D> mesh = as_mesh(quadratic.linear);
+Mesh<D> as_mesh(QuadraticMesh<D> quadratic) {
+    Mesh<D> mesh = as_mesh(std::move(quadratic.linear));
     mesh.degree = 2;
-    mesh.edge_nodes = quadratic.mid_nodes;
+    mesh.edge_nodes = std::move(quadratic.mid_nodes);
     MeshEntities<D>& entities = mesh.entities;
-    entities.edges = quadratic.edges.vertices;
-    entities.edges_of_elements.template of<simplex<D>>().ids = quadratic.edges.of_elements;
-    entities.edges_of_facets.template of<simplex<D - 1>>().ids = quadratic.edges.of_facets;
-    entities.edges_of_edges = quadratic.edges.of_edges;
+    entities.edges = std::move(quadratic.edges.vertices);
+    entities.edges_of_elements.template of<simplex<D>>().ids = std::move(quadratic.edges.of_elements);
+    entities.edges_of_facets.template of<simplex<D - 1>>().ids = std::move(quadratic.edges.of_facets);
+    entities.edges_of_edges = std::move(quadratic.edges.of_edges);
     return mesh;
 }
 
 template <int D>
-Outcome<LinearMesh<D>> as_linear(const Mesh<D>& mesh) {
-    if (auto fits = check_simplicial(mesh, 1); !fits) return fail(fits.error());
-    return linear_part(mesh);
+LinearMesh<D> straight_simplices(Mesh<D> mesh) {
+    return {.points = std::move(mesh.points),
+            .point_references = std::move(mesh.point_references),
+            .corners = std::move(mesh.corners),
+            .required_vertices = std::move(mesh.required_vertices),
+            .elements = simplices_of<D>(std::move(mesh.elements.template of<simplex<D>>())),
+            .facets = simplices_of<D - 1>(std::move(mesh.facets.template of<simplex<D - 1>>())),
+            .edges = simplices_of<1>(std::move(mesh.edges)),
+            .ridges = std::move(mesh.ridges),
+            .geometry = std::move(mesh.geometry),
+            .groups = std::move(mesh.groups)};
 }
 
 template <int D>
-Outcome<QuadraticMesh<D>> as_quadratic(const Mesh<D>& mesh) {
+Outcome<LinearMesh<D>> as_linear(Mesh<D> mesh) {
+    if (auto fits = check_simplicial(mesh, 1); !fits) return fail(fits.error());
+    return straight_simplices(std::move(mesh));
+}
+
+template <int D>
+Outcome<QuadraticMesh<D>> as_quadratic(Mesh<D> mesh) {
     if (auto fits = check_simplicial(mesh, 2); !fits) return fail(fits.error());
-    const MeshEntities<D>& entities = mesh.entities;
-    return QuadraticMesh<D>{linear_part(mesh),
-                            {.vertices = entities.edges,
-                             .of_elements = entities.edges_of_elements.template of<simplex<D>>().ids,
-                             .of_facets = entities.edges_of_facets.template of<simplex<D - 1>>().ids,
-                             .of_edges = entities.edges_of_edges},
-                            mesh.edge_nodes};
+    MeshEntities<D>& entities = mesh.entities;
+    EdgeSet<D> edges{.vertices = std::move(entities.edges),
+                     .of_elements = std::move(entities.edges_of_elements.template of<simplex<D>>().ids),
+                     .of_facets = std::move(entities.edges_of_facets.template of<simplex<D - 1>>().ids),
+                     .of_edges = std::move(entities.edges_of_edges)};
+    auto nodes = std::move(mesh.edge_nodes);
+    return QuadraticMesh<D>{straight_simplices(std::move(mesh)), std::move(edges), std::move(nodes)};
 }
 
 namespace {
@@ -488,10 +490,11 @@ Outcome<Mesh<D>> elevate(Mesh<D> mesh, int degree, const Execution& execution) {
 }
 
 #define CAMBER_INSTANTIATE(D)                                           \
-    template Mesh<D> as_mesh<D>(const LinearMesh<D>&);                  \
-    template Mesh<D> as_mesh<D>(const QuadraticMesh<D>&);               \
-    template Outcome<LinearMesh<D>> as_linear<D>(const Mesh<D>&);       \
-    template Outcome<QuadraticMesh<D>> as_quadratic<D>(const Mesh<D>&); \
+    template Mesh<D> as_mesh<D>(LinearMesh<D>);                  \
+    template Mesh<D> as_mesh<D>(QuadraticMesh<D>);               \
+    template LinearMesh<D> straight_simplices<D>(Mesh<D>); \
+    template Outcome<LinearMesh<D>> as_linear<D>(Mesh<D>);       \
+    template Outcome<QuadraticMesh<D>> as_quadratic<D>(Mesh<D>); \
     template Outcome<Mesh<D>> elevate<D>(Mesh<D>, int, const Execution&);
 
 CAMBER_INSTANTIATE(2)

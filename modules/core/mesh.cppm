@@ -3,6 +3,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -158,16 +159,37 @@ template <int D>
 // Between the general mesh and those of simplices. All columns are shared; nothing is copied.
 
 template <int D>
-[[nodiscard]] Mesh<D> as_mesh(const LinearMesh<D>& mesh);
+[[nodiscard]] Mesh<D> as_mesh(LinearMesh<D> mesh);
 template <int D>
-[[nodiscard]] Mesh<D> as_mesh(const QuadraticMesh<D>& mesh);
+[[nodiscard]] Mesh<D> as_mesh(QuadraticMesh<D> mesh);
 
 /// Errors: the degree is not 1, elements or facets are no simplices (ErrorKind::unsupported).
 template <int D>
-[[nodiscard]] Outcome<LinearMesh<D>> as_linear(const Mesh<D>& mesh);
+[[nodiscard]] Outcome<LinearMesh<D>> as_linear(Mesh<D> mesh);
 /// Errors: the degree is not 2, elements or facets are no simplices (ErrorKind::unsupported).
 template <int D>
-[[nodiscard]] Outcome<QuadraticMesh<D>> as_quadratic(const Mesh<D>& mesh);
+[[nodiscard]] Outcome<QuadraticMesh<D>> as_quadratic(Mesh<D> mesh);
+
+/// The simplices of a mesh of any degree by their vertices alone; cells of other shapes are not in it.
+template <int D>
+[[nodiscard]] LinearMesh<D> straight_simplices(Mesh<D> mesh);
+
+/// f(mesh) with the mesh as LinearMesh or QuadraticMesh, by its degree: for code that takes simplices of degrees 1 and
+/// 2; f returns an Outcome. Errors: a higher degree, elements or facets that are no simplices (ErrorKind::unsupported).
+template <int D, class F>
+[[nodiscard]] auto on_simplices(Mesh<D> mesh, F&& f) -> decltype(f(LinearMesh<D>{})) {
+    if (mesh.degree > 2)
+        return fail(ErrorKind::unsupported,
+                    "is of degree " + std::to_string(mesh.degree) + ", and this needs one of degree 1 or 2");
+    if (mesh.degree == 2) {
+        auto quadratic = as_quadratic(std::move(mesh));
+        if (!quadratic) return fail(std::move(quadratic.error()));
+        return f(std::move(*quadratic));
+    }
+    auto linear = as_linear(std::move(mesh));
+    if (!linear) return fail(std::move(linear.error()));
+    return f(std::move(*linear));
+}
 
 /// The same mesh of degree 1 in another degree, with its edges and faces: nodes are where the linear functions of a
 /// cell's vertices have them (on pyramids: those of the collapsed hexahedron), so no point of any element moves.

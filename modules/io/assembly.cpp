@@ -311,7 +311,7 @@ Outcome<DecodedMesh> quadratic_mesh(Mesh<D> raw, MidNodeKind kind, std::vector<N
     note_mid_nodes(raw.point_references, *mesh, *edges, *mid, notices);
     MeshFields fields = fields_at_nodes(raw, *numbers, *mid, *edges);
     Column<std::uint32_t> file_numbers = node_numbers(raw, *numbers, *mid);
-    return DecodedMesh{.mesh = QuadraticMesh<D>{std::move(*mesh), std::move(*edges), std::move(*nodes)},
+    return DecodedMesh{.mesh = as_mesh(QuadraticMesh<D>{std::move(*mesh), std::move(*edges), std::move(*nodes)}),
                        .notices = std::move(notices),
                        .node_numbers = std::move(file_numbers),
                        .fields = std::move(fields)};
@@ -325,7 +325,7 @@ Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notic
     if (mesh.quadratic()) return quadratic_mesh(std::move(mesh), kind, std::move(notices), execution);
     MeshFields fields = std::move(mesh.fields);
     return DecodedMesh{
-        .mesh = straight_mesh(std::move(mesh)), .notices = std::move(notices), .fields = std::move(fields)};
+        .mesh = as_mesh(straight_mesh(std::move(mesh))), .notices = std::move(notices), .fields = std::move(fields)};
 }
 
 #define CAMBER_INSTANTIATE(D) \

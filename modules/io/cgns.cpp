@@ -169,7 +169,8 @@ template GroupNames group_names<3>(const LinearMesh<3>&);
 }  // namespace cgns
 
 template <int D>
-std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
+std::vector<Notice> not_in_cgns(const Mesh<D>& all) {
+    const LinearMesh<D> mesh = straight_simplices(all);
     std::vector<Notice> losses = not_held(mesh, {.groups = true, .point_references = false}, "CGNS");
     if (out_of_run(mesh.elements.references) + out_of_run(mesh.facets.references) + out_of_run(mesh.edges.references) >
         0)
@@ -179,7 +180,7 @@ std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh) {
     return losses;
 }
 
-#define CAMBER_INSTANTIATE(D) template std::vector<Notice> not_in_cgns<D>(const LinearMesh<D>&);
+#define CAMBER_INSTANTIATE(D) template std::vector<Notice> not_in_cgns<D>(const Mesh<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
@@ -249,17 +250,12 @@ Outcome<DecodedMesh> decode_cgns(std::span<const std::byte>, std::string_view, c
 }
 
 template <int D>
-Outcome<Chunks> encode_cgns(const LinearMesh<D>&, const MeshFields&, const Execution&) {
-    return absent();
-}
-template <int D>
-Outcome<Chunks> encode_cgns(const QuadraticMesh<D>&, const MeshFields&, const Execution&) {
+Outcome<Chunks> encode_cgns(const Mesh<D>&, const MeshFields&, const Execution&) {
     return absent();
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<Chunks> encode_cgns<D>(const LinearMesh<D>&, const MeshFields&, const Execution&); \
-    template Outcome<Chunks> encode_cgns<D>(const QuadraticMesh<D>&, const MeshFields&, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template Outcome<Chunks> encode_cgns<D>(const Mesh<D>&, const MeshFields&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -290,17 +290,14 @@ Outcome<Chunks> encode(const Mesh& mesh, const MeshFields& fields, const Executi
 namespace camber {
 
 template <int D>
-Outcome<Chunks> encode_cgns(const LinearMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
-    return guarded([&] { return cgns::encode(mesh, fields, execution); });
-}
-template <int D>
-Outcome<Chunks> encode_cgns(const QuadraticMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
-    return guarded([&] { return cgns::encode(mesh, fields, execution); });
+Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
+    return on_simplices(mesh, [&](const auto& simplices) {
+        return guarded([&] { return cgns::encode(simplices, fields, execution); });
+    });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                           \
-    template Outcome<Chunks> encode_cgns<D>(const LinearMesh<D>&, const MeshFields&, const Execution&); \
-    template Outcome<Chunks> encode_cgns<D>(const QuadraticMesh<D>&, const MeshFields&, const Execution&);
+    template Outcome<Chunks> encode_cgns<D>(const Mesh<D>&, const MeshFields&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -194,7 +194,7 @@ DecodedMesh of_degree_1(MeshArrays<D> arrays) {
     mesh.facets = simplices_of<D - 1>(std::move(arrays.facets.straight));
     if constexpr (D == 3) mesh.edges = simplices_of<1>(std::move(arrays.edges.straight));
     mesh.groups = Column<Group>(Buffer<Group>(arrays.groups.begin(), arrays.groups.end()));
-    return DecodedMesh{AnyMesh(std::move(mesh)), {}};
+    return DecodedMesh{as_mesh(std::move(mesh)), {}};
 }
 
 }  // namespace

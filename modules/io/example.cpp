@@ -24,7 +24,7 @@ static LinearMesh<2> two_triangles() {
 }
 
 static Outcome<bool> example(const Execution& execution) {
-    const auto mesh = elevate(two_triangles(), execution);
+    const auto mesh = elevate(as_mesh(two_triangles()), 2, execution);
     if (!mesh) return fail(mesh.error());
     const auto chunks = encode_gmf_mesh(*mesh, GmfOptions{.encoding = GmfEncoding::ascii}, execution);
     if (!chunks) return fail(chunks.error());
@@ -36,7 +36,7 @@ static Outcome<bool> example(const Execution& execution) {
     const auto bytes_of = [](const std::string& s) { return std::as_bytes(std::span(s.data(), s.size())); };
     const auto decoded = decode_gmf_mesh(bytes_of(text), "square.mesh", execution);
     if (!decoded) return fail(decoded.error());
-    const auto* same = std::get_if<QuadraticMesh<2>>(&decoded->mesh);  // what a file holds is known when it is read
+    const auto* same = std::get_if<Mesh<2>>(&decoded->mesh);  // what a file holds is known when it is read
     const bool round_trip = same != nullptr && *same == *mesh;
     std::printf("read again: %s\n", round_trip ? "the same mesh, to the bit" : "another mesh");
 

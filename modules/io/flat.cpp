@@ -16,49 +16,46 @@ constexpr std::size_t row_grain = 4096;
 
 // ---------------------------------------------------------------- is it flat?
 
-/// The z of all that triangles and edges use, if it is one.
-std::optional<double> common_height(const LinearMesh<3>& mesh) {
-    if (mesh.elements.size() > 0 || mesh.facets.size() == 0) return std::nullopt;
-    const double z = mesh.points[mesh.facets.vertices[0][0]][2] + 0.0;  // −0 becomes 0
-    const auto at_height = [&](const auto& simplex) {
-        return std::all_of(simplex.begin(), simplex.end(), [&](VertexId v) { return mesh.points[v][2] == z; });
-    };
-    const bool flat = std::all_of(mesh.facets.vertices.begin(), mesh.facets.vertices.end(), at_height) &&
-                      std::all_of(mesh.edges.vertices.begin(), mesh.edges.vertices.end(), at_height);
-    return flat ? std::optional(z) : std::nullopt;
+/// Whether the mesh is a surface in space and no more.
+bool is_surface(const Mesh<3>& mesh) {
+    return count_elements(mesh) == 0 &&
+           mesh.facets.of<Shape::triangle>().size() + mesh.facets.of<Shape::quadrilateral>().size() > 0;
 }
 
-std::optional<double> common_height(const QuadraticMesh<3>& mesh) {
-    const auto z = common_height(mesh.linear);
-    const bool flat = z && std::all_of(mesh.mid_nodes.begin(), mesh.mid_nodes.end(),
-                                       [&](const LagrangeNode<3>& node) { return node.point[2] == *z; });
+/// f(point) for all that faces and edges use, until one is false.
+bool all_used(const Mesh<3>& mesh, auto&& f) {
+    const auto all_of_cells = [&](const auto& cells) {
+        return std::all_of(cells.vertices.begin(), cells.vertices.end(), [&](const auto& vertices) {
+            return std::all_of(vertices.begin(), vertices.end(), [&](VertexId v) { return f(mesh.points[v]); });
+        });
+    };
+    return all_of_cells(mesh.facets.of<Shape::triangle>()) && all_of_cells(mesh.facets.of<Shape::quadrilateral>()) &&
+           all_of_cells(mesh.edges) &&
+           std::all_of(mesh.edge_nodes.begin(), mesh.edge_nodes.end(),
+                       [&](const LagrangeNode<3>& node) { return f(node.point); }) &&
+           std::all_of(mesh.face_nodes.begin(), mesh.face_nodes.end(), f);
+}
+
+/// The z of all that faces and edges use, if it is one.
+std::optional<double> common_height(const Mesh<3>& mesh) {
+    if (!is_surface(mesh)) return std::nullopt;
+    std::optional<double> z;
+    const bool flat = all_used(mesh, [&](const Vec<3>& p) {
+        if (!z) z = p[2] + 0.0;  // −0 becomes 0
+        return p[2] == *z;
+    });
     return flat ? z : std::nullopt;
 }
 
-/// Where all lies that triangles and edges use.
-Box<3> box_of(const LinearMesh<3>& mesh) {
-    Box<3> box;
-    const auto include = [&](const auto& simplex) {
-        for (const VertexId v : simplex) box.include(mesh.points[v]);
-    };
-    for (const auto& triangle : mesh.facets.vertices) include(triangle);
-    for (const auto& edge : mesh.edges.vertices) include(edge);
-    return box;
-}
-Box<3> box_of(const QuadraticMesh<3>& mesh) {
-    Box<3> box = box_of(mesh.linear);
-    for (const LagrangeNode<3>& node : mesh.mid_nodes) box.include(node.point);
-    return box;
-}
-
-const LinearMesh<3>& linear_part(const LinearMesh<3>& mesh) { return mesh; }
-const LinearMesh<3>& linear_part(const QuadraticMesh<3>& mesh) { return mesh.linear; }
-
-/// Triangles alone whose z differ by rounding only.
-bool is_nearly_flat(const auto& mesh) {
+/// Faces alone whose z differ by rounding only.
+bool is_nearly_flat(const Mesh<3>& mesh) {
     constexpr double rounding = 1e-9;
-    if (linear_part(mesh).elements.size() > 0 || linear_part(mesh).facets.size() == 0) return false;
-    const Box<3> box = box_of(mesh);
+    if (!is_surface(mesh)) return false;
+    Box<3> box;
+    static_cast<void>(all_used(mesh, [&](const Vec<3>& p) {
+        box.include(p);
+        return true;
+    }));
     const Vec<3> size = box.high - box.low;
     return size[2] <= rounding * std::max(size[0], size[1]);
 }
@@ -131,152 +128,144 @@ Outcome<Done> raise_geometry(const GivenGeometry<2>& from, const Lift& lift, Giv
 }
 
 /// The z of each vertex; none where all have the lift's.
-Outcome<Column<double>> heights(const LinearMesh<3>& mesh, double z, const Execution& execution) {
+Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& execution) {
     if (std::all_of(mesh.points.begin(), mesh.points.end(), [&](const Vec<3>& p) { return p[2] == z; }))
         return Column<double>{};
     return mapped<double>(mesh.points, execution, [](const Vec<3>& p) { return p[2]; });
 }
 
-// ---------------------------------------------------------------- straight meshes
+// ---------------------------------------------------------------- edges and their nodes
 
-Outcome<Flattened<LinearMesh<2>>> lowered(const LinearMesh<3>& mesh, double z, const Execution& execution) {
-    auto points = mapped<Vec<2>>(mesh.points, execution, without_z);
-    if (!points) return fail(std::move(points.error()));
-    auto each_height = heights(mesh, z, execution);
-    if (!each_height) return fail(std::move(each_height.error()));
-    Flattened<LinearMesh<2>> flat;
-    flat.lift.z = z;
-    flat.lift.heights = std::move(*each_height);
-    flat.mesh.points = std::move(*points);
-    flat.mesh.point_references = mesh.point_references;
-    flat.mesh.corners = mesh.corners;
-    flat.mesh.required_vertices = mesh.required_vertices;
-    flat.mesh.elements = mesh.facets;
-    flat.mesh.facets = mesh.edges;
-    flat.mesh.ridges = mesh.ridges;
-    flat.mesh.groups = mesh.groups;
-    return lower_geometry(mesh.geometry, flat.mesh.geometry, flat.lift, execution).map([&](Done) {
-        return std::move(flat);
-    });
-}
-
-// ---------------------------------------------------------------- edges of quadratic meshes
-
-/// Edges of one set by the simplices of another: the same edges, a triangle's three and an edge's one.
-Outcome<EdgeSet<2>> lowered(const EdgeSet<3>& edges, const Execution& execution) {
-    return mapped<std::array<EdgeId, 1>>(edges.of_edges, execution, [](EdgeId e) { return std::array{e}; })
+/// Faces of a plane mesh in space are its elements in 2D, and feature edges its facets: the same unique edges.
+Outcome<MeshEntities<2>> lowered(const MeshEntities<3>& entities, const Execution& execution) {
+    return mapped<std::array<EdgeId, 1>>(entities.edges_of_edges, execution, [](EdgeId e) { return std::array{e}; })
         .map([&](Column<std::array<EdgeId, 1>> of_facets) {
-            return EdgeSet<2>{edges.vertices, edges.of_facets, std::move(of_facets), {}};
+            MeshEntities<2> flat;
+            flat.edges = entities.edges;
+            flat.edges_of_elements = entities.edges_of_facets;
+            flat.edges_of_facets.of<Shape::line>().ids = std::move(of_facets);
+            return flat;
         });
 }
 
-Outcome<EdgeSet<3>> raised(const EdgeSet<2>& edges, const Execution& execution) {
-    return mapped<EdgeId>(edges.of_facets, execution, [](const std::array<EdgeId, 1>& of) { return of[0]; })
+Outcome<MeshEntities<3>> raised(const MeshEntities<2>& entities, const Execution& execution) {
+    const auto& of_facets = entities.edges_of_facets.of<Shape::line>().ids;
+    return mapped<EdgeId>(of_facets, execution, [](const std::array<EdgeId, 1>& of) { return of[0]; })
         .map([&](Column<EdgeId> of_edges) {
-            return EdgeSet<3>{edges.vertices, {}, edges.of_elements, std::move(of_edges)};
+            MeshEntities<3> space;
+            space.edges = entities.edges;
+            space.edges_of_facets = entities.edges_of_elements;
+            space.edges_of_edges = std::move(of_edges);
+            return space;
         });
+}
+
+auto no_inner_nodes() {
+    return fail(ErrorKind::unsupported, "has nodes inside its faces, and 2D meshes in space have none yet");
 }
 
 }  // namespace
 
-Outcome<std::optional<Flattened<LinearMesh<2>>>> flattened(const LinearMesh<3>& mesh, const Execution& execution) {
-    return guarded([&]() -> Outcome<std::optional<Flattened<LinearMesh<2>>>> {
+Outcome<std::optional<Flattened>> flattened(const Mesh<3>& mesh, const Execution& execution) {
+    return guarded([&]() -> Outcome<std::optional<Flattened>> {
         const auto z = common_height(mesh);
         if (!z) return std::nullopt;
-        auto flat = lowered(mesh, *z, execution);
-        if (!flat) return fail(std::move(flat.error()));
-        return std::move(*flat);
-    });
-}
-
-Outcome<std::optional<Flattened<QuadraticMesh<2>>>> flattened(const QuadraticMesh<3>& mesh,
-                                                              const Execution& execution) {
-    return guarded([&]() -> Outcome<std::optional<Flattened<QuadraticMesh<2>>>> {
-        const auto z = common_height(mesh);
-        if (!z) return std::nullopt;
-        auto linear = lowered(mesh.linear, *z, execution);
-        if (!linear) return fail(std::move(linear.error()));
-        auto edges = lowered(mesh.edges, execution);
-        if (!edges) return fail(std::move(edges.error()));
-        auto nodes = mapped<LagrangeNode<2>>(mesh.mid_nodes, execution, [](const LagrangeNode<3>& node) {
+        if (!mesh.face_nodes.empty()) return no_inner_nodes();
+        auto points = mapped<Vec<2>>(mesh.points, execution, without_z);
+        if (!points) return fail(std::move(points.error()));
+        auto each_height = heights(mesh, *z, execution);
+        if (!each_height) return fail(std::move(each_height.error()));
+        auto entities = lowered(mesh.entities, execution);
+        if (!entities) return fail(std::move(entities.error()));
+        auto nodes = mapped<LagrangeNode<2>>(mesh.edge_nodes, execution, [](const LagrangeNode<3>& node) {
             return LagrangeNode<2>{without_z(node.point)};
         });
         if (!nodes) return fail(std::move(nodes.error()));
-        return Flattened<QuadraticMesh<2>>{{std::move(linear->mesh), std::move(*edges), std::move(*nodes)},
-                                           std::move(linear->lift)};
+        Flattened flat{.mesh = {.degree = mesh.degree,
+                                .points = std::move(*points),
+                                .edge_nodes = std::move(*nodes),
+                                .face_nodes = {},
+                                .inner_nodes = {},
+                                .point_references = mesh.point_references,
+                                .corners = mesh.corners,
+                                .required_vertices = mesh.required_vertices,
+                                .elements = mesh.facets,
+                                .facets = {},
+                                .edges = {},
+                                .ridges = mesh.ridges,
+                                .geometry = {},
+                                .groups = mesh.groups,
+                                .entities = std::move(*entities)},
+                       .lift = {.z = *z, .heights = std::move(*each_height)}};
+        flat.mesh.facets.of<Shape::line>() = mesh.edges;
+        return lower_geometry(mesh.geometry, flat.mesh.geometry, flat.lift, execution).map([&](Done) {
+            return std::optional(std::move(flat));
+        });
     });
 }
 
-Outcome<LinearMesh<3>> raised(const LinearMesh<2>& mesh, const Lift& lift, const Execution& execution) {
-    return guarded([&]() -> Outcome<LinearMesh<3>> {
+Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& execution) {
+    return guarded([&]() -> Outcome<Mesh<3>> {
         if (!lift.heights.empty() && lift.heights.size() != mesh.points.size())
             return fail(ErrorKind::internal, "the lift is of a mesh with another number of vertices");
-        LinearMesh<3> space;
+        if (!mesh.inner_nodes.empty()) return no_inner_nodes();
         auto points = map_each(
             execution, mesh.points.size(),
             [&](std::size_t v) { return with_z(mesh.points[v], lift.heights.empty() ? lift.z : lift.heights[v]); },
             row_grain);
         if (!points) return fail(std::move(points.error()));
-        space.points = std::move(*points);
-        space.point_references = mesh.point_references;
-        space.corners = mesh.corners;
-        space.required_vertices = mesh.required_vertices;
-        space.facets = mesh.elements;
-        space.edges = mesh.facets;
-        space.ridges = mesh.ridges;
-        space.groups = mesh.groups;
+        auto entities = raised(mesh.entities, execution);
+        if (!entities) return fail(std::move(entities.error()));
+        auto nodes = mapped<LagrangeNode<3>>(mesh.edge_nodes, execution, [&](const LagrangeNode<2>& node) {
+            return LagrangeNode<3>{with_z(node.point, lift.z)};
+        });
+        if (!nodes) return fail(std::move(nodes.error()));
+        Mesh<3> space{.degree = mesh.degree,
+                      .points = std::move(*points),
+                      .edge_nodes = std::move(*nodes),
+                      .face_nodes = {},
+                      .inner_nodes = {},
+                      .point_references = mesh.point_references,
+                      .corners = mesh.corners,
+                      .required_vertices = mesh.required_vertices,
+                      .elements = {},
+                      .facets = mesh.elements,
+                      .edges = mesh.facets.of<Shape::line>(),
+                      .ridges = mesh.ridges,
+                      .geometry = {},
+                      .groups = mesh.groups,
+                      .entities = std::move(*entities)};
         return raise_geometry(mesh.geometry, lift, space.geometry, execution).map([&](Done) {
             return std::move(space);
         });
     });
 }
 
-Outcome<QuadraticMesh<3>> raised(const QuadraticMesh<2>& mesh, const Lift& lift, const Execution& execution) {
-    return guarded([&]() -> Outcome<QuadraticMesh<3>> {
-        auto linear = raised(mesh.linear, lift, execution);
-        if (!linear) return fail(std::move(linear.error()));
-        auto edges = raised(mesh.edges, execution);
-        if (!edges) return fail(std::move(edges.error()));
-        auto nodes = mapped<LagrangeNode<3>>(mesh.mid_nodes, execution, [&](const LagrangeNode<2>& node) {
-            return LagrangeNode<3>{with_z(node.point, lift.z)};
-        });
-        if (!nodes) return fail(std::move(nodes.error()));
-        return QuadraticMesh<3>{std::move(*linear), std::move(*edges), std::move(*nodes)};
-    });
-}
-
 Outcome<AnyMesh> raised(const AnyMesh& mesh, const Lift& lift, const Execution& execution) {
-    return std::visit(
-        [&]<class Mesh>(const Mesh& m) -> Outcome<AnyMesh> {
-            if constexpr (Mesh::dimension == 3)
-                return AnyMesh(m);
-            else
-                return raised(m, lift, execution).map([](auto made) { return AnyMesh(std::move(made)); });
-        },
-        mesh);
+    if (const auto* const in_2d = std::get_if<Mesh<2>>(&mesh))
+        return raised(*in_2d, lift, execution).map([](Mesh<3> made) { return AnyMesh(std::move(made)); });
+    return mesh;
 }
 
 Outcome<DecodedMesh> with_flat_in_2d(DecodedMesh decoded, const Execution& execution) {
-    const auto put_down = [&]<class Mesh>(const Mesh& mesh) -> Outcome<DecodedMesh> {
-        if constexpr (Mesh::dimension == 3) {
-            auto flat = flattened(mesh, execution);
-            if (!flat) return fail(std::move(flat.error()));
-            if (*flat) {
-                auto fields = flattened(decoded.fields, execution);
-                if (!fields) return fail(std::move(fields.error()));
-                decoded.fields = std::move(*fields);
-                decoded.lift = std::move((*flat)->lift);
-                decoded.mesh = std::move((*flat)->mesh);
-                return std::move(decoded);
-            }
-            if (is_nearly_flat(mesh))
-                decoded.notices.push_back(
-                    {"the mesh is nearly flat, its z differ by rounding: taken as a surface in space (with one and the "
-                     "same z it would be a mesh in 2D)"});
+    return guarded([&]() -> Outcome<DecodedMesh> {
+        const auto* const mesh = std::get_if<Mesh<3>>(&decoded.mesh);
+        if (!mesh) return std::move(decoded);
+        auto flat = flattened(*mesh, execution);
+        if (!flat) return fail(std::move(flat.error()));
+        if (*flat) {
+            auto fields = flattened(decoded.fields, execution);
+            if (!fields) return fail(std::move(fields.error()));
+            decoded.fields = std::move(*fields);
+            decoded.lift = std::move((*flat)->lift);
+            decoded.mesh = std::move((*flat)->mesh);
+        } else if (is_nearly_flat(*mesh)) {
+            decoded.notices.push_back(
+                {"the mesh is nearly flat, its z differ by rounding: taken as a surface in space (with one and the "
+                 "same z it would be a mesh in 2D)"});
         }
         return std::move(decoded);
-    };
-    return guarded([&] { return std::visit(put_down, decoded.mesh); });
+    });
 }
 
 }  // namespace camber

@@ -51,25 +51,17 @@ struct GmfOptions {
 };
 
 /// The mesh as a GMF file; decoding it gives the same value back, to the bit. Empty blocks but Vertices are left out.
-/// Errors: usage (a version that is none or too low), memory, stopped.
+/// Elements of degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the
+/// vertices in the order of the edges; their reference is that of the edge's ends where both agree, else 0. Errors:
+/// usage (a version that is none or too low), unsupported (no simplices of degree 1 or 2), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const LinearMesh<D>& mesh, GmfOptions options,
-                                              const Execution& execution);
-
-/// As above, with elements of degree 2 in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes
-/// follow the vertices in the order of the edges; their reference is that of the edge's ends where both agree, else 0.
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options,
+[[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options,
                                               const Execution& execution);
 
 /// What of the mesh a GMF file has no place for: names of references, entities of simplices, associations without
 /// parameters, which are left out, and distances that are not known, which are written as 0.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_gmf(const QuadraticMesh<D>& mesh) {
-    return not_in_gmf(mesh.linear);
-}
+[[nodiscard]] std::vector<Notice> not_in_gmf(const Mesh<D>& mesh);
 
 /// The fields of SolAtVertices in a GMF file (.sol, .solb). Errors as above; values that are not finite are errors.
 [[nodiscard]] Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,

@@ -50,7 +50,7 @@ Outcome<Chunks> encode(const Mesh& mesh, GmfOptions options, const Execution& ex
 }
 
 template <int D>
-bool is_sound(const LinearMesh<D>& mesh) {
+bool are_columns_sound(const LinearMesh<D>& mesh) {
     return mesh.point_references.size() == mesh.points.size() &&
            mesh.elements.references.size() == mesh.elements.size() &&
            mesh.facets.references.size() == mesh.facets.size() && mesh.edges.references.size() == mesh.edges.size();
@@ -65,23 +65,17 @@ auto broken() {
 }  // namespace gmf
 
 template <int D>
-Outcome<Chunks> encode_gmf_mesh(const LinearMesh<D>& mesh, GmfOptions options, const Execution& execution) {
-    if (!gmf::is_sound(mesh)) return gmf::broken();
-    return guarded([&] { return gmf::encode(mesh, options, execution); });
+Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options, const Execution& execution) {
+    return on_simplices(mesh, [&](const auto& simplices) -> Outcome<Chunks> {
+        const Grid<std::remove_cvref_t<decltype(simplices)>> grid{simplices};
+        if (!gmf::are_columns_sound(grid.linear()) || !grid.is_sound()) return gmf::broken();
+        return guarded([&] { return gmf::encode(simplices, options, execution); });
+    });
 }
 
 template <int D>
-Outcome<Chunks> encode_gmf_mesh(const QuadraticMesh<D>& mesh, GmfOptions options, const Execution& execution) {
-    const LinearMesh<D>& linear = mesh.linear;
-    if (!gmf::is_sound(linear) || mesh.mid_nodes.size() != mesh.edges.size() ||
-        mesh.edges.of_elements.size() != linear.elements.size() ||
-        mesh.edges.of_facets.size() != linear.facets.size() || mesh.edges.of_edges.size() != linear.edges.size())
-        return gmf::broken();
-    return guarded([&] { return gmf::encode(mesh, options, execution); });
-}
-
-template <int D>
-std::vector<Notice> not_in_gmf(const LinearMesh<D>& mesh) {
+std::vector<Notice> not_in_gmf(const Mesh<D>& all) {
+    const LinearMesh<D> mesh = straight_simplices(all);
     std::size_t no_parameters = 0, no_distance = 0;
     const auto count = [&](const auto& associations) {
         for (const auto& on : associations)
@@ -292,10 +286,9 @@ CAMBER_INSTANTIATE(3, 1)
 CAMBER_INSTANTIATE(3, 2)
 #undef CAMBER_INSTANTIATE
 
-#define CAMBER_INSTANTIATE(D)                                                                        \
-    template std::vector<Notice> not_in_gmf<D>(const LinearMesh<D>&);                                \
-    template Outcome<Chunks> encode_gmf_mesh<D>(const LinearMesh<D>&, GmfOptions, const Execution&); \
-    template Outcome<Chunks> encode_gmf_mesh<D>(const QuadraticMesh<D>&, GmfOptions, const Execution&);
+#define CAMBER_INSTANTIATE(D) \
+    template std::vector<Notice> not_in_gmf<D>(const Mesh<D>&); \
+    template Outcome<Chunks> encode_gmf_mesh<D>(const Mesh<D>&, GmfOptions, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -167,7 +167,8 @@ void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<
 }  // namespace msh
 
 template <int D>
-std::vector<Notice> not_in_msh(const LinearMesh<D>& mesh, MshVersion version) {
+std::vector<Notice> not_in_msh(const Mesh<D>& all, MshVersion version) {
+    const LinearMesh<D> mesh = straight_simplices(all);
     std::vector<Notice> notices =
         not_held(mesh, {.groups = true, .entities = true, .associations = true, .feature_edges = true}, "MSH");
     const msh::Numbers numbers = msh::numbers_of(mesh);
@@ -231,9 +232,11 @@ std::vector<Notice> losses(const LinearMesh<D>& mesh, bool is_curved, const Writ
     return notices;
 }
 
-template <class Mesh, int D>
-std::vector<Notice> all_losses(const Mesh& mesh, const LinearMesh<D>& linear, StlEncoding encoding) {
-    const bool is_curved = Grid<Mesh>::degree == 2;
+template <class Mesh>
+std::vector<Notice> all_losses(const Mesh& mesh, StlEncoding encoding) {
+    const Grid<Mesh> grid{mesh};
+    const auto& linear = grid.linear();
+    const bool is_curved = grid.degree == 2;
     auto notices = losses(linear, is_curved, written(mesh, linear.groups, encoding), encoding);
     if (encoding == StlEncoding::ascii)
         for (Notice& more : not_in_further_groups(linear, "STL")) notices.push_back(std::move(more));
@@ -247,26 +250,24 @@ std::vector<Notice> all_losses(const Mesh& mesh, const LinearMesh<D>& linear, St
 }  // namespace stl
 
 template <int D>
-std::vector<Notice> not_in_stl(const LinearMesh<D>& mesh, StlEncoding encoding) {
-    return stl::all_losses(mesh, mesh, encoding);
-}
-template <int D>
-std::vector<Notice> not_in_stl(const QuadraticMesh<D>& mesh, StlEncoding encoding) {
-    return stl::all_losses(mesh, mesh.linear, encoding);
+std::vector<Notice> not_in_stl(const Mesh<D>& mesh, StlEncoding encoding) {
+    const auto losses = on_simplices(mesh, [&](const auto& simplices) -> Outcome<std::vector<Notice>> {
+        return stl::all_losses(simplices, encoding);
+    });
+    return losses ? *losses : std::vector<Notice>{};
 }
 
 template <int D>
-std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh) {
-    return not_held(mesh, {.entities = true}, "VTU");
+std::vector<Notice> not_in_vtu(const Mesh<D>& mesh) {
+    return not_held(straight_simplices(mesh), {.entities = true}, "VTU");
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                      \
     template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);       \
     template std::vector<Notice> not_in_further_groups<D>(const LinearMesh<D>&, std::string_view); \
-    template std::vector<Notice> not_in_msh<D>(const LinearMesh<D>&, MshVersion);                  \
-    template std::vector<Notice> not_in_vtu<D>(const LinearMesh<D>&);                              \
-    template std::vector<Notice> not_in_stl<D>(const LinearMesh<D>&, StlEncoding);                 \
-    template std::vector<Notice> not_in_stl<D>(const QuadraticMesh<D>&, StlEncoding);
+    template std::vector<Notice> not_in_msh<D>(const Mesh<D>&, MshVersion);                  \
+    template std::vector<Notice> not_in_vtu<D>(const Mesh<D>&);                              \
+    template std::vector<Notice> not_in_stl<D>(const Mesh<D>&, StlEncoding);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -8,6 +8,7 @@ module;
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -151,7 +152,22 @@ class MeshFields {
                                             const Execution& execution);
 
 /// What a mesh file may turn out to hold. Surface meshes in space are 3D meshes without elements.
-using AnyMesh = std::variant<LinearMesh<2>, LinearMesh<3>, QuadraticMesh<2>, QuadraticMesh<3>>;
+using AnyMesh = std::variant<Mesh<2>, Mesh<3>>;
+
+/// The mesh as M, which is LinearMesh<D> or QuadraticMesh<D>; columns are shared. Errors: unsupported (it has another
+/// dimension or degree, or elements that are no simplices).
+template <class M>
+[[nodiscard]] Outcome<M> mesh_as(AnyMesh mesh) {
+    constexpr int dimension = M::dimension;
+    auto* const same = std::get_if<Mesh<dimension>>(&mesh);
+    if (!same)
+        return fail(ErrorKind::unsupported, "is a mesh in " + std::to_string(5 - dimension) +
+                                                "D, and this needs one in " + std::to_string(dimension) + "D");
+    if constexpr (std::is_same_v<M, LinearMesh<dimension>>)
+        return as_linear(std::move(*same));
+    else
+        return as_quadratic(std::move(*same));
+}
 
 /// What a flat mesh in space has and the same mesh in 2D does not hold: see `flattened` and `raised`.
 struct Lift {
@@ -232,28 +248,22 @@ template <int K>
     const Column<SimplexVertices<K>>& vertices, const Column<std::array<EdgeId, edges_per_simplex<K>>>& edges,
     std::size_t n);
 
-// Flat meshes: triangles alone in one plane z = constant, as programs write 2D meshes that know files of dimension 3
-// only. Functions fail for want of memory, or when stopped.
+// Flat meshes: faces alone in one plane z = constant, as programs write 2D meshes that know files of dimension 3 only.
+// Functions fail for want of memory, when stopped, and on meshes with nodes inside faces (unsupported).
 
 /// A flat mesh in 2D, with what puts it back into space.
-template <class Mesh>
 struct Flattened {
-    Mesh mesh;
+    Mesh<2> mesh;
     Lift lift;
 };
 
-/// The mesh in 2D if it is flat: it has triangles and no tetrahedra, and all that its triangles and edges use has the
-/// very same z. Triangles become elements, edges facets, and ridges count these; the order of everything stays, and so
-/// does the way round of the triangles. None if it is not flat.
-[[nodiscard]] Outcome<std::optional<Flattened<LinearMesh<2>>>> flattened(const LinearMesh<3>& mesh,
-                                                                         const Execution& execution);
-[[nodiscard]] Outcome<std::optional<Flattened<QuadraticMesh<2>>>> flattened(const QuadraticMesh<3>& mesh,
-                                                                            const Execution& execution);
+/// The mesh in 2D if it is flat: it has faces and no elements, and all that its faces and edges use has the very same
+/// z. Faces become elements, edges facets, and ridges count these; the order of everything stays, and so does the way
+/// round of the faces. None if it is not flat.
+[[nodiscard]] Outcome<std::optional<Flattened>> flattened(const Mesh<3>& mesh, const Execution& execution);
 
 /// The mesh in space: that which was flattened, or what became of it meanwhile; its vertices must be as many.
-[[nodiscard]] Outcome<LinearMesh<3>> raised(const LinearMesh<2>& mesh, const Lift& lift, const Execution& execution);
-[[nodiscard]] Outcome<QuadraticMesh<3>> raised(const QuadraticMesh<2>& mesh, const Lift& lift,
-                                               const Execution& execution);
+[[nodiscard]] Outcome<Mesh<3>> raised(const Mesh<2>& mesh, const Lift& lift, const Execution& execution);
 /// Meshes in space are given back as they are.
 [[nodiscard]] Outcome<AnyMesh> raised(const AnyMesh& mesh, const Lift& lift, const Execution& execution);
 

@@ -43,18 +43,12 @@ export namespace camber {
 /// threads. Errors: unsupported (facets or edges without any element), internal (columns of the mesh that do not fit
 /// each other), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_mfem(const LinearMesh<D>& mesh, const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_mfem(const QuadraticMesh<D>& mesh, const Execution& execution);
+[[nodiscard]] Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution);
 
 /// What of the mesh an MFEM file has no place for, facets that are no element's face among it, and which references
 /// become others.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_mfem(const QuadraticMesh<D>& mesh) {
-    return not_in_mfem(mesh.linear);
-}
+[[nodiscard]] std::vector<Notice> not_in_mfem(const Mesh<D>& mesh);
 
 }  // namespace camber
 

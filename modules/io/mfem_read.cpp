@@ -268,7 +268,7 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
 /// How many there are of what, where not all of it is held: the nodes of curved ones cannot be told apart then.
 template <int K>
 DecodedMesh counted(const Topology<K>& topology) {
-    DecodedMesh decoded{LinearMesh<3>{}, {}};
+    DecodedMesh decoded{Mesh<3>{}, {}};
     Refused all = topology.refused;
     const auto add = [&](const auto& simplices, int dimension) {
         if (simplices.straight.size() > 0)

@@ -281,17 +281,15 @@ class Writer {
 }  // namespace mfem
 
 template <int D>
-Outcome<Chunks> encode_mfem(const LinearMesh<D>& mesh, const Execution& execution) {
-    return guarded([&] { return mfem::Writer(mesh, execution).write(); });
+Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution) {
+    return on_simplices(mesh, [&](const auto& simplices) {
+        return guarded([&] { return mfem::Writer(simplices, execution).write(); });
+    });
 }
 
 template <int D>
-Outcome<Chunks> encode_mfem(const QuadraticMesh<D>& mesh, const Execution& execution) {
-    return guarded([&] { return mfem::Writer(mesh, execution).write(); });
-}
-
-template <int D>
-std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh) {
+std::vector<Notice> not_in_mfem(const Mesh<D>& all) {
+    const LinearMesh<D> mesh = straight_simplices(all);
     const bool surface = is_surface_alone(mesh);  // MFEM's mesh of dimension 2
     auto notices = not_held(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
     if constexpr (D == 3)
@@ -306,9 +304,8 @@ std::vector<Notice> not_in_mfem(const LinearMesh<D>& mesh) {
 }
 
 #define CAMBER_INSTANTIATE(D)                                                           \
-    template Outcome<Chunks> encode_mfem<D>(const LinearMesh<D>&, const Execution&);    \
-    template Outcome<Chunks> encode_mfem<D>(const QuadraticMesh<D>&, const Execution&); \
-    template std::vector<Notice> not_in_mfem<D>(const LinearMesh<D>&);
+    template Outcome<Chunks> encode_mfem<D>(const Mesh<D>&, const Execution&); \
+    template std::vector<Notice> not_in_mfem<D>(const Mesh<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -64,19 +64,12 @@ struct MshOptions {
 /// Errors: usage (a field whose rows are not those of the mesh), unsupported (2.2: more nodes or elements than 31 bits
 /// can number), internal (columns of the mesh that do not fit each other), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_msh(const LinearMesh<D>& mesh, const MeshFields& fields, MshOptions options,
-                                         const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_msh(const QuadraticMesh<D>& mesh, const MeshFields& fields, MshOptions options,
+[[nodiscard]] Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options,
                                          const Execution& execution);
 
 /// What of the mesh an MSH file has no place for, and which references and entities get other numbers.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_msh(const LinearMesh<D>& mesh, MshVersion version);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_msh(const QuadraticMesh<D>& mesh, MshVersion version) {
-    return not_in_msh(mesh.linear, version);
-}
+[[nodiscard]] std::vector<Notice> not_in_msh(const Mesh<D>& mesh, MshVersion version);
 
 }  // namespace camber
 

@@ -270,14 +270,7 @@ Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t
 }
 
 Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
-    const std::size_t vertices = std::visit(
-        [](const auto& mesh) {
-            if constexpr (requires { mesh.linear; })
-                return mesh.linear.points.size();
-            else
-                return mesh.points.size();
-        },
-        decoded.mesh);
+    const std::size_t vertices = std::visit([](const auto& mesh) { return mesh.points.size(); }, decoded.mesh);
     if (vertices == nodes.size()) return told_tags({&nodes});
     const Column<std::uint32_t>& numbers = decoded.node_numbers;  // of degree 2: they are the tags
     if (numbers.size() < vertices) return {};

@@ -318,22 +318,14 @@ class Writer {
 }  // namespace msh
 
 template <int D>
-Outcome<Chunks> encode_msh(const LinearMesh<D>& mesh, const MeshFields& fields, MshOptions options,
-                           const Execution& execution) {
-    return guarded(
-        [&] { return msh::Writer(mesh, with_legal_names(fields, msh::field_names()), options, execution).write(); });
-}
-
-template <int D>
-Outcome<Chunks> encode_msh(const QuadraticMesh<D>& mesh, const MeshFields& fields, MshOptions options,
-                           const Execution& execution) {
-    return guarded(
-        [&] { return msh::Writer(mesh, with_legal_names(fields, msh::field_names()), options, execution).write(); });
+Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options, const Execution& execution) {
+    return on_simplices(mesh, [&](const auto& simplices) {
+        return guarded([&] { return msh::Writer(simplices, with_legal_names(fields, msh::field_names()), options, execution).write(); });
+    });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \
-    template Outcome<Chunks> encode_msh<D>(const LinearMesh<D>&, const MeshFields&, MshOptions, const Execution&); \
-    template Outcome<Chunks> encode_msh<D>(const QuadraticMesh<D>&, const MeshFields&, MshOptions, const Execution&);
+    template Outcome<Chunks> encode_msh<D>(const Mesh<D>&, const MeshFields&, MshOptions, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

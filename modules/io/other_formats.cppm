@@ -38,19 +38,12 @@ enum class VtkEncoding : std::uint8_t { ascii, binary };
 /// entries of cells than 31 bits can number), internal (columns of the mesh that do not fit each other), memory,
 /// stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_vtk(const LinearMesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
-                                         const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_vtk(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
+[[nodiscard]] Outcome<Chunks> encode_vtk(const Mesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                                          const Execution& execution);
 
 /// What of the mesh a VTK file has no place for: as of a VTU file.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_vtk(const LinearMesh<D>& mesh);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_vtk(const QuadraticMesh<D>& mesh) {
-    return not_in_vtk(mesh.linear);
-}
+[[nodiscard]] std::vector<Notice> not_in_vtk(const Mesh<D>& mesh);
 
 }  // namespace camber
 
@@ -134,10 +127,7 @@ enum class StlEncoding : std::uint8_t { ascii, binary };
 /// a solid, by its name or `reference_N`; in binary there is one, in coordinates of 32 bits. Errors: unsupported (more
 /// triangles or larger coordinates than 32 bits hold), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_stl(const LinearMesh<D>& mesh, StlEncoding encoding, const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_stl(const QuadraticMesh<D>& mesh, StlEncoding encoding,
-                                         const Execution& execution);
+[[nodiscard]] Outcome<Chunks> encode_stl(const Mesh<D>& mesh, StlEncoding encoding, const Execution& execution);
 
 /// Whether the bytes are an STL file of this kind: as many as its count says (binary, also where they begin with
 /// `solid`), or else text that begins so.
@@ -145,9 +135,7 @@ template <int D>
 
 /// What of the mesh is another once it has been an STL file.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_stl(const LinearMesh<D>& mesh, StlEncoding encoding);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_stl(const QuadraticMesh<D>& mesh, StlEncoding encoding);
+[[nodiscard]] std::vector<Notice> not_in_stl(const Mesh<D>& mesh, StlEncoding encoding);
 
 }  // namespace camber
 
@@ -231,10 +219,7 @@ export namespace camber {
 /// library writes files only: it is given one in the folder for temporary files. Errors: write, unsupported (the
 /// library is not there), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_cgns(const LinearMesh<D>& mesh, const MeshFields& fields,
-                                          const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_cgns(const QuadraticMesh<D>& mesh, const MeshFields& fields,
+[[nodiscard]] Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields,
                                           const Execution& execution);
 
 /// Whether the bytes begin as a CGNS file's do: those of HDF5 or ADF.
@@ -242,11 +227,7 @@ template <int D>
 
 /// What of the mesh a CGNS file has no place for; the order of simplices whose references are not in one run each.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_cgns(const LinearMesh<D>& mesh);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_cgns(const QuadraticMesh<D>& mesh) {
-    return not_in_cgns(mesh.linear);
-}
+[[nodiscard]] std::vector<Notice> not_in_cgns(const Mesh<D>& mesh);
 
 /// Whether a CGNS file has a place for the field.
 [[nodiscard]] bool is_in_cgns(const MeshField& field);
@@ -299,10 +280,7 @@ export namespace camber {
 /// (a field whose rows are not those of the mesh), internal (columns of the mesh that do not fit each other), memory,
 /// stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_xdmf(const LinearMesh<D>& mesh, const MeshFields& fields,
-                                          const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_xdmf(const QuadraticMesh<D>& mesh, const MeshFields& fields,
+[[nodiscard]] Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields,
                                           const Execution& execution);
 
 /// Whether the bytes begin as an XDMF file does.
@@ -310,8 +288,6 @@ template <int D>
 
 /// What of the mesh an XDMF file has no place for.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_xdmf(const LinearMesh<D>& mesh);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_xdmf(const QuadraticMesh<D>& mesh);
+[[nodiscard]] std::vector<Notice> not_in_xdmf(const Mesh<D>& mesh);
 
 }  // namespace camber

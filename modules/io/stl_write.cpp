@@ -293,19 +293,15 @@ Outcome<Chunks> encode(const Mesh& mesh, const Column<Group>& groups, StlEncodin
 }  // namespace stl
 
 template <int D>
-Outcome<Chunks> encode_stl(const LinearMesh<D>& mesh, StlEncoding encoding, const Execution& execution) {
-    return stl::encode(mesh, mesh.groups, encoding, execution);
-}
-template <int D>
-Outcome<Chunks> encode_stl(const QuadraticMesh<D>& mesh, StlEncoding encoding, const Execution& execution) {
-    return stl::encode(mesh, mesh.linear.groups, encoding, execution);
+Outcome<Chunks> encode_stl(const Mesh<D>& mesh, StlEncoding encoding, const Execution& execution) {
+    return on_simplices(
+        mesh, [&](const auto& simplices) { return stl::encode(simplices, mesh.groups, encoding, execution); });
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \
     template stl::Written stl::written<LinearMesh<D>>(const LinearMesh<D>&, const Column<Group>&, StlEncoding);       \
     template stl::Written stl::written<QuadraticMesh<D>>(const QuadraticMesh<D>&, const Column<Group>&, StlEncoding); \
-    template Outcome<Chunks> encode_stl<D>(const LinearMesh<D>&, StlEncoding, const Execution&);                      \
-    template Outcome<Chunks> encode_stl<D>(const QuadraticMesh<D>&, StlEncoding, const Execution&);
+    template Outcome<Chunks> encode_stl<D>(const Mesh<D>&, StlEncoding, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -255,27 +255,21 @@ FieldNames field_names() {
 }  // namespace vtk
 
 template <int D>
-Outcome<Chunks> encode_vtk(const LinearMesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
+Outcome<Chunks> encode_vtk(const Mesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                            const Execution& execution) {
-    return guarded(
-        [&] { return vtk::Writer(mesh, with_legal_names(fields, vtk::field_names()), encoding, execution).write(); });
-}
-template <int D>
-Outcome<Chunks> encode_vtk(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
-                           const Execution& execution) {
-    return guarded(
-        [&] { return vtk::Writer(mesh, with_legal_names(fields, vtk::field_names()), encoding, execution).write(); });
+    return on_simplices(mesh, [&](const auto& simplices) {
+        return guarded([&] { return vtk::Writer(simplices, with_legal_names(fields, vtk::field_names()), encoding, execution).write(); });
+    });
 }
 
 template <int D>
-std::vector<Notice> not_in_vtk(const LinearMesh<D>& mesh) {
-    return not_held(mesh, {.entities = true}, "VTK");
+std::vector<Notice> not_in_vtk(const Mesh<D>& mesh) {
+    return not_held(straight_simplices(mesh), {.entities = true}, "VTK");
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Chunks> encode_vtk<D>(const LinearMesh<D>&, const MeshFields&, VtkEncoding, const Execution&);    \
-    template Outcome<Chunks> encode_vtk<D>(const QuadraticMesh<D>&, const MeshFields&, VtkEncoding, const Execution&); \
-    template std::vector<Notice> not_in_vtk<D>(const LinearMesh<D>&);
+    template Outcome<Chunks> encode_vtk<D>(const Mesh<D>&, const MeshFields&, VtkEncoding, const Execution&); \
+    template std::vector<Notice> not_in_vtk<D>(const Mesh<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

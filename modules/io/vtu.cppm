@@ -49,10 +49,7 @@ struct VtuOptions {
 /// threads. Errors: usage (a field whose rows are not those of the mesh), internal (columns of the mesh that do not fit
 /// each other), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_vtu(const LinearMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
-                                         const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Chunks> encode_vtu(const QuadraticMesh<D>& mesh, const MeshFields& fields, VtuOptions options,
+[[nodiscard]] Outcome<Chunks> encode_vtu(const Mesh<D>& mesh, const MeshFields& fields, VtuOptions options,
                                          const Execution& execution);
 
 /// The mesh and the fields of a VTU file: one Piece, data as text, base64 or raw, uncompressed or by zlib, in either
@@ -80,11 +77,7 @@ template <int D>
 
 /// What of the mesh a VTU file has no place for: corners, ridges, required entities, given geometry.
 template <int D>
-[[nodiscard]] std::vector<Notice> not_in_vtu(const LinearMesh<D>& mesh);
-template <int D>
-[[nodiscard]] std::vector<Notice> not_in_vtu(const QuadraticMesh<D>& mesh) {
-    return not_in_vtu(mesh.linear);
-}
+[[nodiscard]] std::vector<Notice> not_in_vtu(const Mesh<D>& mesh);
 
 /// The nodal field of a part of a mesh by which parts are joined: the number of each node in the whole. Written to VTU
 /// files as whole numbers of 64 bits, and said to be VTK's global ids.

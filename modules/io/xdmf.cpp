@@ -194,12 +194,10 @@ class Writer {
 }  // namespace xdmf
 
 template <int D>
-Outcome<Chunks> encode_xdmf(const LinearMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
-    return guarded([&] { return xdmf::Writer(mesh, with_legal_names(fields, vtu::field_names()), execution).write(); });
-}
-template <int D>
-Outcome<Chunks> encode_xdmf(const QuadraticMesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
-    return guarded([&] { return xdmf::Writer(mesh, with_legal_names(fields, vtu::field_names()), execution).write(); });
+Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
+    return on_simplices(mesh, [&](const auto& simplices) {
+        return guarded([&] { return xdmf::Writer(simplices, with_legal_names(fields, vtu::field_names()), execution).write(); });
+    });
 }
 
 bool is_xdmf(std::span<const std::byte> bytes) {
@@ -211,23 +209,18 @@ bool is_xdmf(std::span<const std::byte> bytes) {
 }
 
 template <int D>
-std::vector<Notice> not_in_xdmf(const LinearMesh<D>& mesh) {
-    return not_held(mesh, {}, "XDMF");
-}
-template <int D>
-std::vector<Notice> not_in_xdmf(const QuadraticMesh<D>& mesh) {
-    std::vector<Notice> notices = not_held(mesh.linear, {.feature_edges = false}, "XDMF");
-    if (mesh.linear.elements.size() > 0 && mesh.linear.facets.size() > 0)
-        notices.push_back({"XDMF has one kind of cells of degree 2 in a grid: " +
-                           std::to_string(mesh.linear.facets.size()) + " facets are left out"});
+std::vector<Notice> not_in_xdmf(const Mesh<D>& all) {
+    const LinearMesh<D> mesh = straight_simplices(all);
+    std::vector<Notice> notices = not_held(mesh, {.feature_edges = all.degree == 1}, "XDMF");
+    if (all.degree == 2 && mesh.elements.size() > 0 && mesh.facets.size() > 0)
+        notices.push_back({"XDMF has one kind of cells of degree 2 in a grid: " + std::to_string(mesh.facets.size()) +
+                           " facets are left out"});
     return notices;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                              \
-    template Outcome<Chunks> encode_xdmf<D>(const LinearMesh<D>&, const MeshFields&, const Execution&);    \
-    template Outcome<Chunks> encode_xdmf<D>(const QuadraticMesh<D>&, const MeshFields&, const Execution&); \
-    template std::vector<Notice> not_in_xdmf<D>(const LinearMesh<D>&);                                     \
-    template std::vector<Notice> not_in_xdmf<D>(const QuadraticMesh<D>&);
+    template Outcome<Chunks> encode_xdmf<D>(const Mesh<D>&, const MeshFields&, const Execution&); \
+    template std::vector<Notice> not_in_xdmf<D>(const Mesh<D>&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

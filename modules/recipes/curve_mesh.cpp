@@ -128,11 +128,13 @@ Outcome<JudgedAndRepaired<D>> repair_proposal(const QuadraticMesh<D>& mesh, cons
 }  // namespace
 
 template <int D>
-Outcome<CurvedMesh<D>> curve_mesh(LinearMesh<D> given, const MeshGoal<D>& goal, const CurveMeshOptions& options,
+Outcome<CurvedMesh<D>> curve_mesh(Mesh<D> given, const MeshGoal<D>& goal, const CurveMeshOptions& options,
                                   const Around& around) {
     auto sound = run_step(around, "prepare", [&](const Execution& e) { return prepare(std::move(given), e); });
     if (!sound) return fail(sound.error());
-    const auto mesh = run_step(around, "elevate", [&](const Execution& e) { return elevate(sound->mesh, e); });
+    const auto mesh = run_step(around, "elevate", [&](const Execution& e) {
+        return as_linear(std::move(sound->mesh)).and_then([&](const auto& linear) { return elevate(linear, e); });
+    });
     if (!mesh) return fail(mesh.error());
     const auto boundary = run_step(around, "surface", [&](const Execution& e) {
         return find_boundary(mesh->linear, mesh->edges, goal.geometry, goal.boundary, e);
@@ -145,20 +147,17 @@ Outcome<CurvedMesh<D>> curve_mesh(LinearMesh<D> given, const MeshGoal<D>& goal, 
     if (!made) return fail(made.error());
     const JudgedProposal<D>& after = made->repaired.judged;
     return CurvedMesh<D>{
-        commit_uncertified(after).mesh, std::move(made->before),   after.validation(),
-        proposed->curved.statistics,    made->repaired.statistics, remaining_but_for_shape(made->repaired),
+        as_mesh(commit_uncertified(after).mesh), std::move(made->before),   after.validation(),
+        proposed->curved.statistics,             made->repaired.statistics, remaining_but_for_shape(made->repaired),
         std::move(sound->notices)};
 }
 
 namespace {
 
 template <int D>
-Outcome<QuadraticMesh<D>> of_degree_2(const LinearMesh<D>& mesh, const Execution& execution) {
-    return elevate(mesh, execution);
-}
-template <int D>
-Outcome<QuadraticMesh<D>> of_degree_2(const QuadraticMesh<D>& mesh, const Execution&) {
-    return mesh;
+Outcome<QuadraticMesh<D>> of_degree_2(const Mesh<D>& mesh, const Execution& execution) {
+    if (mesh.degree == 1) return as_linear(mesh).and_then([&](const auto& m) { return elevate(m, execution); });
+    return as_quadratic(mesh);
 }
 
 /// Finds overlaps in a mesh whose crossings are known. Where `prepare` turns elements or adds facets, its mesh is
@@ -172,11 +171,13 @@ Outcome<Overlaps<D>> checked_overlaps(const CheckedWalls<D>& walls, bool is_list
                        soundness[Defect::missing_facet].count == 0);
     if (is_prepared) return find_overlaps(walls.mesh, walls.crossings, execution);
     const Execution quiet = without_progress(execution);
-    const auto prepared = prepare(walls.mesh, quiet);
+    const auto prepared = prepare(as_mesh(walls.mesh), quiet);
     if (!prepared) return Overlaps<D>{};
-    const auto crossings = find_crossings(prepared->mesh, quiet);
+    const auto mesh = as_quadratic(prepared->mesh);
+    if (!mesh) return fail(mesh.error());
+    const auto crossings = find_crossings(*mesh, quiet);
     if (!crossings) return fail(crossings.error());
-    return find_overlaps(prepared->mesh, *crossings, quiet);
+    return find_overlaps(*mesh, *crossings, quiet);
 }
 
 /// What has fatal defects may be all at one place, each facet near each other one.
@@ -188,9 +189,11 @@ Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& me
     const double of_listing = is_listed ? 0 : 0.7;
     CheckedWalls<D> walls{mesh, {}};
     if (!is_listed) {
-        auto listed = prepare(mesh, part_of(execution, 0, of_listing));
+        auto listed = prepare(as_mesh(mesh), part_of(execution, 0, of_listing));
         if (!listed) return std::nullopt;
-        walls.mesh = std::move(listed->mesh);
+        auto with_boundary = as_quadratic(std::move(listed->mesh));
+        if (!with_boundary) return fail(with_boundary.error());
+        walls.mesh = std::move(*with_boundary);
     }
     auto crossings = find_crossings(walls.mesh, part_of(execution, of_listing, 0.9));
     if (!crossings) return fail(crossings.error());
@@ -201,9 +204,11 @@ Outcome<std::optional<CheckedWalls<D>>> checked_walls(const QuadraticMesh<D>& me
     return walls;
 }
 
-template <int D, class Mesh>
-Outcome<MeshCheck<D>> checked(const Mesh& mesh, double of_elevation, const MeshCheckOptions& options,
-                              const Around& around) {
+}  // namespace
+
+template <int D>
+Outcome<MeshCheck<D>> check_mesh(const Mesh<D>& mesh, const MeshCheckOptions& options, const Around& around) {
+    const double of_elevation = mesh.degree == 1 ? 0.7 : 0;
     MeshCheck<D> check;
     auto soundness = run_step(around, "examine", [&](const Execution& e) { return examine(mesh, options.examine, e); });
     if (!soundness) return fail(soundness.error());
@@ -221,17 +226,6 @@ Outcome<MeshCheck<D>> checked(const Mesh& mesh, double of_elevation, const MeshC
     if (!walls) return fail(walls.error());
     check.walls = std::move(*walls);
     return check;
-}
-
-}  // namespace
-
-template <int D>
-Outcome<MeshCheck<D>> check_mesh(const LinearMesh<D>& mesh, const MeshCheckOptions& options, const Around& around) {
-    return checked<D>(mesh, 0.7, options, around);
-}
-template <int D>
-Outcome<MeshCheck<D>> check_mesh(const QuadraticMesh<D>& mesh, const MeshCheckOptions& options, const Around& around) {
-    return checked<D>(mesh, 0, options, around);
 }
 
 template <int D>
@@ -269,10 +263,9 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
                                                    const Execution&, std::span<const LagrangeNode<D>>);            \
     template Outcome<RepairGuide<D>> make_guide<D>(const JudgedProposal<D>&, const std::optional<WantedNodes<D>>&, \
                                                    const Boundary<D>*, const RepairOptions&, const Execution&);    \
-    template Outcome<CurvedMesh<D>> curve_mesh<D>(LinearMesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,      \
+    template Outcome<CurvedMesh<D>> curve_mesh<D>(Mesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,      \
                                                   const Around&);                                                  \
-    template Outcome<MeshCheck<D>> check_mesh<D>(const LinearMesh<D>&, const MeshCheckOptions&, const Around&);    \
-    template Outcome<MeshCheck<D>> check_mesh<D>(const QuadraticMesh<D>&, const MeshCheckOptions&, const Around&); \
+    template Outcome<MeshCheck<D>> check_mesh<D>(const Mesh<D>&, const MeshCheckOptions&, const Around&); \
     template Outcome<ReinsertedNodes<D>> reinsert_nodes<D>(const CurvedFrom<D>&, const MetricSource<D>&,           \
                                                            const ReinsertNodesOptions&, const Around&);
 

@@ -250,7 +250,7 @@ struct CurveMeshOptions {
 /// A mesh of degree 2, and what became of it.
 template <int D>
 struct CurvedMesh {
-    QuadraticMesh<D> mesh;
+    Mesh<D> mesh;
     Validation<D> before, after;  ///< of the nodes as they were wanted; of the mesh
     CurveStatistics curving;
     RepairStatistics repair;
@@ -262,9 +262,10 @@ struct CurvedMesh {
 /// onto the geometry, its inner edges where the metric wants them, what is not valid is repaired, and the places become
 /// the mesh's, valid or not: `after` and `remaining` tell. Its order is the caller's (camber.ordering makes a better
 /// one). Steps: prepare, elevate, surface, extension, metric, curve, validate, relax. Errors: input (no mesh, see
-/// `prepare`), options out of range (usage), those of the goal, stopped, memory.
+/// `prepare`), unsupported (no simplices of degree 1), options out of range (usage), those of the goal, stopped,
+/// memory.
 template <int D>
-[[nodiscard]] Outcome<CurvedMesh<D>> curve_mesh(LinearMesh<D> mesh, const MeshGoal<D>& goal,
+[[nodiscard]] Outcome<CurvedMesh<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
                                                 const CurveMeshOptions& options, const Around& around);
 
 /// What is asked of a mesh that may be anyone's: the bound is 0, not that of the meshes which Camber makes.
@@ -297,12 +298,10 @@ struct MeshCheck {
     }
 };
 
-/// What `camber check` looks at, in one call. Steps: examine, validate, cross. Errors: memory, stopped.
+/// What `camber check` looks at, in one call. Steps: examine, validate, cross. Errors: unsupported (no simplices of
+/// degree 1 or 2), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<MeshCheck<D>> check_mesh(const LinearMesh<D>& mesh, const MeshCheckOptions& options,
-                                               const Around& around);
-template <int D>
-[[nodiscard]] Outcome<MeshCheck<D>> check_mesh(const QuadraticMesh<D>& mesh, const MeshCheckOptions& options,
+[[nodiscard]] Outcome<MeshCheck<D>> check_mesh(const Mesh<D>& mesh, const MeshCheckOptions& options,
                                                const Around& around);
 
 }  // namespace camber

@@ -12,7 +12,7 @@ import camber.recipes;
 using namespace camber;
 
 /// Between two circles about the origin: `n` quadrangles around, each in two triangles.
-static LinearMesh<2> ring(std::size_t n) {
+static Mesh<2> ring(std::size_t n) {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> elements;
@@ -31,7 +31,7 @@ static LinearMesh<2> ring(std::size_t n) {
     mesh.elements.references = Buffer<Reference>(elements.size(), 1);
     mesh.points = std::move(points);
     mesh.elements.vertices = std::move(elements);
-    return mesh;
+    return as_mesh(std::move(mesh));
 }
 
 static Outcome<bool> example(const Execution& execution) {
@@ -44,7 +44,7 @@ static Outcome<bool> example(const Execution& execution) {
     if (!curved) return fail(curved.error());
     const auto check = check_mesh(curved->mesh, {}, around);
     if (!check) return fail(check.error());
-    std::printf("%zu triangles, %s, the smallest scaled Jacobian %.3f\n", curved->mesh.linear.elements.size(),
+    std::printf("%zu triangles, %s, the smallest scaled Jacobian %.3f\n", count_elements(curved->mesh),
                 check->all_good() ? "sound and valid" : "not good", check->validation.smallest);
     return check->all_good();
 }

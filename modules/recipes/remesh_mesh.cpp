@@ -404,42 +404,24 @@ std::span<const LagrangeNode<D>> telling_nodes(const QuadraticMesh<D>& mesh, con
     return prescribes ? std::span<const LagrangeNode<D>>() : mesh.mid_nodes.view();
 }
 
-template <class Mesh, int D>
-RemeshedMesh<Mesh> named(Mesh mesh, Made<D> made, std::vector<std::string> notices) {
-    return {std::move(mesh),        std::move(made.mesh.log_metrics), std::move(made.boundary),
-            std::move(made.curves), std::move(made.statistics),       std::move(made.reached),
-            std::move(notices)};
-}
-
-}  // namespace
-
 template <int D>
-Outcome<RemeshedMesh<LinearMesh<D>>> remesh_mesh(LinearMesh<D> given, const MeshGoal<D>& goal,
-                                                 const RemeshMeshOptions& options, const Around& around) {
-    auto sound = run_step(around, "prepare", [&](const Execution& e) { return prepare(std::move(given), e); });
-    if (!sound) return fail(sound.error());
-    const LinearMesh<D>& mesh = sound->mesh;
+Outcome<Made<D>> remesh_simplices(const LinearMesh<D>& mesh, const MeshGoal<D>& goal, const RemeshMeshOptions& options,
+                                  const Around& around) {
     const auto edges = run_step(around, "edges", [&](const Execution& e) { return unique_edges(mesh, e); });
     if (!edges) return fail(edges.error());
-    auto made = remeshed<D>(
+    return remeshed<D>(
         {mesh, *edges, {}, 1}, goal, options, around,
         [&](const Execution& e) { return make_field(mesh, goal.metric, e); },
         [&](const auto& boundary, auto by, const auto& e) {
             return begin_remeshing<D>(mesh, *edges, boundary, std::move(by), e);
         });
-    if (!made) return fail(made.error());
-    LinearMesh<D> end = std::move(made->mesh.compact.mesh);
-    return named(std::move(end), std::move(*made), std::move(sound->notices));
 }
 
 template <int D>
-Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> given, const MeshGoal<D>& goal,
-                                                    const RemeshMeshOptions& options, const Around& around) {
-    auto sound = run_step(around, "prepare", [&](const Execution& e) { return prepare(std::move(given), e); });
-    if (!sound) return fail(sound.error());
-    const QuadraticMesh<D>& mesh = sound->mesh;
+Outcome<Made<D>> remesh_simplices(const QuadraticMesh<D>& mesh, const MeshGoal<D>& goal,
+                                  const RemeshMeshOptions& options, const Around& around) {
     const auto nodes = telling_nodes(mesh, goal);
-    auto made = remeshed<D>(
+    return remeshed<D>(
         {mesh.linear, mesh.edges, nodes, 2}, goal, options, around,
         [&](const Execution& e) { return make_field(mesh, goal.metric, e); },
         [&](const auto& boundary, auto by, const auto& e) {
@@ -448,10 +430,29 @@ Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> given, cons
                                                part_of(e, 0.5, 1))
                           : Outcome<Remeshing<D>>(fail(placed.error()));
         });
+}
+
+template <int D>
+Mesh<D> end_of(CompactMesh<D> compact, int degree) {
+    if (degree == 1) return as_mesh(std::move(compact.mesh));
+    return as_mesh(QuadraticMesh<D>{std::move(compact.mesh), std::move(compact.edges), std::move(compact.nodes)});
+}
+
+}  // namespace
+
+template <int D>
+Outcome<RemeshedMesh<D>> remesh_mesh(Mesh<D> given, const MeshGoal<D>& goal, const RemeshMeshOptions& options,
+                                     const Around& around) {
+    const int degree = given.degree;
+    auto sound = run_step(around, "prepare", [&](const Execution& e) { return prepare(std::move(given), e); });
+    if (!sound) return fail(sound.error());
+    auto made = on_simplices(std::move(sound->mesh),
+                             [&](const auto& mesh) { return remesh_simplices(mesh, goal, options, around); });
     if (!made) return fail(made.error());
-    auto& compact = made->mesh.compact;
-    QuadraticMesh<D> end{std::move(compact.mesh), std::move(compact.edges), std::move(compact.nodes)};
-    return named(std::move(end), std::move(*made), std::move(sound->notices));
+    return RemeshedMesh<D>{end_of(std::move(made->mesh.compact), degree), std::move(made->mesh.log_metrics),
+                           std::move(made->boundary),                     std::move(made->curves),
+                           std::move(made->statistics),                   std::move(made->reached),
+                           std::move(sound->notices)};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                      \
@@ -473,10 +474,7 @@ Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> given, cons
                                                       const Boundary<D>&, RemeshingBy<D>, const Execution&);       \
     template Outcome<OntoGeometry<D>> put_nodes_onto_geometry<D>(QuadraticMesh<D>, const Boundary<D>&,             \
                                                                  const Execution&);                                \
-    template Outcome<RemeshedMesh<LinearMesh<D>>> remesh_mesh<D>(LinearMesh<D>, const MeshGoal<D>&,                \
-                                                                 const RemeshMeshOptions&, const Around&);         \
-    template Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh<D>(QuadraticMesh<D>, const MeshGoal<D>&,          \
-                                                                    const RemeshMeshOptions&, const Around&);
+    template Outcome<RemeshedMesh<D>> remesh_mesh<D>(Mesh<D>, const MeshGoal<D>&, const RemeshMeshOptions&, const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -127,10 +127,9 @@ struct RemeshMeshOptions {
 };
 
 /// A mesh that was remeshed; its facets approximate the same geometry, and its vertices know their metric.
-template <class Mesh>
+template <int D>
 struct RemeshedMesh {
-    static constexpr int D = Mesh::dimension;
-    Mesh mesh;
+    Mesh<D> mesh;
     Column<LogMetric<D>> log_metrics;  ///< at the vertices
     Boundary<D> boundary;              ///< with the features of this mesh, which lists all its breaks
     EmbeddedCurves<D> curves;
@@ -141,15 +140,11 @@ struct RemeshedMesh {
 
 /// All that `camber remesh` does, in one call: the mesh is made sound (`prepare`) and brought to the metric by rounds
 /// of collapse, split, swap and smooth. Steps: prepare, edges (of degree 1), surface, metric, topology, collapse,
-/// split, swap, smooth, mend, distances, finish. Errors: input (no mesh, see `prepare`), options out of range (usage),
-/// those of the goal, stopped, memory.
+/// split, swap, smooth, mend, distances, finish. Errors: input (no mesh, see `prepare`), unsupported (no simplices of
+/// degree 1 or 2), options out of range (usage), those of the goal, stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<RemeshedMesh<LinearMesh<D>>> remesh_mesh(LinearMesh<D> mesh, const MeshGoal<D>& goal,
-                                                               const RemeshMeshOptions& options, const Around& around);
-template <int D>
-[[nodiscard]] Outcome<RemeshedMesh<QuadraticMesh<D>>> remesh_mesh(QuadraticMesh<D> mesh, const MeshGoal<D>& goal,
-                                                                  const RemeshMeshOptions& options,
-                                                                  const Around& around);
+[[nodiscard]] Outcome<RemeshedMesh<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
+                                                   const RemeshMeshOptions& options, const Around& around);
 
 /// Features of a mesh that was remeshed: it lists all its breaks; its new facets may turn where the surface does not
 /// break.

@@ -30,9 +30,9 @@ static Outcome<bool> example(const Execution& execution) {
     nodes[spoke.index()].point += Vec<2>{{0.5, -0.4}};
     mesh->mid_nodes = std::move(nodes);
 
-    const auto repaired = repair_mesh(*mesh, {.repair = {.min_scaled_jacobian = 0.1}}, execution);
+    const auto repaired = repair_mesh(as_mesh(*mesh), {.repair = {.min_scaled_jacobian = 0.1}}, execution);
     if (!repaired) return fail(repaired.error());
-    const Vec<2>& node = repaired->mesh.mid_nodes[spoke].point;
+    const Vec<2>& node = repaired->mesh.edge_nodes[spoke.index()].point;
     std::printf(
         "%zu of 4 elements invalid, smallest scaled Jacobian %.3f; repaired: %zu, %.3f, the node at (%.3f, %.3f)\n",
         repaired->before.invalid, repaired->before.smallest, repaired->after.invalid, repaired->after.smallest, node[0],

@@ -97,11 +97,13 @@ Proposal<D> own_proposal(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& b
 }
 
 template <int D>
-Outcome<RepairedMesh<D>> repair_mesh(QuadraticMesh<D> mesh, const MeshRepairOptions& options,
+Outcome<RepairedMesh<D>> repair_mesh(Mesh<D> mesh, const MeshRepairOptions& options,
                                      const Execution& execution) {
     auto prepared = prepare(std::move(mesh), execution);
     if (!prepared) return fail(prepared.error());
-    const QuadraticMesh<D>& sound = prepared->mesh;
+    const auto quadratic = as_quadratic(std::move(prepared->mesh));
+    if (!quadratic) return fail(quadratic.error());
+    const QuadraticMesh<D>& sound = *quadratic;
     const auto features = find_features(
         sound.linear, sound.edges, FeatureOptions<D>{.ridge_angle_degrees = options.ridge_angle_degrees}, execution);
     if (!features) return fail(features.error());
@@ -119,7 +121,7 @@ Outcome<RepairedMesh<D>> repair_mesh(QuadraticMesh<D> mesh, const MeshRepairOpti
     auto repaired = repair_within(*judged, guide, options.repair, execution);
     if (!repaired) return fail(repaired.error());
     const JudgedProposal<D>& after = repaired->judged;
-    return RepairedMesh<D>{commit_uncertified(after).mesh,
+    return RepairedMesh<D>{as_mesh(commit_uncertified(after).mesh),
                            judged->validation(),
                            after.validation(),
                            repaired->statistics,
@@ -333,7 +335,7 @@ BoundaryShift boundary_shift(const QuadraticMesh<D>& mesh, const Proposal<D>& pr
     template Outcome<JudgedProposal<D>> judge_moved<D>(const MovedMesh<D>&, const Incidence<ElementId>&,             \
                                                        const JudgedProposal<D>&, const Execution&);                  \
     template Proposal<D> own_proposal<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, RequiredBoundary);        \
-    template Outcome<RepairedMesh<D>> repair_mesh<D>(QuadraticMesh<D>, const MeshRepairOptions&, const Execution&);  \
+    template Outcome<RepairedMesh<D>> repair_mesh<D>(Mesh<D>, const MeshRepairOptions&, const Execution&);  \
     template std::vector<RemainingElement> remaining<D>(const Repaired<D>&);                                         \
     template std::vector<RemainingElement> remaining_but_for_shape<D>(const Repaired<D>&);                           \
     template BoundaryShift boundary_shift<D>(const QuadraticMesh<D>&, const Proposal<D>&);

@@ -65,7 +65,7 @@ struct MeshRepairOptions {
 /// A mesh after its repair, and what became of it.
 template <int D>
 struct RepairedMesh {
-    QuadraticMesh<D> mesh;
+    Mesh<D> mesh;
     Validation<D> before, after;
     RepairStatistics statistics;
     BoundaryShift boundary;
@@ -75,10 +75,10 @@ struct RepairedMesh {
 
 /// All that `camber repair` does, in one call: the mesh is made sound (`prepare`), its boundary's features are found,
 /// its nodes are judged, what is not valid is repaired with the boundary given (`repair_within`), and the places become
-/// the mesh's, valid or not: `after` and `remaining` tell. Errors: input (no mesh, see `prepare`), options out of range
-/// (usage), stopped, memory.
+/// the mesh's, valid or not: `after` and `remaining` tell. Errors: input (no mesh, see `prepare`), unsupported (no
+/// simplices of degree 2), options out of range (usage), stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<RepairedMesh<D>> repair_mesh(QuadraticMesh<D> mesh, const MeshRepairOptions& options,
+[[nodiscard]] Outcome<RepairedMesh<D>> repair_mesh(Mesh<D> mesh, const MeshRepairOptions& options,
                                                    const Execution& execution);
 
 /// Repairs elements that are not valid, by the method of the options, until all are or the work is spent; what

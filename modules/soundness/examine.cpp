@@ -44,11 +44,9 @@ Outcome<Examination<D>> examine_with(const LinearMesh<D>& mesh, const Buffer<dou
     return x;
 }
 
-}  // namespace
-
 template <int D>
-Outcome<Examination<D>> examine_all(const LinearMesh<D>& mesh, const Execution& execution,
-                                    const ExamineOptions& options) {
+Outcome<Examination<D>> examine_simplices(const LinearMesh<D>& mesh, const ExamineOptions& options,
+                                          const Execution& execution) {
     auto volumes = map_each(part_of(execution, 0, 0.14), mesh.elements.size(), [&](std::size_t e) {
         std::array<Vec<D>, D + 1> p;
         for (int i = 0; i <= D; ++i) p[i] = mesh.points[mesh.elements.vertices[e][i]];
@@ -57,32 +55,28 @@ Outcome<Examination<D>> examine_all(const LinearMesh<D>& mesh, const Execution& 
     if (!volumes) return fail(volumes.error());
     return examine_with(mesh, *volumes, options, part_of(execution, 0.14, 1));
 }
-
 template <int D>
-Outcome<Examination<D>> examine_all(const QuadraticMesh<D>& mesh, const Execution& execution,
-                                    const ExamineOptions& options) {
+Outcome<Examination<D>> examine_simplices(const QuadraticMesh<D>& mesh, const ExamineOptions& options,
+                                          const Execution& execution) {
     auto volumes = map_each(part_of(execution, 0, 0.21), mesh.linear.elements.size(), [&](std::size_t e) {
         return signed_volume(nodal_element<D>(mesh, mesh.mid_nodes.view(), ElementId(e)));
     });
     if (!volumes) return fail(volumes.error());
     auto x = examine_with(mesh.linear, *volumes, options, part_of(execution, 0.21, 0.72));
     if (!x) return x;
-    auto done = examine_scale(mesh, *x, without_progress(execution)).and_then([&](Done) {
-        return examine_nodes(mesh, *x, part_of(execution, 0.72, 1));
-    });
-    if (!done) return fail(done.error());
+    if (auto done = examine_nodes(mesh, *x, part_of(execution, 0.72, 1)); !done) return fail(done.error());
     return x;
 }
 
+}  // namespace
+
 template <int D>
-Outcome<Soundness> examine(const LinearMesh<D>& mesh, const ExamineOptions& options, const Execution& execution) {
-    return guarded([&]() -> Outcome<Soundness> {
-        return examine_all(mesh, execution, options).map([](const Examination<D>& x) { return x.soundness; });
-    });
+Outcome<Examination<D>> examine_all(const Mesh<D>& mesh, const Execution& execution, const ExamineOptions& options) {
+    return on_simplices(mesh, [&](const auto& of) { return examine_simplices(of, options, execution); });
 }
 
 template <int D>
-Outcome<Soundness> examine(const QuadraticMesh<D>& mesh, const ExamineOptions& options, const Execution& execution) {
+Outcome<Soundness> examine(const Mesh<D>& mesh, const ExamineOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<Soundness> {
         return examine_all(mesh, execution, options).map([](const Examination<D>& x) { return x.soundness; });
     });
@@ -129,16 +123,6 @@ Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& x, const 
     return Done{};
 }
 
-template <int D>
-Outcome<Done> examine_scale(const QuadraticMesh<D>& mesh, Examination<D>& x, const Execution& execution) {
-    auto distant =
-        count(execution, mesh.mid_nodes.size(), [&](std::size_t i) { return is_distant(mesh.mid_nodes[i].point); });
-    if (!distant) return fail(distant.error());
-    if (distant->count > 0) distant->first += mesh.linear.points.size();
-    x[Defect::distant_node] = *distant;
-    return Done{};
-}
-
 namespace {
 
 /// Edges whose ends are at the same places lie on the two sides of a slit, or have duplicate vertices: those are told
@@ -156,6 +140,11 @@ bool same_ends(const QuadraticMesh<D>& mesh, std::size_t e, std::size_t f) {
 template <int D>
 Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& x, const Execution& execution) {
     const std::size_t vertices = mesh.linear.points.size(), n = vertices + mesh.mid_nodes.size();
+    auto distant = count(without_progress(execution), mesh.mid_nodes.size(),
+                         [&](std::size_t i) { return is_distant(mesh.mid_nodes[i].point); });
+    if (!distant) return fail(distant.error());
+    if (distant->count > 0) distant->first += vertices;
+    x[Defect::distant_node] = *distant;
     const auto point = [&](std::size_t i) -> const Vec<D>& {
         return i < vertices ? mesh.linear.points[i] : mesh.mid_nodes[i - vertices].point;
     };
@@ -343,12 +332,9 @@ Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, con
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<Examination<D>> examine_all<D>(const LinearMesh<D>&, const Execution&, const ExamineOptions&);    \
-    template Outcome<Examination<D>> examine_all<D>(const QuadraticMesh<D>&, const Execution&, const ExamineOptions&); \
-    template Outcome<Soundness> examine<D>(const LinearMesh<D>&, const ExamineOptions&, const Execution&);             \
-    template Outcome<Soundness> examine<D>(const QuadraticMesh<D>&, const ExamineOptions&, const Execution&);          \
+    template Outcome<Examination<D>> examine_all<D>(const Mesh<D>&, const Execution&, const ExamineOptions&); \
+    template Outcome<Soundness> examine<D>(const Mesh<D>&, const ExamineOptions&, const Execution&); \
     template Outcome<Done> examine_scale<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);                  \
-    template Outcome<Done> examine_scale<D>(const QuadraticMesh<D>&, Examination<D>&, const Execution&);               \
     template Outcome<Done> examine_nodes<D>(const QuadraticMesh<D>&, Examination<D>&, const Execution&);               \
     template Outcome<Done> examine_vertices<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);
 

@@ -12,7 +12,7 @@ import camber.soundness;
 using namespace camber;
 
 /// A square of four triangles around its middle, vertex 4.
-static LinearMesh<2> square() {
+static Mesh<2> square() {
     const auto v = [](std::size_t i) { return VertexId(i); };
     LinearMesh<2> mesh;
     mesh.points = Buffer<Vec<2>>{{{-1, -1}}, {{1, -1}}, {{1, 1}}, {{-1, 1}}, {{0, 0}}};
@@ -20,7 +20,7 @@ static LinearMesh<2> square() {
     mesh.elements.vertices =
         Buffer<SimplexVertices<2>>{{v(0), v(1), v(4)}, {v(1), v(2), v(4)}, {v(2), v(3), v(4)}, {v(0), v(3), v(4)}};
     mesh.elements.references = Buffer<Reference>(4, 1);
-    return mesh;
+    return as_mesh(std::move(mesh));
 }
 
 static Outcome<bool> example(const Execution& execution) {
@@ -33,7 +33,7 @@ static Outcome<bool> example(const Execution& execution) {
     for (const auto& notice : prepared->notices) std::printf("%s\n", notice.c_str());
     const auto after = examine(prepared->mesh, execution);
     if (!after) return fail(after.error());
-    return !before->sound() && after->sound() && prepared->mesh.facets.size() == 4;
+    return !before->sound() && after->sound() && prepared->mesh.facets.of<Shape::line>().size() == 4;
 }
 
 int main() {

@@ -247,59 +247,56 @@ Outcome<QuadraticMesh<D>> without_strays(QuadraticMesh<D> mesh, const Examinatio
     return QuadraticMesh<D>{std::move(linear), std::move(*edges), std::move(*nodes)};
 }
 
+template <int D>
+Outcome<Mesh<D>> without_strays(Mesh<D> mesh, const Examination<D>& x, const Execution& execution) {
+    if (mesh.degree == 1) return as_mesh(without_strays(straight_simplices(std::move(mesh)), x));
+    return as_quadratic(std::move(mesh))
+        .and_then([&](QuadraticMesh<D> quadratic) { return without_strays(std::move(quadratic), x, execution); })
+        .map([](QuadraticMesh<D> made) { return as_mesh(std::move(made)); });
+}
+
 /// The examination of the mesh, out of which strays were taken if it has any.
-template <class Mesh>
-auto examined(Mesh& mesh, std::vector<std::string>& notices, const Execution& execution)
-    -> decltype(examine_all(mesh, execution)) {
+template <int D>
+Outcome<Examination<D>> examined(Mesh<D>& mesh, std::vector<std::string>& notices, const Execution& execution) {
     auto x = examine_all(mesh, execution);
     if (!x || x->soundness[Defect::stray_facet].count == 0) return x;
     notices.push_back(sentence(x->soundness, Defect::stray_facet) + ": dropped");
-    if constexpr (requires { mesh.mid_nodes; }) {
-        auto made = without_strays(std::move(mesh), *x, without_progress(execution));
-        if (!made) return fail(std::move(made.error()));
-        mesh = std::move(*made);
-    } else {
-        mesh = without_strays(std::move(mesh), *x);
-    }
+    auto made = without_strays(std::move(mesh), *x, without_progress(execution));
+    if (!made) return fail(std::move(made.error()));
+    mesh = std::move(*made);
     return examine_all(mesh, without_progress(execution));
+}
+
+template <int D>
+Mesh<D> mended(Mesh<D> mesh, const Examination<D>& x, const Plan<D>& work) {
+    MeshEntities<D>& entities = mesh.entities;
+    const bool is_curved = mesh.degree == 2;
+    auto nodes = std::move(mesh.edge_nodes);
+    EdgeSet<D> edges{.vertices = std::move(entities.edges),
+                     .of_elements = std::move(entities.edges_of_elements.template of<simplex<D>>().ids),
+                     .of_facets = std::move(entities.edges_of_facets.template of<simplex<D - 1>>().ids),
+                     .of_edges = std::move(entities.edges_of_edges)};
+    LinearMesh<D> linear = mended(straight_simplices(std::move(mesh)), x, work);
+    if (!is_curved) return as_mesh(std::move(linear));
+    return as_mesh(QuadraticMesh<D>{std::move(linear), mended(std::move(edges), x, work), std::move(nodes)});
 }
 
 }  // namespace
 
 template <int D>
-Outcome<Prepared<LinearMesh<D>>> prepare(LinearMesh<D> mesh, const Execution& execution) {
-    return guarded([&]() -> Outcome<Prepared<LinearMesh<D>>> {
-        Prepared<LinearMesh<D>> prepared;
+Outcome<Prepared<D>> prepare(Mesh<D> mesh, const Execution& execution) {
+    return guarded([&]() -> Outcome<Prepared<D>> {
+        Prepared<D> prepared;
         const auto x = examined(mesh, prepared.notices, execution);
         if (!x) return fail(x.error());
         if (auto error = refusal(x->soundness)) return fail(std::move(*error));
-        const Plan<D> work = plan(mesh, *x, prepared.notices);
+        const Plan<D> work = plan(straight_simplices(mesh), *x, prepared.notices);
         prepared.mesh = mended(std::move(mesh), *x, work);
         return prepared;
     });
 }
 
-template <int D>
-Outcome<Prepared<QuadraticMesh<D>>> prepare(QuadraticMesh<D> mesh, const Execution& execution) {
-    return guarded([&]() -> Outcome<Prepared<QuadraticMesh<D>>> {
-        Prepared<QuadraticMesh<D>> prepared;
-        const auto x = examined(mesh, prepared.notices, execution);
-        if (!x) return fail(x.error());
-        if (auto error = refusal(x->soundness)) return fail(std::move(*error));
-        const Plan<D> work = plan(mesh.linear, *x, prepared.notices);
-        prepared.mesh.linear = mended(std::move(mesh.linear), *x, work);
-        prepared.mesh.edges = mended(std::move(mesh.edges), *x, work);
-        prepared.mesh.mid_nodes = std::move(mesh.mid_nodes);
-        return prepared;
-    });
-}
-
-#define CAMBER_INSTANTIATE(D)                                                              \
-    template Outcome<Prepared<LinearMesh<D>>> prepare<D>(LinearMesh<D>, const Execution&); \
-    template Outcome<Prepared<QuadraticMesh<D>>> prepare<D>(QuadraticMesh<D>, const Execution&);
-
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+template Outcome<Prepared<2>> prepare<2>(Mesh<2>, const Execution&);
+template Outcome<Prepared<3>> prepare<3>(Mesh<3>, const Execution&);
 
 }  // namespace camber

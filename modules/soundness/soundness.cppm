@@ -106,21 +106,17 @@ struct Soundness {
 
 /// Looks for every defect; time and memory are linear in the mesh but for vertices that hang. Vertex ids must be in
 /// range and distinct within a simplex, points finite (decoders see to it). Of a mesh without elements the facets are
-/// looked at as a surface. Elements and facets that repeat earlier ones count once: nothing else is said of them.
-/// Errors: memory, stopped.
+/// looked at as a surface. Elements and facets that repeat earlier ones count once: nothing else is said of them. An
+/// element of degree 2 is reversed if its curved volume is negative; that it is valid is not asked here (`validate`).
+/// Nodes are numbered vertices first, then by edges. Errors: unsupported (no simplices of degree 1 or 2), memory,
+/// stopped.
 template <int D>
-[[nodiscard]] Outcome<Soundness> examine(const LinearMesh<D>& mesh, const ExamineOptions& options,
-                                         const Execution& execution);
-
-/// The same of a quadratic mesh: an element is reversed if its curved volume is negative. That it is valid is not
-/// asked here (`validate`). Nodes are numbered vertices first, then by edges.
-template <int D>
-[[nodiscard]] Outcome<Soundness> examine(const QuadraticMesh<D>& mesh, const ExamineOptions& options,
+[[nodiscard]] Outcome<Soundness> examine(const Mesh<D>& mesh, const ExamineOptions& options,
                                          const Execution& execution);
 
 /// With the default options.
-template <class Mesh>
-[[nodiscard]] Outcome<Soundness> examine(const Mesh& mesh, const Execution& execution) {
+template <int D>
+[[nodiscard]] Outcome<Soundness> examine(const Mesh<D>& mesh, const Execution& execution) {
     return examine(mesh, ExamineOptions{}, execution);
 }
 
@@ -154,9 +150,9 @@ template <int D>
 }
 
 /// A mesh to work on, and what was done or is worth knowing: sentences without a full stop.
-template <class Mesh>
+template <int D>
 struct Prepared {
-    Mesh mesh;
+    Mesh<D> mesh;
     std::vector<std::string> notices;
 };
 
@@ -167,14 +163,11 @@ struct Prepared {
 ///   are, so that their volume is negative and every check sees it; no order of their vertices would make them right;
 /// - faces of the boundary, and between elements of different references, that are not listed become facets with fresh
 ///   references, one for each kind, after those in use by facets and by names of groups of facets.
-/// Vertices, and their order, stay. A sound mesh is given back as it is. Errors: input (the fatal defects of
-/// `Soundness`, an empty mesh), memory, stopped.
+/// Vertices, and their order, stay, and curved edges keep their nodes. A sound mesh is given back as it is. Errors:
+/// input (the fatal defects of `Soundness`, an empty mesh), unsupported (no simplices of degree 1 or 2), memory,
+/// stopped.
 template <int D>
-[[nodiscard]] Outcome<Prepared<LinearMesh<D>>> prepare(LinearMesh<D> mesh, const Execution& execution);
-
-/// The same; curved edges keep their nodes.
-template <int D>
-[[nodiscard]] Outcome<Prepared<QuadraticMesh<D>>> prepare(QuadraticMesh<D> mesh, const Execution& execution);
+[[nodiscard]] Outcome<Prepared<D>> prepare(Mesh<D> mesh, const Execution& execution);
 
 }  // namespace camber
 
@@ -299,12 +292,9 @@ template <int D>
 [[nodiscard]] Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double>& volumes,
                                                 Examination<D>& examination, const Execution& execution);
 
-/// What is beyond the range of lengths: vertices, elements, facets; of a quadratic mesh its mid nodes (only those).
+/// What is beyond the range of lengths: vertices, elements, facets.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& examination,
-                                          const Execution& execution);
-template <int D>
-[[nodiscard]] Outcome<Done> examine_scale(const QuadraticMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);
 
 /// Unused, coincident and hanging vertices.
@@ -322,17 +312,14 @@ template <int D>
 [[nodiscard]] Outcome<Done> examine_walls(const LinearMesh<D>& mesh, const ExamineOptions& options,
                                           Examination<D>& examination, const Execution& execution);
 
-/// Mid nodes at the place of vertices or of other mid nodes.
+/// Mid nodes beyond the range of lengths, and those at the place of vertices or of other mid nodes.
 template <int D>
 [[nodiscard]] Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& examination,
                                           const Execution& execution);
 
 /// All of it.
 template <int D>
-[[nodiscard]] Outcome<Examination<D>> examine_all(const LinearMesh<D>& mesh, const Execution& execution,
-                                                  const ExamineOptions& options = {});
-template <int D>
-[[nodiscard]] Outcome<Examination<D>> examine_all(const QuadraticMesh<D>& mesh, const Execution& execution,
+[[nodiscard]] Outcome<Examination<D>> examine_all(const Mesh<D>& mesh, const Execution& execution,
                                                   const ExamineOptions& options = {});
 
 }  // namespace camber

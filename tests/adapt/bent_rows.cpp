@@ -74,7 +74,7 @@ QuadraticMesh<D> bent_rows(const Bending<D>& bending) {
         p[D - 1] *= height;
         return p;
     };
-    return mapped(must(prepare(lattice_mesh(options), alone)).mesh, bending);
+    return mapped(must(as_linear(must(prepare(as_mesh(lattice_mesh(options)), alone)).mesh)), bending);
 }
 
 /// The boundary's own curves.

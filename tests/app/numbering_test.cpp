@@ -15,6 +15,7 @@
 #include <variant>
 #include <vector>
 
+#include "any_mesh.hpp"
 #include "meshes.hpp"
 #include "sanitized.hpp"
 
@@ -47,7 +48,7 @@ template <int D>
 LinearMesh<D> shuffled(const std::string& shape) {
     const auto pipeline = must(config::read_pipeline(R"({"input": {"generate": )" + shape + "}}", "test"));
     const auto made = must(run::generate_shape(std::get<config::Shape>(pipeline.input.source), alone));
-    auto mesh = std::get<LinearMesh<D>>(made.mesh);
+    auto mesh = testing::mesh_in<LinearMesh<D>>(made.mesh);
     const Renumbering order{any_order<VertexId>(mesh.points.size()), any_order<ElementId>(mesh.elements.size())};
     return must(renumbered(std::move(mesh), order, alone));
 }
@@ -119,7 +120,8 @@ run::Run check_same_run(const std::string& rest, const run::Inputs& given) {
     const run::Run in_own = must(run_of(rest, here)), in_other = must(run_of(rest, there));
     CHECK_FALSE(in_own.report.reordered.has_value());
     CHECK(in_other.report.reordered.has_value());
-    const auto &own = std::get<QuadraticMesh<D>>(in_own.mesh), &other = std::get<QuadraticMesh<D>>(in_other.mesh);
+    const auto own = testing::mesh_in<QuadraticMesh<D>>(in_own.mesh);
+    const auto other = testing::mesh_in<QuadraticMesh<D>>(in_other.mesh);
     CHECK(other.linear.elements == own.linear.elements);
     CHECK(other.linear.facets == own.linear.facets);
     CHECK(other.linear.edges == own.linear.edges);
@@ -148,7 +150,7 @@ const std::string with_outputs = R"(, "output": {"vtu": "none.vtu", "metric": "n
 
 template <int D>
 void check_runs(const LinearMesh<D>& mesh) {
-    run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, {}};
+    run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, {}};
     const auto made =
         check_same_run<D>(R"(, "stages": ["elevate", "curve", {)" + judged + R"(}, "commit"])" + with_outputs, inputs);
     CHECK_FALSE(made.report.elements_below_bound.empty());
@@ -171,7 +173,7 @@ TEST_CASE("a run in another order gives what a run in the mesh's own gives") {
 TEST_CASE("errors name what the user's files number so") {
     const LinearMesh<3> mesh = shell();
     const auto error_of = [&](Solution sizes, const OrderingOptions& ordering) {
-        run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, std::move(sizes), {}, {}, ordering};
+        run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, std::move(sizes), {}, {}, ordering};
         const auto made = run_of(R"(, "metric": {"file": "sizes.sol"})", std::move(inputs));
         REQUIRE_FALSE(made);
         return describe(made.error());
@@ -198,7 +200,7 @@ TEST_CASE("what prepare says, and what it mends, is of the mesh's own order") {
     mesh.elements.vertices = std::move(elements);
     mesh.elements.references = std::move(references);
     mesh.facets = {};
-    const run::Inputs inputs{DecodedMesh{AnyMesh(mesh), {}}, {}};
+    const run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(mesh)), {}}, {}};
     const auto made = check_same_run<3>(R"(, "stages": ["elevate", "curve", "commit"])", inputs);
     run::Inputs here = inputs;
     here.ordering = never;
@@ -208,7 +210,7 @@ TEST_CASE("what prepare says, and what it mends, is of the mesh's own order") {
 
 TEST_CASE("corrections in another order are told by the mesh's own numbers") {
     const auto curved =
-        must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", {DecodedMesh{AnyMesh(shell()), {}}, {}}));
+        must(run_of(R"(, "stages": ["elevate", "curve", "commit"])", {DecodedMesh{AnyMesh(as_mesh(shell())), {}}, {}}));
     run::Inputs inputs{DecodedMesh{curved.mesh, {}}, {}, {}, {}, always};
     const auto made =
         must(run_of(R"(, "stages": [{"relax": {"min_scaled_jacobian": 0.95, "effort": 0.1}}, "commit"])" + with_vtu,
@@ -218,7 +220,7 @@ TEST_CASE("corrections in another order are told by the mesh's own numbers") {
     REQUIRE(verdicts != nullptr);
     const auto& values = std::get<Column<std::int32_t>>(verdicts->values);
     std::vector<std::size_t> bad, remaining;
-    for (std::size_t e = 0; e < std::get<QuadraticMesh<3>>(made.mesh).linear.elements.size(); ++e)
+    for (std::size_t e = 0; e < count_elements(std::get<Mesh<3>>(made.mesh)); ++e)
         if (values[e] != 0) bad.push_back(e + 1);
     CHECK(made.report.elements_below_bound == bad);
     for (const auto& r : made.report.remaining) remaining.push_back(r.element);
@@ -226,7 +228,7 @@ TEST_CASE("corrections in another order are told by the mesh's own numbers") {
 }
 
 TEST_CASE("stages that change the straight mesh take it as it is") {
-    run::Inputs inputs{DecodedMesh{AnyMesh(annulus()), {}}, {}, {}, {}, always};
+    run::Inputs inputs{DecodedMesh{AnyMesh(as_mesh(annulus())), {}}, {}, {}, {}, always};
     const auto made = must(run_of(R"(, "stages": ["smooth", "elevate"])", std::move(inputs)));
     CHECK_FALSE(made.report.reordered.has_value());
 }

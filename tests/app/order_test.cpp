@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "any_mesh.hpp"
 #include "sanitized.hpp"
 
 import camber.core;
@@ -64,10 +65,10 @@ Ran run_of(config::Pipeline pipeline, AnyMesh mesh, const Stages& stages) {
 
 /// With one node off the middle of its chord.
 AnyMesh bent(AnyMesh mesh, double by = 0.01) {
-    auto& quadratic = std::get<QuadraticMesh<2>>(mesh);
-    auto nodes = take(std::move(quadratic.mid_nodes));
+    auto& quadratic = std::get<Mesh<2>>(mesh);
+    auto nodes = take(std::move(quadratic.edge_nodes));
     nodes[0].point += Vec<2>{{by, by}};
-    quadratic.mid_nodes = std::move(nodes);
+    quadratic.edge_nodes = std::move(nodes);
     return mesh;
 }
 
@@ -114,11 +115,11 @@ TEST_CASE("what is bent far out by less than it is far is bent all the same") {
     const config::Pipeline pipeline = small_square();
     const auto square = run::generate_shape(std::get<config::Shape>(pipeline.input.source));
     REQUIRE(square);
-    auto linear = std::get<LinearMesh<2>>(square->mesh);
+    auto linear = testing::mesh_in<LinearMesh<2>>(square->mesh);
     auto points = take(std::move(linear.points));
     for (Vec<2>& x : points) x = Vec<2>{{1e6, 1e6}} + 1e-6 * x;
     linear.points = std::move(points);
-    const auto elevated = run_of(pipeline, linear, {config::Elevate{}});
+    const auto elevated = run_of(pipeline, as_mesh(linear), {config::Elevate{}});
     REQUIRE(elevated.run);
     CHECK(run_of(pipeline, elevated.run->mesh, {config::Elevate{}}).run);
     CHECK_FALSE(run_of(pipeline, bent(elevated.run->mesh, 1e-8), {config::Elevate{}}).run);

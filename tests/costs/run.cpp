@@ -32,7 +32,7 @@ using RunCost = std::map<std::string, StageCost>;
 RunCost cost_of_run(LinearMesh<3> mesh) {
     const auto pipeline = must(config::read_pipeline(R"({"input": {"mesh": "-"}, "threads": 1})", "test"));
     const auto tetrahedra = static_cast<double>(mesh.elements.size());
-    DecodedMesh input{AnyMesh(std::move(mesh)), {}};
+    DecodedMesh input{AnyMesh(as_mesh(std::move(mesh))), {}};
     const std::size_t others = heap().bytes - static_cast<std::size_t>(tetrahedra) * sizeof(SimplexVertices<3>);
     RunCost costs;
     (void)must(run::run_pipeline(pipeline, {std::move(input), {}}, [&](std::string_view stage, const auto& body) {

@@ -81,7 +81,7 @@ double farthest_of_chord(const QuadraticMesh<D>& mesh, const std::vector<Lagrang
 template <int D>
 void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const CurveMeshOptions& options,
              double tolerance = 1e-12) {
-    const auto whole = must(curve_mesh<D>(mesh, {}, options, plainly(alone)));
+    const auto whole = must(curve_mesh<D>(as_mesh(mesh), {}, options, plainly(alone)));
     CurveBlocksOptions by_blocks{{elements_of_block}, options};
     const auto on = [&](std::size_t ranks) {
         return on_ranks(ranks, [&](Ranks& among) {
@@ -91,11 +91,11 @@ void compare(const LinearMesh<D>& mesh, std::size_t elements_of_block, const Cur
     };
     const auto one = on(1), three = on(3);
     const auto nodes = nodes_of(one);
-    REQUIRE(nodes.size() == whole.mesh.edges.size());
+    REQUIRE(nodes.size() == whole.mesh.entities.edges.size());
     CHECK(nodes == nodes_of(three));
     by_blocks.blocks.elements_at_once = 2 * elements_of_block;
     CHECK(nodes == nodes_of(on(2)));
-    const double farthest = farthest_of_chord(whole.mesh, nodes);
+    const double farthest = farthest_of_chord(must(as_quadratic(whole.mesh)), nodes);
     MESSAGE(mesh.elements.size(), " elements in ", must(one.front()).parts.layout.blocks(), " blocks: ", farthest);
     CHECK(farthest < tolerance);
     const BlocksValidation& after = must(one.front()).after;
@@ -162,12 +162,12 @@ TEST_CASE("blocks are taken as they are: what prepare would mend is refused, on 
 
 TEST_CASE("a block may be a few elements, and a rank may have none") {
     const LinearMesh<2> mesh = shell<2>(0.4);
-    const auto whole = must(curve_mesh<2>(mesh, {}, {}, plainly(alone)));
+    const auto whole = must(curve_mesh<2>(as_mesh(mesh), {}, {}, plainly(alone)));
     const auto made = on_ranks(5, [&](Ranks& among) {
         const auto rows = rows_of(mesh);
         return curve_blocks<2>(*rows, BlocksGoal<2>{}, {{40}, {}}, among, plainly(alone));
     });
-    CHECK(farthest_of_chord(whole.mesh, nodes_of(made)) < 1e-12);
+    CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(made)) < 1e-12);
 }
 
 TEST_CASE("a metric that is given, at vertices") {
@@ -181,7 +181,7 @@ TEST_CASE("a metric that is given, at vertices") {
     for (const Vec<3>& p : mesh.points) logs.push_back(log_metric(p));
     MeshGoal<3> goal;
     goal.metric = metric_at_vertices<3>(Column<LogMetric<3>>(std::move(logs)));
-    const auto whole = must(curve_mesh<3>(mesh, goal, {}, plainly(alone)));
+    const auto whole = must(curve_mesh<3>(as_mesh(mesh), goal, {}, plainly(alone)));
     BlocksGoal<3> by_blocks;
     by_blocks.metric = [&](const LinearMesh<3>& block, std::span<const GlobalNumber>,
                            const Execution&) -> Outcome<Column<LogMetric<3>>> {
@@ -193,5 +193,5 @@ TEST_CASE("a metric that is given, at vertices") {
         const auto rows = rows_of(mesh);
         return curve_blocks<3>(*rows, by_blocks, {{800}, {}}, among, plainly(alone));
     });
-    CHECK(farthest_of_chord(whole.mesh, nodes_of(made)) < 1e-12);
+    CHECK(farthest_of_chord(must(as_quadratic(whole.mesh)), nodes_of(made)) < 1e-12);
 }

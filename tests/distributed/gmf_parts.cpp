@@ -114,9 +114,9 @@ void parts_are_the_file(std::uint64_t seed) {
         put(file, written, *encode_gmf_part(frame, part, {}));
     RC_ASSERT(std::ranges::find(written, false) == written.end());
     if constexpr (Degree == 2)
-        RC_ASSERT(file == generated::joined(*encode_gmf_mesh(mesh, {.version = version}, {})));
+        RC_ASSERT(file == generated::joined(*encode_gmf_mesh(as_mesh(mesh), {.version = version}, {})));
     else
-        RC_ASSERT(file == generated::joined(*encode_gmf_mesh(mesh.linear, {.version = version}, {})));
+        RC_ASSERT(file == generated::joined(*encode_gmf_mesh(as_mesh(mesh.linear), {.version = version}, {})));
 }
 
 }  // namespace

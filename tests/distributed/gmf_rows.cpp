@@ -16,7 +16,7 @@ namespace {
 
 template <int D>
 Column<std::byte> file_of(const LinearMesh<D>& mesh, int version) {
-    const auto bytes = generated::joined(*encode_gmf_mesh(mesh, {.version = version}, {}));
+    const auto bytes = generated::joined(*encode_gmf_mesh(as_mesh(mesh), {.version = version}, {}));
     return Buffer<std::byte>(bytes.begin(), bytes.end());
 }
 
@@ -90,9 +90,9 @@ TEST_CASE("runs of a file's rows are the mesh's, and so are those from memory") 
 
 TEST_CASE("what is not read by runs is told before a row is read") {
     const auto mesh = generated::mesh<3>(5, 20);
-    CHECK(refusal<3>(*encode_gmf_mesh(mesh, {GmfEncoding::ascii}, {})).starts_with("file: text is not read by runs"));
-    CHECK(refusal<2>(*encode_gmf_mesh(mesh, {}, {})).starts_with("file: the mesh is not one of dimension 2"));
-    CHECK(refusal<3>(*encode_gmf_mesh(generated::quadratic<3>(5, 20), {}, {})).find("of degree 2") !=
+    CHECK(refusal<3>(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {})).starts_with("file: text is not read by runs"));
+    CHECK(refusal<2>(*encode_gmf_mesh(as_mesh(mesh), {}, {})).starts_with("file: the mesh is not one of dimension 2"));
+    CHECK(refusal<3>(*encode_gmf_mesh(as_mesh(generated::quadratic<3>(5, 20)), {}, {})).find("of degree 2") !=
           std::string::npos);
     CHECK(refusal<3>({}).starts_with("file: byte 0: the file is empty"));
 }

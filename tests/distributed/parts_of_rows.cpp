@@ -125,7 +125,7 @@ Column<std::byte> reordered_file(const QuadraticMesh<D>& mesh, const std::vector
         for (std::size_t e = 0; e < made.size(); ++e) made[e] = edges[order[e]];
     }
     other.edges.of_elements = std::move(of_elements);
-    auto bytes = generated::joined(*encode_gmf_mesh(other, {.version = 2}, {}));
+    auto bytes = generated::joined(*encode_gmf_mesh(as_mesh(other), {.version = 2}, {}));
     bytes.resize(bytes.size() - 8);  // the end, which comes again
     put(bytes, D == 3 ? tetrahedra_p2_ordering : triangles_p2_ordering);
     put(bytes, static_cast<std::int32_t>(bytes.size() + 8 + quadratic_nodes<D> * (D + 1) * 4));

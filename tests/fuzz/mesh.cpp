@@ -19,15 +19,6 @@ using namespace camber;
 const Execution alone{.threads = 1};
 
 template <int D>
-const LinearMesh<D>& linear_part(const LinearMesh<D>& mesh) {
-    return mesh;
-}
-template <int D>
-const LinearMesh<D>& linear_part(const QuadraticMesh<D>& mesh) {
-    return mesh.linear;
-}
-
-template <int D>
 void expect_consistent(const LinearMesh<D>& mesh) {
     const std::size_t n = mesh.points.size();
     expect(mesh.point_references.size() == n, "a reference for each vertex");
@@ -55,21 +46,22 @@ std::vector<std::byte> joined(const Chunks& chunks) {
     return bytes;
 }
 
-template <class Mesh>
-void expect_survival(const Mesh& mesh, GmfOptions options) {
+template <int D>
+void expect_survival(const Mesh<D>& mesh, GmfOptions options) {
     const auto written = encode_gmf_mesh(mesh, options, alone);
     expect(written.has_value(), "what was read can be written");
     const auto bytes = joined(*written);
     const auto again = decode_gmf_mesh(bytes, "again", alone);
     expect(again.has_value(), "what was written can be read");
+    const auto* const same = std::get_if<Mesh<D>>(&again->mesh);
+    expect(same != nullptr, "the dimension is the same");
     // Without simplices of degree 2 a file does not tell that its mesh is of degree 2; there is then no edge either.
-    if (!std::holds_alternative<Mesh>(again->mesh)) {
-        expect(
-            linear_part(mesh).elements.size() + linear_part(mesh).facets.size() + linear_part(mesh).edges.size() == 0,
-            "the degree is the same");
+    if (same->degree != mesh.degree) {
+        const auto linear = straight_simplices(mesh);
+        expect(linear.elements.size() + linear.facets.size() + linear.edges.size() == 0, "the degree is the same");
         return;
     }
-    expect(std::get<Mesh>(again->mesh) == mesh, "the mesh is the same");
+    expect(*same == mesh, "the mesh is the same");
 }
 
 /// What a format makes of a mesh of its own, it makes again: nothing more is lost.
@@ -86,17 +78,15 @@ void expect_settled(const MeshFormat& format, const DecodedMesh& decoded) {
 }
 
 template <int D>
-void judge(const LinearMesh<D>& mesh) {
-    const auto found = examine(mesh, alone);
-    expect(found.has_value(), "a mesh can be examined");
-}
-template <int D>
-void judge(const QuadraticMesh<D>& mesh) {
-    expect(mesh.mid_nodes.size() == mesh.edges.size(), "a node for each edge");
+void judge(const Mesh<D>& mesh) {
     expect(examine(mesh, alone).has_value(), "a mesh can be examined");
-    const auto validation = validate(mesh, 0, alone);
+    if (mesh.degree == 1) return;
+    expect(mesh.edge_nodes.size() == mesh.entities.edges.size(), "a node for each edge");
+    const auto quadratic = as_quadratic(mesh);
+    expect(quadratic.has_value(), "a mesh of degree 2 is a quadratic one");
+    const auto validation = validate(*quadratic, 0, alone);
     expect(validation.has_value(), "elements can be judged");
-    expect(validation->verdicts.size() == judged_count(mesh.linear), "a verdict for each element");
+    expect(validation->verdicts.size() == judged_count(quadratic->linear), "a verdict for each element");
 }
 
 }  // namespace
@@ -114,7 +104,7 @@ void mesh(Bytes bytes) {
     expect(format != nullptr, "what can be read is known by its content");
     std::visit(
         [&](const auto& mesh) {
-            expect_consistent(linear_part(mesh));
+            expect_consistent(straight_simplices(mesh));
             if (is_gmf_ascii(bytes) || is_gmf_binary(bytes)) {
                 expect_survival(mesh, {GmfEncoding::binary, 0});
                 expect_survival(mesh, {GmfEncoding::ascii, 0});
@@ -130,12 +120,8 @@ void mesh(Bytes bytes) {
     if (flat->lift) std::visit([](const auto& mesh) { judge(mesh); }, flat->mesh);
     const std::size_t numbers = decoded->node_numbers.size();
     std::visit(
-        [&]<class Mesh>(const Mesh& mesh) {
-            if constexpr (requires { mesh.edges.of_elements; })
-                expect(numbers == 0 || numbers == mesh.linear.points.size() + mesh.edges.size(),
-                       "a number for each node");
-            else
-                expect(numbers == 0, "no numbers of nodes");
+        [&](const auto& mesh) {
+            expect(numbers == 0 || (mesh.degree == 2 && numbers == count_nodes(mesh)), "a number for each node");
         },
         decoded->mesh);
 }

@@ -33,16 +33,16 @@ const std::vector<std::pair<std::string, MshOptions>> msh_formats{
 
 std::string text_of(const Chunks& chunks) { return generated::text_of(generated::joined(chunks)); }
 
-template <class Mesh>
-void add_mesh(std::vector<Seed>& seeds, const std::string& name, const Mesh& mesh) {
+template <int D>
+void add_mesh(std::vector<Seed>& seeds, const std::string& name, const Mesh<D>& mesh) {
     for (const auto& [ending, options] : formats)
         seeds.push_back({"mesh", name + "-" + ending, text_of(*encode_gmf_mesh(mesh, options, {.threads = 1}))});
     for (const auto& [ending, options] : msh_formats)
         seeds.push_back({"mesh", name + "-" + ending, text_of(*encode_msh(mesh, {}, options, {.threads = 1}))});
 }
 
-template <class Mesh>
-void add_mesh_of_others(std::vector<Seed>& seeds, const std::string& name, const Mesh& mesh) {
+template <int D>
+void add_mesh_of_others(std::vector<Seed>& seeds, const std::string& name, const Mesh<D>& mesh) {
     seeds.push_back({"mesh", name + ".vtu", text_of(*encode_vtu(mesh, {}, {}, {.threads = 1}))});
     seeds.push_back({"mesh", name + ".mfem", text_of(*encode_mfem(mesh, {.threads = 1}))});
     for (const VtkEncoding encoding : {VtkEncoding::ascii, VtkEncoding::binary})
@@ -115,21 +115,21 @@ void add_meshes(std::vector<Seed>& seeds) {
     const std::string dimension = std::to_string(D) + "d";
     // Coordinates without sense, and every block there is; a grid that is a mesh; its curved twin; a surface alone; in
     // 2D the grid and its twin as flat meshes.
-    add_mesh(seeds, dimension + "-features", generated::mesh<D>(7, 2));
+    add_mesh(seeds, dimension + "-features", as_mesh(generated::mesh<D>(7, 2)));
     BoxOptions<D> box;
     for (auto& cells : box.cells) cells = 1;
     const LinearMesh<D> grid = *generate(box);
-    add_mesh(seeds, dimension + "-grid", grid);
-    add_mesh(seeds, dimension + "-curved", *elevate(grid, {.threads = 1}));
-    add_mesh_of_others(seeds, dimension + "-grid", grid);
-    add_mesh_of_others(seeds, dimension + "-curved", *elevate(grid, {.threads = 1}));
+    add_mesh(seeds, dimension + "-grid", as_mesh(grid));
+    add_mesh(seeds, dimension + "-curved", as_mesh(*elevate(grid, {.threads = 1})));
+    add_mesh_of_others(seeds, dimension + "-grid", as_mesh(grid));
+    add_mesh_of_others(seeds, dimension + "-curved", as_mesh(*elevate(grid, {.threads = 1})));
     if constexpr (D == 2) {
-        add_mesh(seeds, "flat-grid", *raised(grid, {}, {.threads = 1}));
-        add_mesh(seeds, "flat-curved", *raised(*elevate(grid, {.threads = 1}), {.z = 1}, {.threads = 1}));
+        add_mesh(seeds, "flat-grid", *raised(as_mesh(grid), {}, {.threads = 1}));
+        add_mesh(seeds, "flat-curved", *raised(as_mesh(*elevate(grid, {.threads = 1})), {.z = 1}, {.threads = 1}));
     }
     LinearMesh<D> surface = grid;
     surface.elements = {};
-    add_mesh(seeds, dimension + "-surface", surface);
+    add_mesh(seeds, dimension + "-surface", as_mesh(surface));
 }
 
 void add_solutions(std::vector<Seed>& seeds) {

@@ -76,23 +76,23 @@ std::size_t count(const std::string& text, const std::string& what) {
 
 TEST_CASE("the boundary as STL: closed, turned outwards, each reference a solid") {
     const auto mesh = two_tetrahedra();
-    const std::string text = generated::text_of(generated::joined(*encode_stl(mesh, StlEncoding::ascii, {})));
+    const std::string text = generated::text_of(generated::joined(*encode_stl(as_mesh(mesh), StlEncoding::ascii, {})));
     const auto triangles = triangles_of(text);
     CHECK(triangles.size() == 6);
     CHECK(volume_of(triangles) == doctest::Approx(1.0 / 6 + 1.0 / 3));
     CHECK(text.starts_with("solid reference_0\n"));
     CHECK(count(text, "solid the floor\n") == 2);  // endsolid, too
     const auto curved = *elevate(mesh, {});
-    const auto four = triangles_of(generated::text_of(generated::joined(*encode_stl(curved, StlEncoding::ascii, {}))));
+    const auto four = triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(curved), StlEncoding::ascii, {}))));
     CHECK(four.size() == 24);
     CHECK(volume_of(four) == doctest::Approx(1.0 / 6 + 1.0 / 3));
-    const auto binary = generated::joined(*encode_stl(mesh, StlEncoding::binary, {}));
+    const auto binary = generated::joined(*encode_stl(as_mesh(mesh), StlEncoding::binary, {}));
     CHECK(binary.size() == 84 + 50 * 6);
     CHECK(is_stl(binary, StlEncoding::binary));
     float normal[3]{};
     std::memcpy(normal, binary.data() + 84, sizeof normal);
     CHECK(std::hypot(normal[0], normal[1], normal[2]) == doctest::Approx(1));
-    const auto losses = not_in_stl(mesh, StlEncoding::binary);
+    const auto losses = not_in_stl(as_mesh(mesh), StlEncoding::binary);
     REQUIRE(losses.size() == 2);
     CHECK(losses[0].what == "STL has no place for 2 tetrahedra: the boundary is written");
     CHECK(losses[1].what == "STL in binary has no place for references");
@@ -101,7 +101,7 @@ TEST_CASE("the boundary as STL: closed, turned outwards, each reference a solid"
 TEST_CASE("surfaces and flat meshes as STL are all of their triangles") {
     LinearMesh<3> surface = two_tetrahedra();
     surface.elements = {};
-    CHECK(triangles_of(generated::text_of(generated::joined(*encode_stl(surface, StlEncoding::ascii, {})))).size() ==
+    CHECK(triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(surface), StlEncoding::ascii, {})))).size() ==
           1);
     LinearMesh<2> flat;
     flat.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}};
@@ -109,11 +109,11 @@ TEST_CASE("surfaces and flat meshes as STL are all of their triangles") {
     flat.elements.vertices = Buffer<SimplexVertices<2>>{{VertexId(0), VertexId(1), VertexId(2)}};
     flat.elements.references = Buffer<Reference>{1};
     const auto triangles =
-        triangles_of(generated::text_of(generated::joined(*encode_stl(flat, StlEncoding::ascii, {}))));
+        triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(flat), StlEncoding::ascii, {}))));
     REQUIRE(triangles.size() == 1);
     CHECK(triangles[0].normal[2] == 1);
-    CHECK(generated::joined(*encode_stl(LinearMesh<3>{}, StlEncoding::ascii, {})).size() > 0);
-    CHECK(generated::joined(*encode_stl(LinearMesh<3>{}, StlEncoding::binary, {})).size() == 84);
+    CHECK(generated::joined(*encode_stl(as_mesh(LinearMesh<3>{}), StlEncoding::ascii, {})).size() > 0);
+    CHECK(generated::joined(*encode_stl(as_mesh(LinearMesh<3>{}), StlEncoding::binary, {})).size() == 84);
 }
 
 TEST_CASE("an XDMF file has as many numbers as its items say") {
@@ -122,7 +122,7 @@ TEST_CASE("an XDMF file has as many numbers as its items say") {
         MeshFields{}
             .with({"T & co", Centring::node, FieldKind::scalar, Column<double>(Buffer<double>{0.5, 1, 1.5, 2, 2.5})})
             .with({"M", Centring::cell, FieldKind::symmetric_tensor, Column<double>(Buffer<double>(18, 0.25))});
-    const std::string text = generated::text_of(generated::joined(*encode_xdmf(mesh, fields, {})));
+    const std::string text = generated::text_of(generated::joined(*encode_xdmf(as_mesh(mesh), fields, {})));
     CHECK(is_xdmf(generated::bytes_of(text)));
     CHECK(text.find("<Topology TopologyType=\"Mixed\" NumberOfElements=\"3\">\n<DataItem DataType=\"Int\" "
                     "Dimensions=\"14\" Format=\"XML\" Precision=\"8\">\n6 0 1 2 3\n6 2 1 3 4\n4 0 1 2\n") <
@@ -132,8 +132,8 @@ TEST_CASE("an XDMF file has as many numbers as its items say") {
     CHECK(text.find("Name=\"M\" AttributeType=\"Tensor\" Center=\"Cell\">\n<DataItem DataType=\"Float\" "
                     "Dimensions=\"3 9\"") < text.size());
     const auto curved = *elevate(mesh, {});
-    const std::string second = generated::text_of(generated::joined(*encode_xdmf(curved, {}, {})));
+    const std::string second = generated::text_of(generated::joined(*encode_xdmf(as_mesh(curved), {}, {})));
     CHECK(second.find("TopologyType=\"Tetrahedron_10\" NumberOfElements=\"2\"") < second.size());
-    REQUIRE(not_in_xdmf(curved).size() == 2);
-    CHECK(not_in_xdmf(curved)[1].what == "XDMF has one kind of cells of degree 2 in a grid: 1 facets are left out");
+    REQUIRE(not_in_xdmf(as_mesh(curved)).size() == 2);
+    CHECK(not_in_xdmf(as_mesh(curved))[1].what == "XDMF has one kind of cells of degree 2 in a grid: 1 facets are left out");
 }

@@ -59,16 +59,17 @@ QuadraticMesh<3> curved(LinearMesh<3> linear, std::uint64_t seed, double z) {
     return mesh;
 }
 
-template <class Mesh>
-auto flattened_or_fail(const Mesh& mesh) {
+Flattened flattened_or_fail(const Mesh<3>& mesh) {
     auto flat = flattened(mesh, {});
     RC_ASSERT(flat.has_value());
     RC_ASSERT(flat->has_value());
     return std::move(**flat);
 }
 
-bool is_flat(const LinearMesh<3>& mesh) { return flattened(mesh, {})->has_value(); }
-bool is_flat(const QuadraticMesh<3>& mesh) { return flattened(mesh, {})->has_value(); }
+template <class Simplices>
+bool is_flat(const Simplices& mesh) {
+    return flattened(as_mesh(mesh), {})->has_value();
+}
 
 Vec<3> moved_off(Vec<3> p) {
     p[2] = p[2] == 0 ? 5e-324 : 2 * p[2];
@@ -83,22 +84,22 @@ TEST_CASE("what is flattened and raised is the same mesh") {
         const double z = generated::Random(seed).real();
         const LinearMesh<3> mesh = with_directions_in_plane(flat_surface(seed, 1 + seed % 9, z), normals, tangents);
         RC_PRE(mesh.facets.size() > 0);
-        const auto flat = flattened_or_fail(mesh);
+        const auto flat = flattened_or_fail(as_mesh(mesh));
         RC_ASSERT(flat.lift.z == z);
-        RC_ASSERT(*raised(flat.mesh, flat.lift, {}) == mesh);
+        RC_ASSERT(*raised(flat.mesh, flat.lift, {}) == as_mesh(mesh));
         const QuadraticMesh<3> quadratic = curved(mesh, seed, z);
-        const auto flat_too = flattened_or_fail(quadratic);
-        RC_ASSERT(flat_too.mesh.linear == flat.mesh);
+        const auto flat_too = flattened_or_fail(as_mesh(quadratic));
+        RC_ASSERT(as_mesh(straight_simplices(flat_too.mesh)) == flat.mesh);
         RC_ASSERT(flat_too.lift == flat.lift);
-        RC_ASSERT(*raised(flat_too.mesh, flat_too.lift, {}) == quadratic);
+        RC_ASSERT(*raised(flat_too.mesh, flat_too.lift, {}) == as_mesh(quadratic));
     });
     testing::property("the other way round", [](std::uint64_t seed) {
         const bool high = *rc::gen::arbitrary<bool>();
         const auto mesh = generated::quadratic<2>(seed, 1 + seed % 9);
         RC_PRE(mesh.linear.elements.size() > 0);
         const Lift lift{.z = high ? 7.5 : 0.0};
-        const auto back = flattened_or_fail(*raised(mesh, lift, {}));
-        RC_ASSERT(back.mesh == mesh);
+        const auto back = flattened_or_fail(*raised(as_mesh(mesh), lift, {}));
+        RC_ASSERT(back.mesh == as_mesh(mesh));
         RC_ASSERT(back.lift == lift);
     });
 }
@@ -107,7 +108,7 @@ TEST_CASE("triangles are elements, edges facets, ridges count them; the edges of
     testing::property("kind by kind", [](std::uint64_t seed) {
         const QuadraticMesh<3> mesh = curved(flat_surface(seed, 1 + seed % 9, 0), seed, 0);
         RC_PRE(mesh.linear.facets.size() > 0);
-        const QuadraticMesh<2> flat = flattened_or_fail(mesh).mesh;
+        const QuadraticMesh<2> flat = *as_quadratic(flattened_or_fail(as_mesh(mesh)).mesh);
         RC_ASSERT(flat.linear.elements == mesh.linear.facets);
         RC_ASSERT(flat.linear.facets == mesh.linear.edges);
         RC_ASSERT(flat.linear.ridges == mesh.linear.ridges);
@@ -155,7 +156,7 @@ TEST_CASE("a flat mesh of a file is in 2D with its lift, any other as it is") {
         if (!flat) mesh = generated::quadratic<3>(seed, 1 + seed % 9);
         RC_PRE(mesh.linear.facets.size() > 0);
         const auto law = [](const auto& given) {
-            const DecodedMesh read{given, {{"a notice"}}, Buffer<std::uint32_t>{3, 1, 2}};
+            const DecodedMesh read{as_mesh(given), {{"a notice"}}, Buffer<std::uint32_t>{3, 1, 2}};
             const auto got = with_flat_in_2d(read, {});
             RC_ASSERT(got.has_value());
             RC_ASSERT(got->notices.at(0) == read.notices.at(0));
@@ -167,9 +168,9 @@ TEST_CASE("a flat mesh of a file is in 2D with its lift, any other as it is") {
         law(mesh);
         law(mesh.linear);
     });
-    const AnyMesh in_2d = generated::mesh<2>(1, 4);
+    const AnyMesh in_2d = as_mesh(generated::mesh<2>(1, 4));
     CHECK_FALSE(with_flat_in_2d({in_2d, {}}, {})->lift.has_value());
-    CHECK(*raised(AnyMesh(generated::mesh<3>(1, 4)), {}, {}) == AnyMesh(generated::mesh<3>(1, 4)));
+    CHECK(*raised(AnyMesh(as_mesh(generated::mesh<3>(1, 4))), {}, {}) == AnyMesh(as_mesh(generated::mesh<3>(1, 4))));
 }
 
 TEST_CASE("a mesh whose z differ by rounding stays in space, and is told of") {
@@ -180,7 +181,7 @@ TEST_CASE("a mesh whose z differ by rounding stays in space, and is told of") {
         for (std::size_t v = 0; v < points.size(); ++v) points[v] = {{static_cast<double>(v), 0, 0}};
         points[mesh.facets.vertices[0][1].index()][2] = z;
         mesh.points = std::move(points);
-        const auto got = with_flat_in_2d({mesh, {}}, {});
+        const auto got = with_flat_in_2d({as_mesh(mesh), {}}, {});
         REQUIRE(got.has_value());
         CHECK(got->lift.has_value() == (z == 0));
         return got->notices.size();
@@ -189,11 +190,11 @@ TEST_CASE("a mesh whose z differ by rounding stays in space, and is told of") {
     CHECK(notices(1e-17) == 1);
     CHECK(notices(-1e-17) == 1);
     CHECK(notices(1e-3) == 0);
-    CHECK(with_flat_in_2d({LinearMesh<3>{}, {}}, {})->notices.empty());
+    CHECK(with_flat_in_2d({Mesh<3>{}, {}}, {})->notices.empty());
 }
 
 TEST_CASE("a lift of another mesh, and the request to stop") {
-    const LinearMesh<2> mesh = generated::mesh<2>(1, 4);
+    const Mesh<2> mesh = as_mesh(generated::mesh<2>(1, 4));
     const Lift other{.heights = Buffer<double>{0, 1}};
     CHECK(raised(mesh, other, {}).error().kind == ErrorKind::internal);
     std::stop_source stop;
@@ -218,8 +219,8 @@ TEST_CASE("fields raised are what VTU files of a 2D mesh show") {
             fields = std::move(fields).with({"kind " + std::to_string(static_cast<int>(kind)), Centring::node, kind,
                                              Column<double>(std::move(values))});
         }
-        const auto of_plane = encode_vtu(mesh, fields, {}, {});
-        const auto of_space = encode_vtu(*raised(mesh, {}, {}), *raised(fields, {}), {}, {});
+        const auto of_plane = encode_vtu(as_mesh(mesh), fields, {}, {});
+        const auto of_space = encode_vtu(*raised(as_mesh(mesh), {}, {}), *raised(fields, {}), {}, {});
         RC_ASSERT(generated::joined(*of_plane) == generated::joined(*of_space));
     });
 }

@@ -1,4 +1,5 @@
 // The tables of formats: what each row promises, whichever it is.
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 
@@ -20,22 +21,15 @@ namespace {
 AnyMesh some_mesh(std::uint64_t seed) {
     const std::size_t cells = 1 + seed % 20;
     switch (*rc::gen::inRange(0, 4)) {
-        case 0: return generated::mesh<2>(seed, cells);
-        case 1: return generated::mesh<3>(seed, cells);
-        case 2: return generated::quadratic<2>(seed, cells);
-        default: return generated::quadratic<3>(seed, cells);
+        case 0: return as_mesh(generated::mesh<2>(seed, cells));
+        case 1: return as_mesh(generated::mesh<3>(seed, cells));
+        case 2: return as_mesh(generated::quadratic<2>(seed, cells));
+        default: return as_mesh(generated::quadratic<3>(seed, cells));
     }
 }
 
 bool holds_simplices(const AnyMesh& mesh) {
-    return std::visit(
-        [](const auto& m) {
-            if constexpr (requires { m.linear; })
-                return generated::holds_simplices(m.linear);
-            else
-                return generated::holds_simplices(m);
-        },
-        mesh);
+    return std::visit([](const auto& m) { return generated::holds_simplices(straight_simplices(m)); }, mesh);
 }
 
 /// A mesh in 2D is in space in files that know no plane.
@@ -139,7 +133,7 @@ TEST_CASE("any bytes can be asked what they are, and two rows never both say: mi
         const auto& format = mesh_formats()[random.below(mesh_formats().size())];
         const bool is_written = format.encode != nullptr;
         RC_PRE(is_written);
-        const auto chunks = format.encode(generated::mesh<3>(seed, 3), {}, {}, {});
+        const auto chunks = format.encode(as_mesh(generated::mesh<3>(seed, 3)), {}, {}, {});
         RC_PRE(chunks.has_value());  // some are edges alone
         auto bytes = generated::joined(*chunks);
         bytes.resize(random.below(bytes.size()));
@@ -235,7 +229,7 @@ TEST_CASE("a table with rows of one's own") {
     only_read.endings = {".toy"};
     only_read.sniff = [](std::span<const std::byte> bytes) { return !bytes.empty() && bytes[0] == std::byte{'T'}; };
     only_read.decode = [](std::span<const std::byte>, std::string_view, const DecodeOptions&,
-                          const Execution&) -> Outcome<DecodedMesh> { return DecodedMesh{LinearMesh<2>{}, {}}; };
+                          const Execution&) -> Outcome<DecodedMesh> { return DecodedMesh{Mesh<2>{}, {}}; };
     formats.push_back(only_read);
     const std::span<const MeshFormat> all(formats);
     const auto found = format_to_read(all, generated::bytes_of("Toy"), "a.mesh");
@@ -252,20 +246,20 @@ TEST_CASE("associations of which something is not known: GMF has no word for it,
     mesh.geometry.on_points = Buffer<Association<0>>{{v, 4}};
     mesh.geometry.on_curves = Buffer<Association<1>>{{v, 7}, {v, 8, {{0.5}}, 0.25}, {v, 9, {{0.75}}}};
     mesh.geometry.on_surfaces = {};
-    const auto losses = not_in_gmf(mesh);
+    const auto losses = not_in_gmf(as_mesh(mesh));
     REQUIRE(losses.size() == 2);
     CHECK(losses[0].what ==
           "GMF has no place for 1 associations with curves and surfaces whose parameters are not known");
     CHECK(losses[1].what ==
           "GMF has no word for the distances from curves and surfaces that are not known: 1 are written as 0");
     for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
-        const auto back = decode_gmf_mesh(generated::joined(*encode_gmf_mesh(mesh, {encoding}, {})), "file", {});
+        const auto back = decode_gmf_mesh(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {encoding}, {})), "file", {});
         REQUIRE(back);
-        const auto& given = std::get<LinearMesh<3>>(back->mesh).geometry;
+        const auto& given = testing::mesh_in<LinearMesh<3>>(back->mesh).geometry;
         CHECK(given.on_points == mesh.geometry.on_points);
         REQUIRE(given.on_curves.size() == 2);
         CHECK(given.on_curves[0] == mesh.geometry.on_curves[1]);
         CHECK(given.on_curves[1] == Association<1>{v, 9, {{0.75}}, 0.0});
-        CHECK(not_in_gmf(std::get<LinearMesh<3>>(back->mesh)).empty());
+        CHECK(not_in_gmf(as_mesh(testing::mesh_in<LinearMesh<3>>(back->mesh))).empty());
     }
 }

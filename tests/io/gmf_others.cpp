@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "any_mesh.hpp"
 #include "generated.hpp"
 
 import camber.core;
@@ -34,7 +35,7 @@ const std::string head = "MeshVersionFormatted 2\n";
 
 TEST_CASE("tangents and normals with indices of nothing are left out as a whole") {
     const DecodedMesh mesh = decoded(head + body + "Tangents\n1\n1 0 0\nTangentAtVertices\n2\n1 1\n2 2\nEnd\n");
-    const auto& geometry = std::get<LinearMesh<3>>(mesh.mesh).geometry;
+    const auto& geometry = testing::mesh_in<LinearMesh<3>>(mesh.mesh).geometry;
     CHECK(geometry.normals.at.size() == 2);
     CHECK(geometry.tangents == DirectionsAtVertices<3>{});
     REQUIRE(mesh.notices.size() == 1);
@@ -43,16 +44,16 @@ TEST_CASE("tangents and normals with indices of nothing are left out as a whole"
     // No table at all, a vertex that is not there, a direction that is none.
     for (const std::string rows : {"TangentAtVertices\n1\n1 1\n", "Tangents\n1\n1 0 0\nTangentAtVertices\n1\n5 1\n",
                                    "Tangents\n2\n1 0 0\nnan 0 0\nTangentAtVertices\n1\n1 1\n"})
-        CHECK(std::get<LinearMesh<3>>(decoded(head + body + rows + "End\n").mesh).geometry.tangents ==
+        CHECK(testing::mesh_in<LinearMesh<3>>(decoded(head + body + rows + "End\n").mesh).geometry.tangents ==
               DirectionsAtVertices<3>{});
     const DecodedMesh right = decoded(head + body + "Tangents\n1\n1 0 0\nTangentAtVertices\n1\n1 1\nEnd\n");
-    CHECK(std::get<LinearMesh<3>>(right.mesh).geometry.tangents.at.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<3>>(right.mesh).geometry.tangents.at.size() == 1);
     CHECK(right.notices.empty());
 }
 
 TEST_CASE("the index 0 of corners and required entities is nothing") {
     const DecodedMesh mesh = decoded(head + body + "Corners\n3\n0\n2\n0\nRequiredVertices\n1\n0\nEnd\n");
-    CHECK(std::get<LinearMesh<3>>(mesh.mesh).corners == Column<VertexId>(Buffer<VertexId>{VertexId(1)}));
+    CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).corners == Column<VertexId>(Buffer<VertexId>{VertexId(1)}));
     REQUIRE(mesh.notices.size() == 2);
     CHECK(mesh.notices[0].what == "2 rows of Corners have the index 0, which is nothing: left out");
     CHECK(describe(read(head + body + "Corners\n1\n5\nEnd\n").error()).find("the index 5 is not between 1 and 4") < 60);
@@ -82,13 +83,13 @@ TEST_CASE("texts in quotes are no keywords") {
     const DecodedMesh mesh = decoded(head + "Identifier\n\"G=a.mesh; Date: 21/04/02 Vertices 1s\"\n" + body + "End\n");
     REQUIRE(mesh.notices.size() == 1);
     CHECK(mesh.notices[0].what == "the block of keyword Identifier was skipped");
-    CHECK(std::get<LinearMesh<3>>(mesh.mesh).points.size() == 4);
+    CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).points.size() == 4);
 }
 
 TEST_CASE("edges from a vertex to itself are left out, with what is said of them") {
     const DecodedMesh mesh = decoded(
         head + body + "Edges\n4\n1 1 5\n1 2 6\n3 3 7\n2 3 8\nRidges\n3\n1\n2\n4\nRequiredEdges\n2\n3\n4\nEnd\n");
-    const auto& read = std::get<LinearMesh<3>>(mesh.mesh);
+    const auto& read = testing::mesh_in<LinearMesh<3>>(mesh.mesh);
     CHECK(read.edges.references == Column<Reference>(Buffer<Reference>{6, 8}));
     CHECK(read.ridges == Column<std::uint32_t>(Buffer<std::uint32_t>{0, 1}));
     CHECK(read.edges.required == Column<std::uint32_t>(Buffer<std::uint32_t>{1}));
@@ -101,5 +102,5 @@ TEST_CASE("cells that no mesh holds are counted where that is asked") {
     const auto counted = decode_gmf_mesh(generated::bytes_of(text), "in.mesh", {.unheld = Unheld::count}, {});
     REQUIRE(counted.has_value());
     CHECK(counted->unheld == std::vector<CellCount>{{"Hexahedra", 12}, {"Prisms", 1}});
-    CHECK(std::get<LinearMesh<3>>(counted->mesh).elements.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<3>>(counted->mesh).elements.size() == 1);
 }

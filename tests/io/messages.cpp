@@ -1,4 +1,5 @@
 // Each error says what, where and which entity.
+#include "any_mesh.hpp"
 #include "binary_file.hpp"
 #include "generated.hpp"
 #include "property.hpp"
@@ -91,7 +92,7 @@ TEST_CASE("numbers as Fortran and others write them") {
         generated::bytes_of("MeshVersionFormatted 2 Dimension 2 Vertices 2  +1.5D+2 1d-1 +7  1e-999 .5 0 End"),
         "in.mesh", {});
     REQUIRE(decoded);
-    const auto& mesh = std::get<LinearMesh<2>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<2>>(decoded->mesh);
     CHECK(mesh.points[0] == Vec<2>{{150, 0.1}});
     CHECK(mesh.points[1] == Vec<2>{{0, 0.5}});
     CHECK(mesh.point_references[0] == 7);
@@ -168,7 +169,7 @@ TEST_CASE("stopping") {
     const auto decoded = decode_gmf_mesh(generated::bytes_of(head + "End"), "in.mesh", {.stop = source.get_token()});
     REQUIRE(!decoded);
     CHECK(decoded.error().kind == ErrorKind::stopped);
-    const auto encoded = encode_gmf_mesh(generated::mesh<2>(1, 3), {}, {.stop = source.get_token()});
+    const auto encoded = encode_gmf_mesh(as_mesh(generated::mesh<2>(1, 3)), {}, {.stop = source.get_token()});
     REQUIRE(!encoded);
     CHECK(encoded.error().kind == ErrorKind::stopped);
 }

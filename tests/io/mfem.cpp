@@ -1,5 +1,6 @@
 // MFEM's meshes: what is written comes back, nodes as MFEM numbers them, and what is refused. An independent reader is
 // in tests/pipelines/mfem_reader.py.
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 
@@ -24,7 +25,7 @@ std::string message(const std::string& text) {
 
 template <class Mesh>
 std::string written(const Mesh& mesh) {
-    const auto chunks = encode_mfem(mesh, {});
+    const auto chunks = encode_mfem(as_mesh(mesh), {});
     return chunks ? generated::text_of(generated::joined(*chunks)) : describe(chunks.error());
 }
 
@@ -125,13 +126,13 @@ QuadraticMesh<D> curved(const LinearMesh<D>& mesh, std::uint64_t seed) {
 
 template <class Mesh>
 void comes_back(const Mesh& mesh) {
-    RC_ASSERT(not_in_mfem(mesh).empty());
-    const auto bytes = generated::joined(*encode_mfem(mesh, {.threads = 1}));
-    RC_ASSERT(bytes == generated::joined(*encode_mfem(mesh, {.threads = 3})));
+    RC_ASSERT(not_in_mfem(as_mesh(mesh)).empty());
+    const auto bytes = generated::joined(*encode_mfem(as_mesh(mesh), {.threads = 1}));
+    RC_ASSERT(bytes == generated::joined(*encode_mfem(as_mesh(mesh), {.threads = 3})));
     const auto back = decode_mfem(bytes, "in.mfem", {});
     if (!back) RC_FAIL(describe(back.error()));
-    RC_ASSERT(std::holds_alternative<Mesh>(back->mesh));
-    RC_ASSERT(std::get<Mesh>(back->mesh) == mesh);
+    RC_ASSERT(testing::holds<Mesh>(back->mesh));
+    RC_ASSERT(testing::mesh_in<Mesh>(back->mesh) == mesh);
     RC_ASSERT(back->notices.empty());
 }
 
@@ -152,17 +153,17 @@ void laws() {
         RC_PRE(mesh.elements.size() > 0 || (D == 3 && mesh.facets.size() > 0));
         const auto left = with_faces_alone(mesh);
         const std::size_t lost = mesh.facets.size() - left.facets.size() + mesh.edges.size() - left.edges.size();
-        const auto losses = not_in_mfem(mesh);
+        const auto losses = not_in_mfem(as_mesh(mesh));
         RC_ASSERT(losses.size() == (lost > 0 ? 1 : 0));
         if (lost > 0)
             RC_ASSERT(losses[0].what ==
                       "MFEM has no place for " + std::to_string(lost) + " facets that are no element's face");
         RC_ASSERT(written(mesh) == written(left));
         const auto nodes = curved(mesh, seed);
-        const auto back = decode_mfem(generated::joined(*encode_mfem(nodes, {})), "in.mfem", {});
+        const auto back = decode_mfem(generated::joined(*encode_mfem(as_mesh(nodes), {})), "in.mfem", {});
         if (!back) RC_FAIL(describe(back.error()));
-        if (!std::holds_alternative<QuadraticMesh<D>>(back->mesh)) return;  // nothing was left
-        RC_ASSERT(std::get<QuadraticMesh<D>>(back->mesh).linear == left);
+        if (!testing::holds<QuadraticMesh<D>>(back->mesh)) return;  // nothing was left
+        RC_ASSERT(testing::mesh_in<QuadraticMesh<D>>(back->mesh).linear == left);
     });
 }
 
@@ -180,7 +181,7 @@ TEST_CASE("what is written for MFEM comes back, in 3D") { laws<3>(); }
 TEST_CASE("nodes behind the vertices are those of edges as the elements name them") {
     const auto decoded = read(square);
     REQUIRE_MESSAGE(decoded.has_value(), message(square));
-    const auto& mesh = std::get<QuadraticMesh<2>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<QuadraticMesh<2>>(decoded->mesh);
     CHECK(mesh.linear.elements.references == Column<Reference>(Buffer<Reference>{1, 2}));
     CHECK(mesh.linear.facets.references == Column<Reference>(Buffer<Reference>{7}));
     // Of triangle 0 2 3: 02 is the third edge of the first triangle, 23 and 30 are new.
@@ -206,7 +207,7 @@ TEST_CASE("nodes behind the vertices are those of edges as the elements name the
         "FiniteElementCollection: H1_3D_P2\nVDim: 3\nOrdering: 1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 1 9\n0 2 9\n0 3 9\n"
         "1 2 9\n1 3 9\n2 3 9\n");
     REQUIRE(solid.has_value());
-    const auto& tetrahedron = std::get<QuadraticMesh<3>>(solid->mesh);
+    const auto& tetrahedron = testing::mesh_in<QuadraticMesh<3>>(solid->mesh);
     for (int k = 0; k < 6; ++k) {
         const auto& [a, b] = local_edges<3>[static_cast<std::size_t>(k)];
         const auto& p = tetrahedron.mid_nodes[tetrahedron.edges.of_elements[0][static_cast<std::size_t>(k)]].point;
@@ -219,14 +220,14 @@ TEST_CASE("nodes of order 1, surfaces, vertices of their own") {
         "MFEM mesh v1.0\ndimension\n2\nelements\n1\n3 2 0 1 2\nboundary\n1\n4 1 0 1\nvertices\n3\n";
     const auto flat = read(triangle + "2\n0 0\n1 0\n0 1\n");
     REQUIRE(flat.has_value());
-    CHECK(std::get<LinearMesh<2>>(flat->mesh).elements.references[0] == 3);
+    CHECK(testing::mesh_in<LinearMesh<2>>(flat->mesh).elements.references[0] == 3);
     for (const std::string name : {"H1_2D_P1", "Linear"})
         CHECK(read(triangle + "nodes\nFiniteElementSpace\nFiniteElementCollection: " + name +
                    "\nVDim: 2\nOrdering: 0\n0 1 0\n0 0 1\n")
                   ->mesh == flat->mesh);
     const auto surface = read(triangle + "3\n0 0 0\n1 0 0\n0 1 5\nmore\n");
     REQUIRE(surface.has_value());
-    const auto& mesh = std::get<LinearMesh<3>>(surface->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(surface->mesh);
     CHECK(mesh.elements.size() == 0);
     CHECK(mesh.facets.size() == 1);
     CHECK(mesh.edges.size() == 1);
@@ -238,16 +239,16 @@ TEST_CASE("references that are not positive become the next free ones, and that 
     LinearMesh<2> mesh = held(generated::mesh<2>(4, 5));
     REQUIRE(mesh.elements.size() == 5);
     mesh.elements.references = Buffer<Reference>{1, 0, -4, 3, 0};
-    const auto losses = not_in_mfem(mesh);
+    const auto losses = not_in_mfem(as_mesh(mesh));
     REQUIRE(losses.size() == 1);
     CHECK(losses[0].what ==
           "MFEM's attributes are positive: of the elements reference 0 becomes 2 (2), -4 becomes 4 (1)");
     const auto back = read(written(mesh));
     REQUIRE(back.has_value());
-    CHECK(std::get<LinearMesh<2>>(back->mesh).elements.references ==
+    CHECK(testing::mesh_in<LinearMesh<2>>(back->mesh).elements.references ==
           Column<Reference>(Buffer<Reference>{1, 2, 4, 3, 2}));
     mesh.elements.references = Buffer<Reference>{0, -1, -2, -3, -2147483647 - 1};
-    CHECK(not_in_mfem(mesh)[0].what.ends_with("-3 becomes 4 (1), -2147483648 becomes 5 (1)"));
+    CHECK(not_in_mfem(as_mesh(mesh))[0].what.ends_with("-3 becomes 4 (1), -2147483648 becomes 5 (1)"));
 }
 
 TEST_CASE("references that become attributes take the number of no name") {
@@ -269,7 +270,7 @@ TEST_CASE("references that become attributes take the number of no name") {
         };
         const auto decoded = read(written(mesh));
         if (!decoded) RC_FAIL(describe(decoded.error()));
-        const auto& back = std::get<LinearMesh<3>>(decoded->mesh);
+        const auto& back = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
         for (std::size_t i = 0; i < mesh.elements.size(); ++i)
             RC_ASSERT(named(back, 3, back.elements.references[i]) == named(mesh, 3, mesh.elements.references[i]));
         for (std::size_t i = 0; i < mesh.facets.size(); ++i)
@@ -284,15 +285,15 @@ TEST_CASE("what MFEM has no place for") {
     mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(1)}};
     mesh.edges.references = Buffer<Reference>{0};
     mesh.groups = Buffer<Group>{{1, 1, "iron"}, {2, 1, "two \"signs\""}};
-    const auto losses = not_in_mfem(mesh);
+    const auto losses = not_in_mfem(as_mesh(mesh));
     REQUIRE(losses.size() == 3);
     CHECK(losses[0].what == "MFEM has no place for 1 edges");
     CHECK(losses[1].what == "MFEM has no place for 1 names of references");
     CHECK(losses[2].what == "MFEM cannot hold 1 names of references: \"two \"signs\"\" becomes \"two 'signs'\"");
     const auto back = read(written(mesh));
     REQUIRE(back.has_value());
-    CHECK(std::get<LinearMesh<3>>(back->mesh).elements == mesh.elements);
-    CHECK(std::get<LinearMesh<3>>(back->mesh).edges.size() == 0);
+    CHECK(testing::mesh_in<LinearMesh<3>>(back->mesh).elements == mesh.elements);
+    CHECK(testing::mesh_in<LinearMesh<3>>(back->mesh).edges.size() == 0);
 }
 
 TEST_CASE("a facet that is none of an element has no place in MFEM") {
@@ -305,17 +306,17 @@ TEST_CASE("a facet that is none of an element has no place in MFEM") {
     mesh.facets.references = Buffer<Reference>{1};
     CHECK(written(mesh).find("boundary\n0\n") < written(mesh).size());
     CHECK(written(*elevate(mesh, {})).find("boundary\n0\n") < written(*elevate(mesh, {})).size());
-    REQUIRE(not_in_mfem(mesh).size() == 1);
-    CHECK(not_in_mfem(mesh)[0].what == "MFEM has no place for 1 facets that are no element's face");
+    REQUIRE(not_in_mfem(as_mesh(mesh)).size() == 1);
+    CHECK(not_in_mfem(as_mesh(mesh))[0].what == "MFEM has no place for 1 facets that are no element's face");
     LinearMesh<2> boundary = mesh;
     boundary.elements = {};
     CHECK(written(boundary) == "has no elements, and MFEM no boundary without them (write another format)");
     // Nor is its reference spoken of.
     mesh.facets.references = Buffer<Reference>{-5};
-    CHECK(not_in_mfem(mesh).size() == 1);
+    CHECK(not_in_mfem(as_mesh(mesh)).size() == 1);
     const auto stray = read(replaced(square, "7 1 2 3", "7 1 1 3"));
     REQUIRE(stray.has_value());
-    CHECK(std::get<QuadraticMesh<2>>(stray->mesh).linear.facets.size() == 0);
+    CHECK(testing::mesh_in<QuadraticMesh<2>>(stray->mesh).linear.facets.size() == 0);
     REQUIRE(stray->notices.size() == 1);
     CHECK(stray->notices[0].what ==
           "1 boundary elements with an edge of no element were left out: MFEM has no nodes of it");
@@ -361,7 +362,7 @@ TEST_CASE("names of attributes, as version 1.3 has them") {
     CHECK(message(named).find("\"mfem_mesh_end\" is missing here") < 40);
     const auto decoded = read(named + "\nmfem_mesh_end\n");
     REQUIRE_MESSAGE(decoded.has_value(), message(named + "\nmfem_mesh_end\n"));
-    CHECK(std::get<QuadraticMesh<2>>(decoded->mesh).linear.groups ==
+    CHECK(testing::mesh_in<QuadraticMesh<2>>(decoded->mesh).linear.groups ==
           Column<Group>(
               Buffer<Group>{{2, 1, "Left side"}, {2, 1, "both"}, {2, 2, "both"}, {1, 7, "Wall"}, {1, 9, "Wall"}}));
     CHECK(decoded->notices.empty());
@@ -378,12 +379,12 @@ TEST_CASE("named meshes of MFEM come back") {
         RC_PRE(mesh.elements.size() > 0);
         Buffer<Group> groups{{3, mesh.elements.references[0], "a solid"}, {3, 4, "a solid"}, {2, 5, "%wall"}};
         mesh.groups = std::move(groups);
-        RC_PRE(not_in_mfem(mesh).empty());
+        RC_PRE(not_in_mfem(as_mesh(mesh)).empty());
         const std::string text = written(mesh);
         RC_ASSERT(text.starts_with("MFEM mesh v1.3\n"));
         const auto back = read(text);
         if (!back) RC_FAIL(describe(back.error()));
-        RC_ASSERT(std::get<LinearMesh<3>>(back->mesh) == mesh);
+        RC_ASSERT(testing::mesh_in<LinearMesh<3>>(back->mesh) == mesh);
     });
 }
 

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "msh_swapped.hpp"
 #include "property.hpp"
@@ -98,12 +99,12 @@ void held_meshes_come_back() {
             const std::size_t cells = 1 + seed % 20;
             const auto straight = held(generated::mesh<D>(seed, cells), seed, kind.version);
             const auto curved = held(generated::quadratic<D>(seed, cells), seed, kind.version);
-            RC_ASSERT(not_in_msh(straight, kind.version).empty());
+            RC_ASSERT(not_in_msh(as_mesh(straight), kind.version).empty());
             RC_PRE(generated::holds_simplices(straight));
-            const auto first = generated::joined(*encode_msh(straight, {}, kind, {}));
-            const auto second = generated::joined(*encode_msh(curved, {}, kind, {}));
+            const auto first = generated::joined(*encode_msh(as_mesh(straight), {}, kind, {}));
+            const auto second = generated::joined(*encode_msh(as_mesh(curved), {}, kind, {}));
             for (const auto& [bytes, mesh] :
-                 {std::pair(first, AnyMesh(straight)), std::pair(second, AnyMesh(curved))}) {
+                 {std::pair(first, AnyMesh(as_mesh(straight))), std::pair(second, AnyMesh(as_mesh(curved)))}) {
                 const auto back = decode_msh(bytes, "file", {});
                 if (!back) RC_FAIL(describe(back.error()));
                 RC_ASSERT(back->mesh == in_space(mesh));
@@ -179,10 +180,10 @@ TEST_CASE("simplices in several groups are in all of them after writing and read
             return names;
         };
         const auto read = [](const LinearMesh<3>& m, MshEncoding encoding) {
-            const auto bytes = generated::joined(*encode_msh(m, {}, {MshVersion::v4, encoding}, {}));
+            const auto bytes = generated::joined(*encode_msh(as_mesh(m), {}, {MshVersion::v4, encoding}, {}));
             auto back = decode_msh(bytes, "file", {});
             if (!back) RC_FAIL(describe(back.error()));
-            return std::get<LinearMesh<3>>(back->mesh);
+            return testing::mesh_in<LinearMesh<3>>(back->mesh);
         };
         for (const MshEncoding encoding : {MshEncoding::binary, MshEncoding::ascii}) {
             const LinearMesh<3> back = read(mesh, encoding);
@@ -210,10 +211,10 @@ TEST_CASE("version 2.2 and formats with one name for a reference report the grou
     const auto reports = [&](const std::vector<Notice>& losses, const std::string& format) {
         return std::ranges::find(losses, format + what, &Notice::what) != losses.end();
     };
-    CHECK(not_in_msh(mesh, MshVersion::v4).empty());
-    CHECK(reports(not_in_msh(mesh, MshVersion::v2), "MSH 2.2"));
-    CHECK(reports(not_in_cgns(mesh), "CGNS"));
-    CHECK(reports(not_in_stl(mesh, StlEncoding::ascii), "STL"));
+    CHECK(not_in_msh(as_mesh(mesh), MshVersion::v4).empty());
+    CHECK(reports(not_in_msh(as_mesh(mesh), MshVersion::v2), "MSH 2.2"));
+    CHECK(reports(not_in_cgns(as_mesh(mesh)), "CGNS"));
+    CHECK(reports(not_in_stl(as_mesh(mesh), StlEncoding::ascii), "STL"));
 }
 
 TEST_CASE("4.1: groups of entities in several get references of their own") {
@@ -224,17 +225,17 @@ TEST_CASE("4.1: groups of entities in several get references of their own") {
                "$Elements\n2 2 1 2\n1 1 1 1\n1 1 2\n1 2 1 1\n2 2 3\n$EndElements\n";
     };
     const auto alone = decoded(with("2 6 7", "0"));
-    const auto& one = std::get<LinearMesh<3>>(alone.mesh);
+    const auto& one = testing::mesh_in<LinearMesh<3>>(alone.mesh);
     CHECK(alone.notices.empty());
     CHECK(one.edges.references == Column<Reference>(Buffer<Reference>{6, 0}));
     CHECK(one.groups == Column<Group>(Buffer<Group>{{1, 6, "in"}, {1, 7, "hot"}, {1, 6, "hot"}}));
     const auto beside = decoded(with("2 6 7", "1 6"));
-    const auto& two = std::get<LinearMesh<3>>(beside.mesh);
+    const auto& two = testing::mesh_in<LinearMesh<3>>(beside.mesh);
     CHECK(two.edges.references == Column<Reference>(Buffer<Reference>{8, 6}));
     CHECK(two.groups == Column<Group>(Buffer<Group>{{1, 6, "in"}, {1, 7, "hot"}, {1, 8, "in"}, {1, 8, "hot"}}));
     CHECK(tells(beside, "1 edges in the physical groups 6 and 7 have the reference 8"));
     const auto text =
-        generated::text_of(generated::joined(*encode_msh(two, {}, {MshVersion::v4, MshEncoding::ascii}, {})));
+        generated::text_of(generated::joined(*encode_msh(as_mesh(two), {}, {MshVersion::v4, MshEncoding::ascii}, {})));
     CHECK(text.find("\n1 0 0 0 2 0 0 2 6 7 0\n2 1 0 0 2 0 0 1 6 0\n") < text.size());
 }
 
@@ -254,7 +255,7 @@ TEST_CASE("fields come back: vectors and tensors with zeros for z in 2D, symmetr
                                 .with({"a metric", Centring::node, FieldKind::symmetric_tensor, Column<double>(tensor)})
                                 .with({"number", Centring::cell, FieldKind::scalar, Column<std::int32_t>(whole)})
                                 .with({"way", Centring::cell, FieldKind::vector, Column<double>(cell)});
-        auto bytes = generated::joined(*encode_msh(mesh, fields, kind, {}));
+        auto bytes = generated::joined(*encode_msh(as_mesh(mesh), fields, kind, {}));
         if (kind.encoding == MshEncoding::binary) bytes = msh_swapped::swapped(bytes);
         const auto back = decode_msh(bytes, "file", {});
         REQUIRE(back.has_value());
@@ -302,7 +303,7 @@ TEST_CASE("4.1: nodes by tag, physical tags without sign, entities, parameters, 
     const auto mesh = decoded("$Comments\nanything $MeshFormat\n$EndComments\n" + of_version("4.1") +
                               "$PhysicalNames\n2\n1 3 \"a name\"\n2 2 \"face\"\n$EndPhysicalNames\n" + entities_4 +
                               nodes_4 + elements_4 + "$Periodic\n0\n$EndPeriodic\n");
-    const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
+    const auto& m = testing::mesh_in<LinearMesh<3>>(mesh.mesh);
     REQUIRE(m.points.size() == 3);
     CHECK(m.points[VertexId(0)] == Vec<3>{{0, 1, 0}});
     CHECK(m.points[VertexId(2)] == Vec<3>{{1, 0, 0}});
@@ -332,7 +333,7 @@ TEST_CASE("2.2: tags from 1 to 2^63, simplices that are listed once for each of 
                            "3 2 2 -4 1 7 100000 9000000000000000000\n"
                            "2 1 2 0 2 7 100000\n"
                            "1 15 3 6 3 1 7\n$EndElements\n"));
-    const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
+    const auto& m = testing::mesh_in<LinearMesh<3>>(mesh.mesh);
     CHECK(m.points[VertexId(2)] == Vec<3>{{0, 1, 0}});
     CHECK(m.facets.vertices[0] == SimplexVertices<2>{VertexId(0), VertexId(1), VertexId(2)});
     CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{4}));
@@ -357,7 +358,7 @@ TEST_CASE("2.2: places of nodes from $ParametricNodes") {
         decoded(of_version("2.2") +
                 "$ParametricNodes\n4\n1 0 0 0 0 11\n2 1 0 0 1 12 0.5\n3 0 1 0 2 13 0.25 0.75\n4 0 0 1 3 14\n"
                 "$EndParametricNodes\n$Elements\n1\n1 4 2 1 1 1 2 3 4\n$EndElements\n");
-    const auto& given = std::get<LinearMesh<3>>(mesh.mesh).geometry;
+    const auto& given = testing::mesh_in<LinearMesh<3>>(mesh.mesh).geometry;
     CHECK(given.on_points == Column<Association<0>>(Buffer<Association<0>>{{VertexId(0), 11}}));
     CHECK(given.on_curves == Column<Association<1>>(Buffer<Association<1>>{{VertexId(1), 12, {{0.5}}}}));
     CHECK(given.on_surfaces == Column<Association<2>>(Buffer<Association<2>>{{VertexId(2), 13, {{0.25, 0.75}}}}));
@@ -365,7 +366,7 @@ TEST_CASE("2.2: places of nodes from $ParametricNodes") {
 
 TEST_CASE("without any physical group references are the tags of entities") {
     const auto mesh = decoded(triangle_2("$Elements\n1\n3 2 2 0 17 7 100000 9000000000000000000\n$EndElements\n"));
-    CHECK(std::get<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{17}));
+    CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{17}));
     CHECK(tells(mesh, "no simplex is in a physical group: references are the tags of entities"));
 }
 
@@ -374,7 +375,7 @@ TEST_CASE("tetrahedra of degree 2: Gmsh's last two nodes change places") {
     for (int i = 1; i <= 10; ++i) nodes += std::to_string(i) + " " + std::to_string(i) + " 0 0\n";
     const auto mesh =
         decoded(of_version("2.2") + nodes + "$EndNodes\n$Elements\n1\n1 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n");
-    const auto& m = std::get<QuadraticMesh<3>>(mesh.mesh);
+    const auto& m = testing::mesh_in<QuadraticMesh<3>>(mesh.mesh);
     const auto x = [&](int edge) {
         return m.mid_nodes[m.edges.of_elements[0][static_cast<std::size_t>(edge)]].point[0];
     };
@@ -393,7 +394,7 @@ TEST_CASE("entities of partitions are those of their parents; what is between pa
                 "$Nodes\n3 4 1 4\n2 9 1 1\n1\n0 0 0 0.5 0.5\n2 10 0 1\n2\n1 0 0\n1 9 1 2\n3\n4\n0 1 0 0.1\n1 1 0 "
                 "0.2\n$EndNodes\n"
                 "$Elements\n3 3 1 3\n2 9 2 1\n1 1 2 3\n2 10 2 1\n2 2 4 3\n1 9 1 1\n3 2 3\n$EndElements\n");
-    const auto& m = std::get<LinearMesh<3>>(mesh.mesh);
+    const auto& m = testing::mesh_in<LinearMesh<3>>(mesh.mesh);
     CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{2, 2}));
     CHECK(m.facets.entities == Column<Reference>(Buffer<Reference>{8, 8}));
     CHECK(m.edges.size() == 0);
@@ -453,7 +454,7 @@ TEST_CASE("what is wrong with a file is told with its place") {
 
 TEST_CASE("a node's tag that is not positive in a binary file is told with its byte") {
     auto mesh = held(generated::mesh<3>(3, 4), 3, MshVersion::v2);
-    auto bytes = generated::joined(*encode_msh(mesh, {}, {MshVersion::v2, MshEncoding::binary}, {}));
+    auto bytes = generated::joined(*encode_msh(as_mesh(mesh), {}, {MshVersion::v2, MshEncoding::binary}, {}));
     const std::string head = "$Nodes\n" + std::to_string(mesh.points.size()) + "\n";
     const std::size_t row = generated::text_of(bytes).find(head) + head.size() + 2 * (4 + 3 * 8);  // the third
     std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(row), 4, std::byte{0xff});
@@ -475,7 +476,7 @@ TEST_CASE("references and entities that Gmsh's files cannot have get others, and
     mesh.elements.references = Buffer<Reference>{0, 1};
     mesh.elements.entities = Buffer<Reference>{4, 4};
     mesh.groups = Buffer<Group>{{2, 0, "zero"}};
-    const auto losses = not_in_msh(mesh, MshVersion::v4);
+    const auto losses = not_in_msh(as_mesh(mesh), MshVersion::v4);
     REQUIRE(losses.size() == 3);
     CHECK(losses[0].what == "physical tags must be positive: of 1 triangles the reference 0 becomes 2");
     CHECK(losses[1].what == "1 triangles get another entity: one has one reference in the file, and a positive number");
@@ -483,9 +484,9 @@ TEST_CASE("references and entities that Gmsh's files cannot have get others, and
         losses[2].what ==
         "MSH has no place for 1 references of vertices: those of vertices on CAD points are kept if they are positive");
     for (const MshOptions kind : kinds) {
-        const auto back = decode_msh(generated::joined(*encode_msh(mesh, {}, kind, {})), "file", {});
+        const auto back = decode_msh(generated::joined(*encode_msh(as_mesh(mesh), {}, kind, {})), "file", {});
         REQUIRE(back.has_value());
-        const auto& m = std::get<LinearMesh<3>>(back->mesh);
+        const auto& m = testing::mesh_in<LinearMesh<3>>(back->mesh);
         CHECK(m.facets.references == Column<Reference>(Buffer<Reference>{2, 1}));
         CHECK(m.facets.entities == Column<Reference>(Buffer<Reference>{1, 4}));
         CHECK(m.groups == Column<Group>(Buffer<Group>{{2, 2, "zero"}}));
@@ -500,15 +501,15 @@ TEST_CASE("curves beside tetrahedra that have no reference stay without a group"
     mesh.elements.references = Buffer<Reference>{7};
     mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(1)}, {VertexId(1), VertexId(2)}};
     mesh.edges.references = Buffer<Reference>{0, 3};
-    CHECK(not_in_msh(mesh, MshVersion::v4).empty());
+    CHECK(not_in_msh(as_mesh(mesh), MshVersion::v4).empty());
     LinearMesh<3> named = mesh;
     named.groups = Buffer<Group>{{1, 0, "seam"}};
-    CHECK(not_in_msh(named, MshVersion::v4).size() == 1);
+    CHECK(not_in_msh(as_mesh(named), MshVersion::v4).size() == 1);
     for (const MshOptions kind : kinds) {
         const auto edges_of = [&](const LinearMesh<3>& m) {
-            const auto back = decode_msh(generated::joined(*encode_msh(m, {}, kind, {})), "file", {});
+            const auto back = decode_msh(generated::joined(*encode_msh(as_mesh(m), {}, kind, {})), "file", {});
             REQUIRE(back.has_value());
-            return std::get<LinearMesh<3>>(back->mesh).edges.references;
+            return testing::mesh_in<LinearMesh<3>>(back->mesh).edges.references;
         };
         CHECK(edges_of(mesh) == Column<Reference>(Buffer<Reference>{0, 3}));
         CHECK(edges_of(named) == Column<Reference>(Buffer<Reference>{1, 3}));  // a name is of a group
@@ -520,8 +521,8 @@ TEST_CASE("the same bytes for any number of threads") {
         const bool is_of_fewer = (kind.version == MshVersion::v4) == (kind.encoding == MshEncoding::binary);
         if (testing::is_sanitized && !is_of_fewer) continue;  // either version, either encoding
         const auto mesh = generated::quadratic<3>(11, 4000);
-        const auto one = generated::joined(*encode_msh(mesh, {}, kind, {.threads = 1}));
-        CHECK(one == generated::joined(*encode_msh(mesh, {}, kind, {.threads = 3})));
+        const auto one = generated::joined(*encode_msh(as_mesh(mesh), {}, kind, {.threads = 1}));
+        CHECK(one == generated::joined(*encode_msh(as_mesh(mesh), {}, kind, {.threads = 3})));
         const auto first = decode_msh(one, "file", {.threads = 1});
         const auto second = decode_msh(one, "file", {.threads = 3});
         REQUIRE(first.has_value());
@@ -533,11 +534,11 @@ TEST_CASE("the same bytes for any number of threads") {
 TEST_CASE("a mesh whose columns do not fit, and a field of another mesh, are refused") {
     auto mesh = generated::mesh<3>(5, 4);
     mesh.elements.entities = Buffer<Reference>{1};
-    const auto broken = encode_msh(mesh, {}, {}, {});
+    const auto broken = encode_msh(as_mesh(mesh), {}, {}, {});
     REQUIRE(!broken);
     CHECK(broken.error().kind == ErrorKind::internal);
     const auto other = MeshFields{}.with({"x", Centring::node, FieldKind::scalar, Column<double>(Buffer<double>{1})});
-    const auto refused = encode_msh(generated::mesh<3>(5, 4), other, {}, {});
+    const auto refused = encode_msh(as_mesh(generated::mesh<3>(5, 4)), other, {}, {});
     REQUIRE(!refused);
     CHECK(describe(refused.error()).find("the field \"x\" does not have one row for each of the") == 0);
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <variant>
 
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 
@@ -104,7 +105,7 @@ std::string tetrahedron_40(bool binary) {
 
 TEST_CASE("the same mesh in the versions of Gmsh's files") {
     const DecodedMesh mesh = decoded(tetrahedron_22);
-    CHECK(std::get<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{5}));
+    CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).facets.references == Column<Reference>(Buffer<Reference>{5}));
     CHECK(decoded(tetrahedron_1).mesh == mesh.mesh);
     for (const bool binary : {false, true}) CHECK(decoded(tetrahedron_40(binary)).mesh == mesh.mesh);
     for (const std::string& text : {tetrahedron_1, tetrahedron_40(false), tetrahedron_40(true)}) {
@@ -138,14 +139,14 @@ TEST_CASE("names of groups without a dimension, as versions before 2.1 have them
         "$MeshFormat\n2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n5 \"the wall\"\n4 \"air\"\n9 \"none\"\n"
         "$EndPhysicalNames\n" +
         tetrahedron_22.substr(head_22.size());
-    CHECK(std::get<LinearMesh<3>>(decoded(text).mesh).groups ==
+    CHECK(testing::mesh_in<LinearMesh<3>>(decoded(text).mesh).groups ==
           Column<Group>(Buffer<Group>{{2, 5, "the wall"}, {3, 4, "air"}}));
 }
 
 TEST_CASE("lines from a node to itself are left out and told of") {
     const DecodedMesh mesh =
         decoded(head_22 + nodes_22 + "$Elements\n3\n1 1 2 6 3 2 2\n2 1 2 6 3 1 2\n3 4 2 4 1 1 2 3 4\n$EndElements\n");
-    CHECK(std::get<LinearMesh<3>>(mesh.mesh).edges.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<3>>(mesh.mesh).edges.size() == 1);
     REQUIRE(mesh.notices.size() == 1);
     CHECK(mesh.notices[0].what == "1 lines from a node to itself were left out: they have no length");
     CHECK(message(head_22 + nodes_22 + "$Elements\n1\n1 2 2 6 3 2 2 1\n$EndElements\n").find("a node occurs twice") <
@@ -156,7 +157,7 @@ TEST_CASE("a surface alone: groups with names, three triangles on an edge") {
     const auto read = decoded(head_22 + "$PhysicalNames\n2\n2 1 \"left\"\n2 9 \"fin\"\n$EndPhysicalNames\n" +
                               "$Nodes\n5\n1 0 0 0\n2 0 1 0\n3 -1 0 0\n4 1 0 0\n5 0 0 1\n$EndNodes\n" +
                               "$Elements\n3\n1 2 2 1 11 1 2 3\n2 2 2 1 12 2 1 4\n3 2 2 9 13 1 2 5\n$EndElements\n");
-    const auto& mesh = std::get<LinearMesh<3>>(read.mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(read.mesh);
     CHECK(mesh.elements.size() == 0);
     CHECK(mesh.facets.references == Column<Reference>(Buffer<Reference>{1, 1, 9}));
     CHECK(mesh.facets.entities == Column<Reference>(Buffer<Reference>{11, 12, 13}));
@@ -180,5 +181,5 @@ TEST_CASE("cells that no mesh holds are counted where that is asked") {
     const auto counted = decode_msh(generated::bytes_of(text), "in.msh", {.unheld = Unheld::count}, {});
     REQUIRE(counted.has_value());
     CHECK(counted->unheld == std::vector<CellCount>{{"quadrangles", 2}});
-    CHECK(std::get<LinearMesh<3>>(counted->mesh).elements.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<3>>(counted->mesh).elements.size() == 1);
 }

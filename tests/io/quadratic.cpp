@@ -1,4 +1,5 @@
 // Files of degree 2 in other words: permuted node orders, control points, mixed degrees, Gmsh's rows.
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 
@@ -120,8 +121,8 @@ QuadraticMesh<3> screw(std::uint64_t seed, std::size_t cells) {
 QuadraticMesh<3> decoded(const std::string& text) {
     const auto back = decode_gmf_mesh(generated::bytes_of(text), "file", {});
     if (!back) RC_FAIL(describe(back.error()) + "\n" + text);
-    RC_ASSERT(std::holds_alternative<QuadraticMesh<3>>(back->mesh));
-    return std::get<QuadraticMesh<3>>(back->mesh);
+    RC_ASSERT(testing::holds<QuadraticMesh<3>>(back->mesh));
+    return testing::mesh_in<QuadraticMesh<3>>(back->mesh);
 }
 
 }  // namespace
@@ -231,7 +232,7 @@ TEST_CASE("simplices of both degrees") {
     };
     const auto back = decode_gmf_mesh(generated::bytes_of(text("Edges 2  2 1 5  2 7 6")), "file", {});
     REQUIRE(back);
-    const auto& mesh = std::get<QuadraticMesh<2>>(back->mesh);
+    const auto& mesh = testing::mesh_in<QuadraticMesh<2>>(back->mesh);
     CHECK(mesh.linear.points.size() == 4);
     CHECK(back->node_numbers == Column<std::uint32_t>(Buffer<std::uint32_t>{1, 2, 3, 7, 4, 6, 5, 0}));
     REQUIRE(mesh.linear.facets.size() == 2);
@@ -246,7 +247,7 @@ TEST_CASE("simplices of both degrees") {
         const auto both = decode_gmf_mesh(
             generated::bytes_of(text("Triangles 1 2 7 3 8 RequiredTriangles 1 1 RequiredVertices 2 5 7")), "file", {});
         REQUIRE(both);
-        const auto& mixed = std::get<QuadraticMesh<2>>(both->mesh);
+        const auto& mixed = testing::mesh_in<QuadraticMesh<2>>(both->mesh);
         CHECK(mixed.linear.elements.references == Column<Reference>(Buffer<Reference>{9, 8}));
         CHECK(mixed.linear.elements.required == Column<std::uint32_t>(Buffer<std::uint32_t>{0}));
         CHECK(mixed.linear.required_vertices == Column<VertexId>(Buffer<VertexId>{VertexId(std::size_t{3})}));

@@ -1,4 +1,5 @@
 // What is encoded is decoded to the same value.
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 #include "sanitized.hpp"
@@ -20,8 +21,8 @@ Mesh decoded(const Chunks& chunks, const Execution& execution = {}) {
     if (!back) RC_FAIL(describe(back.error()));
     RC_ASSERT(back->notices.empty());
     RC_ASSERT(back->node_numbers.empty());  // encoders put mid nodes after the vertices, by edges
-    RC_ASSERT(std::holds_alternative<Mesh>(back->mesh));
-    return std::get<Mesh>(back->mesh);
+    RC_ASSERT(testing::holds<Mesh>(back->mesh));
+    return testing::mesh_in<Mesh>(back->mesh);
 }
 
 GmfOptions some_options() {
@@ -31,7 +32,7 @@ GmfOptions some_options() {
 template <int D>
 void linear_round_trip(std::uint64_t seed) {
     const auto mesh = generated::mesh<D>(seed, *rc::gen::inRange<std::size_t>(0, 40));
-    const auto back = decoded<LinearMesh<D>>(*encode_gmf_mesh(mesh, some_options(), {}));
+    const auto back = decoded<LinearMesh<D>>(*encode_gmf_mesh(as_mesh(mesh), some_options(), {}));
     RC_ASSERT(back == mesh);
     RC_ASSERT(generated::same_bits(back.points, mesh.points));
     RC_ASSERT(generated::same_bits(generated::numbers_of(back.geometry.on_surfaces),
@@ -42,7 +43,7 @@ template <int D>
 void quadratic_round_trip(std::uint64_t seed) {
     const auto mesh = generated::quadratic<D>(seed, *rc::gen::inRange<std::size_t>(1, 40));
     RC_PRE(generated::holds_simplices(mesh.linear));
-    const auto back = decoded<QuadraticMesh<D>>(*encode_gmf_mesh(mesh, some_options(), {}));
+    const auto back = decoded<QuadraticMesh<D>>(*encode_gmf_mesh(as_mesh(mesh), some_options(), {}));
     RC_ASSERT(back == mesh);
     RC_ASSERT(generated::same_bits(back.mid_nodes, mesh.mid_nodes));
 }
@@ -60,13 +61,13 @@ TEST_CASE("the same bytes and values for any number of threads") {
     // Large enough for several chunks of binary rows and several pieces of text.
     const auto mesh = generated::quadratic<3>(5, testing::less_if_sanitized(20000, 9000));
     for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
-        const auto one = generated::joined(*encode_gmf_mesh(mesh, {encoding}, {.threads = 1}));
-        const auto four = generated::joined(*encode_gmf_mesh(mesh, {encoding}, {.threads = 4}));
+        const auto one = generated::joined(*encode_gmf_mesh(as_mesh(mesh), {encoding}, {.threads = 1}));
+        const auto four = generated::joined(*encode_gmf_mesh(as_mesh(mesh), {encoding}, {.threads = 4}));
         CHECK(one == four);
         for (const int threads : {1, 4}) {
             const auto back = decode_gmf_mesh(one, "file", {.threads = threads});
             REQUIRE(back);
-            CHECK(std::get<QuadraticMesh<3>>(back->mesh) == mesh);
+            CHECK(testing::mesh_in<QuadraticMesh<3>>(back->mesh) == mesh);
         }
     }
 }
@@ -74,7 +75,7 @@ TEST_CASE("the same bytes and values for any number of threads") {
 TEST_CASE("text may be laid out in any way") {
     testing::property("blanks, line ends and comments change nothing", [](std::uint64_t seed) {
         const auto mesh = generated::mesh<3>(seed, 6);
-        const auto plain = generated::text_of(generated::joined(*encode_gmf_mesh(mesh, {GmfEncoding::ascii}, {})));
+        const auto plain = generated::text_of(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {})));
         generated::Random random(seed);
         std::string text = random.below(2) == 0 ? "" : "# Vertices 3\n";
         const std::string_view separators[] = {" ",   "\t",  "\n", "\r\n", "  ", " # comment with End and 7\n",
@@ -86,20 +87,20 @@ TEST_CASE("text may be laid out in any way") {
                 text += c;
         const auto back = decode_gmf_mesh(generated::bytes_of(text), "file", {});
         if (!back) RC_FAIL(describe(back.error()));
-        RC_ASSERT(std::get<LinearMesh<3>>(back->mesh) == mesh);
+        RC_ASSERT(testing::mesh_in<LinearMesh<3>>(back->mesh) == mesh);
     });
 }
 
 TEST_CASE("versions") {
     const auto mesh = generated::mesh<2>(3, 4);
     const auto version_of = [&](int asked) {
-        return static_cast<int>(generated::joined(*encode_gmf_mesh(mesh, {GmfEncoding::binary, asked}, {}))[4]);
+        return static_cast<int>(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, asked}, {}))[4]);
     };
     CHECK(version_of(0) == 2);
     CHECK(version_of(3) == 3);
     CHECK(version_of(4) == 4);
     for (const int asked : {-1, 1, 5}) {
-        const auto chunks = encode_gmf_mesh(mesh, {GmfEncoding::binary, asked}, {});
+        const auto chunks = encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, asked}, {});
         REQUIRE(!chunks);
         CHECK(chunks.error().kind == ErrorKind::usage);
     }
@@ -107,6 +108,6 @@ TEST_CASE("versions") {
 
 TEST_CASE("empty blocks are left out, Vertices never") {
     const auto text =
-        generated::text_of(generated::joined(*encode_gmf_mesh(LinearMesh<2>{}, {GmfEncoding::ascii}, {})));
+        generated::text_of(generated::joined(*encode_gmf_mesh(as_mesh(LinearMesh<2>{}), {GmfEncoding::ascii}, {})));
     CHECK(text == "MeshVersionFormatted 2\n\nDimension 2\n\nVertices\n0\n\nEnd\n");
 }

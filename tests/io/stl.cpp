@@ -1,4 +1,5 @@
 // STL: what is written is read; text of others; damage.
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 
@@ -26,7 +27,7 @@ std::string message(const Given& given) {
 }
 
 generated::Bytes written(const LinearMesh<3>& mesh, StlEncoding encoding) {
-    return generated::joined(*encode_stl(mesh, encoding, {}));
+    return generated::joined(*encode_stl(as_mesh(mesh), encoding, {}));
 }
 
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
@@ -93,14 +94,14 @@ TEST_CASE("a surface comes back: triangle by triangle, as it is turned, and then
             const auto first = read(bytes);
             if (!first) RC_FAIL(describe(first.error()));
             RC_ASSERT(first->notices.empty());
-            const auto& back = std::get<LinearMesh<3>>(first->mesh);
+            const auto& back = testing::mesh_in<LinearMesh<3>>(first->mesh);
             RC_ASSERT(sorted(corners_of(back)) == sorted(corners_of(mesh)));
             if (encoding == StlEncoding::binary) RC_ASSERT(corners_of(back) == corners_of(mesh));
-            RC_ASSERT(not_in_stl(back, encoding).empty());
+            RC_ASSERT(not_in_stl(as_mesh(back), encoding).empty());
             const auto second = read(written(back, encoding));
-            RC_ASSERT((second.has_value() && std::get<LinearMesh<3>>(second->mesh) == back));
+            RC_ASSERT((second.has_value() && testing::mesh_in<LinearMesh<3>>(second->mesh) == back));
             const auto third = read(written(back, StlEncoding::ascii));
-            RC_ASSERT((third.has_value() && corners_of(std::get<LinearMesh<3>>(third->mesh)) == corners_of(back)));
+            RC_ASSERT((third.has_value() && corners_of(testing::mesh_in<LinearMesh<3>>(third->mesh)) == corners_of(back)));
         });
 }
 
@@ -112,23 +113,23 @@ TEST_CASE("references are solids by their names") {
     mesh.groups = Buffer<Group>{{2, 9, " the\nwall "}, {1, -4, "a line"}};
     const auto decoded = read(written(mesh, StlEncoding::ascii));
     REQUIRE(decoded);
-    const auto& back = std::get<LinearMesh<3>>(decoded->mesh);
+    const auto& back = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
     CHECK(back.groups == Column<Group>(Buffer<Group>{{2, 1, "reference_-4"}, {2, 2, "the wall"}}));
     CHECK(back.facets.references[0] == 1);
     CHECK(back.facets.references[back.facets.size() - 1] == 2);
-    const auto losses = not_in_stl(mesh, StlEncoding::ascii);
+    const auto losses = not_in_stl(as_mesh(mesh), StlEncoding::ascii);
     REQUIRE(losses.size() == 3);
     CHECK(losses[0].what.starts_with("STL lists triangles alone, solid by solid"));
     CHECK(losses[1].what == "STL cannot hold 1 names of references: \" the?wall \" becomes \"the wall\"");
     CHECK(losses[2].what == "STL has solids for references: they become 1, 2 and so on, with the solids' names");
-    CHECK(not_in_stl(mesh, StlEncoding::binary)[1].what == "STL in binary has no place for references");
+    CHECK(not_in_stl(as_mesh(mesh), StlEncoding::binary)[1].what == "STL in binary has no place for references");
 }
 
 TEST_CASE("text as others write it") {
     const auto decoded = read("\n" + solid + "SOLID\n" + other + "ENDSOLID\nsolid one\n" + other + "endsolid\nsolid\n" +
                               facet + "endsolid\nsolid none\nendsolid none");
     REQUIRE(decoded);
-    const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
     CHECK(mesh.points.size() == 4);
     CHECK(mesh.facets.references == Column<Reference>(Buffer<Reference>{1, 2, 1, 3}));
     CHECK(mesh.groups == Column<Group>(Buffer<Group>{{2, 1, "one"}}));
@@ -141,7 +142,7 @@ TEST_CASE("triangles with two corners at one place are left out, and counted") {
     const std::string flat = replaced(facet, "vertex 1 0 0", "vertex 0 -0 0");
     const auto decoded = read("solid a\n" + flat + "endsolid\nsolid b\n" + flat + facet + "endsolid\n");
     REQUIRE(decoded);
-    const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
     CHECK(mesh.facets.size() == 1);
     CHECK(mesh.groups == Column<Group>(Buffer<Group>{{2, 1, "b"}}));
     REQUIRE(decoded->notices.size() == 1);
@@ -149,11 +150,11 @@ TEST_CASE("triangles with two corners at one place are left out, and counted") {
     LinearMesh<3> fine = mesh;
     fine.points = Buffer<Vec<3>>{{{1, 0, 0}}, {{1 + 1e-12, 0, 0}}, {{0, 1, 0}}};
     CHECK(written(fine, StlEncoding::binary).size() == 84);
-    CHECK(not_in_stl(fine, StlEncoding::binary)[0].what ==
+    CHECK(not_in_stl(as_mesh(fine), StlEncoding::binary)[0].what ==
           "STL would make triangles without area of 1: these are left out");
-    CHECK(not_in_stl(fine, StlEncoding::ascii).empty());
+    CHECK(not_in_stl(as_mesh(fine), StlEncoding::ascii).empty());
     fine.points = Buffer<Vec<3>>{{{1e39, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}};
-    const auto large = encode_stl(fine, StlEncoding::binary, {});
+    const auto large = encode_stl(as_mesh(fine), StlEncoding::binary, {});
     REQUIRE(!large);
     CHECK(large.error().kind == ErrorKind::unsupported);
 }
@@ -234,7 +235,7 @@ TEST_CASE("cut anywhere, or damaged anywhere: an error with its place, or a mesh
                 RC_ASSERT(decoded.error().where.starts_with("in.stl: "));
                 return;
             }
-            const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+            const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
             for (const auto& triangle : mesh.facets.vertices)
                 for (const VertexId v : triangle) RC_ASSERT(v.index() < mesh.points.size());
         });

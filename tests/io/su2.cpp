@@ -1,4 +1,5 @@
 // SU2's meshes: blocks in any order, markers, what is left out and what is refused.
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 
@@ -83,7 +84,7 @@ void comes_back() {
         mesh.groups = Buffer<Group>{{D - 1, 1, "wall"}, {D - 1, 2, "far"}};
         const auto back = read(su2_of(mesh));
         if (!back) RC_FAIL(describe(back.error()));
-        RC_ASSERT(std::get<LinearMesh<D>>(back->mesh) == mesh);
+        RC_ASSERT(testing::mesh_in<LinearMesh<D>>(back->mesh) == mesh);
         RC_ASSERT(back->notices.empty());
     });
 }
@@ -96,7 +97,7 @@ TEST_CASE("meshes of SU2 in 3D") { comes_back<3>(); }
 TEST_CASE("blocks in any order, markers as groups") {
     const auto decoded = read(square);
     REQUIRE_MESSAGE(decoded.has_value(), message(square));
-    const auto& mesh = std::get<LinearMesh<2>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<2>>(decoded->mesh);
     CHECK(mesh.points[2] == Vec<2>{{1, 1}});
     CHECK(mesh.elements.vertices[1] == SimplexVertices<2>{VertexId(0), VertexId(2), VertexId(3)});
     CHECK(mesh.facets.references == Column<Reference>(Buffer<Reference>{1, 2, 2}));
@@ -111,8 +112,8 @@ TEST_CASE("blocks in any order, markers as groups") {
     } while (std::next_permutation(blocks.begin(), blocks.end()));
     // One name, one reference.
     const auto same = read(replaced(square, "upper", "lower"));
-    CHECK(std::get<LinearMesh<2>>(same->mesh).facets.references == Column<Reference>(Buffer<Reference>{1, 1, 1}));
-    CHECK(std::get<LinearMesh<2>>(same->mesh).groups.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<2>>(same->mesh).facets.references == Column<Reference>(Buffer<Reference>{1, 1, 1}));
+    CHECK(testing::mesh_in<LinearMesh<2>>(same->mesh).groups.size() == 1);
     std::string carriage;
     for (const char c : square) carriage += c == '\n' ? std::string("\r\n") : std::string(1, c);
     CHECK(read(carriage)->mesh == decoded->mesh);
@@ -127,7 +128,7 @@ TEST_CASE("what is left out is told") {
     REQUIRE(decoded->notices.size() == 2);
     CHECK(decoded->notices[0].what == "1 markers SEND_RECEIVE were left out");
     CHECK(decoded->notices[1].what == "2 other keywords were left out, the first of them FFD_NBOX");
-    CHECK(std::get<LinearMesh<2>>(decoded->mesh).facets.size() == 3);
+    CHECK(testing::mesh_in<LinearMesh<2>>(decoded->mesh).facets.size() == 3);
 }
 
 TEST_CASE("what cannot be held is refused with its counts") {
@@ -139,7 +140,7 @@ TEST_CASE("what cannot be held is refused with its counts") {
     const auto counted = decode_su2(generated::bytes_of(text), "in.su2", {.unheld = Unheld::count}, {});
     REQUIRE(counted.has_value());
     CHECK(counted->unheld == std::vector<CellCount>{{"quadrilaterals", 1}, {"triangles", 1}});
-    CHECK(std::get<LinearMesh<2>>(counted->mesh).elements.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<2>>(counted->mesh).elements.size() == 1);
     CHECK(message("NZONE= 2\n" + square) ==
           "in.su2: line 22: NZONE announces 2 zones, but 1 follow (the file is cut off or damaged)");
     CHECK(message("NZONE= 1\n" + square) == "no error");
@@ -206,7 +207,7 @@ TEST_CASE("zones are joined, or one of them is read") {
     const std::string text = "NZONE= 2\nIZONE= 1\n" + square + second;
     const auto joined = read(text);
     REQUIRE_MESSAGE(joined.has_value(), message(text));
-    const auto& mesh = std::get<LinearMesh<2>>(joined->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<2>>(joined->mesh);
     CHECK(mesh.points.size() == 7);
     CHECK(mesh.elements.vertices[2] == SimplexVertices<2>{VertexId(4), VertexId(5), VertexId(6)});
     CHECK(mesh.elements.references == Column<Reference>(Buffer<Reference>{1, 1, 2}));
@@ -219,7 +220,7 @@ TEST_CASE("zones are joined, or one of them is read") {
     };
     REQUIRE(zone("1").has_value());
     CHECK(zone("1")->mesh == read(square)->mesh);
-    CHECK(std::get<LinearMesh<2>>(zone("2")->mesh).elements.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<2>>(zone("2")->mesh).elements.size() == 1);
     CHECK(describe(zone("3").error()) == "in.su2: has no zone \"3\" (its zones are 1, 2)");
     CHECK(message(replaced(text, "5 0 1 2\nNPOIN= 3", "5 0 1 3\nNPOIN= 3"))
               .find("triangle 3: a node is not one of those that the file lists") < 40);

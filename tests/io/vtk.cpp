@@ -8,6 +8,7 @@
 #include <string>
 #include <variant>
 
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 
@@ -52,7 +53,7 @@ TEST_CASE("legacy VTK files of old and of new versions") {
     REQUIRE_MESSAGE(second.has_value(), message(modern));
     CHECK(first->mesh == second->mesh);
     CHECK(first->fields == second->fields);
-    const auto& mesh = std::get<LinearMesh<3>>(first->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(first->mesh);
     CHECK(mesh.elements.references == Column<Reference>(Buffer<Reference>{3, 4}));
     CHECK(mesh.facets.vertices[0] == SimplexVertices<2>{VertexId(0), VertexId(2), VertexId(1)});
     REQUIRE(first->fields.find("T", Centring::node) != nullptr);
@@ -105,7 +106,7 @@ TEST_CASE("what is wrong with a legacy VTK file is told with its line") {
 
 TEST_CASE("cut and damaged legacy VTK files") {
     const auto mesh = generated::quadratic<3>(2, 2);
-    const std::string binary = generated::text_of(generated::joined(*encode_vtk(mesh, {}, VtkEncoding::binary, {})));
+    const std::string binary = generated::text_of(generated::joined(*encode_vtk(as_mesh(mesh), {}, VtkEncoding::binary, {})));
     for (const std::string& text : {old, modern, binary})
         for (std::size_t n = 0; n < text.size(); ++n) {
             CAPTURE(n);

@@ -34,8 +34,8 @@ void laws() {
         const auto mesh = generated::quadratic<D>(seed, seed % 9);
         const VtuOptions options{*rc::gen::element(VtuCells::quadratic, VtuCells::lagrange)};
         const auto fields = some_fields(mesh);
-        const auto one = generated::joined(*encode_vtu(mesh, fields, options, {.threads = 1}));
-        RC_ASSERT(one == generated::joined(*encode_vtu(mesh, fields, options, {.threads = 3})));
+        const auto one = generated::joined(*encode_vtu(as_mesh(mesh), fields, options, {.threads = 1}));
+        RC_ASSERT(one == generated::joined(*encode_vtu(as_mesh(mesh), fields, options, {.threads = 3})));
         const std::string text = generated::text_of(one);
         RC_ASSERT(text.find("NumberOfPoints=\"" + std::to_string(mesh.linear.points.size() + mesh.mid_nodes.size()) +
                             "\"") < text.size());
@@ -44,7 +44,7 @@ void laws() {
     testing::property("a mesh whose columns do not fit is refused", [](std::uint64_t seed) {
         auto mesh = generated::quadratic<D>(seed, 1 + seed % 9);
         mesh.mid_nodes = Buffer<LagrangeNode<D>>(mesh.edges.size() + 1);
-        const auto broken = encode_vtu(mesh, {}, {}, {});
+        const auto broken = encode_vtu(as_mesh(mesh), {}, {}, {});
         RC_ASSERT(!broken && broken.error().kind == ErrorKind::internal);
     });
 }
@@ -58,7 +58,7 @@ TEST_CASE("fields of another mesh are refused by name") {
     const auto mesh = generated::quadratic<3>(5, 4);
     const auto fields =
         MeshFields{}.with({"speed <m/s>", Centring::node, FieldKind::vector, Column<double>(Buffer<double>(7, 0.0))});
-    const auto refused = encode_vtu(mesh, fields, {}, {});
+    const auto refused = encode_vtu(as_mesh(mesh), fields, {}, {});
     REQUIRE_FALSE(refused.has_value());
     CHECK(refused.error().kind == ErrorKind::usage);
     CHECK(describe(refused.error()).find("\"speed <m/s>\" does not have one row for each") == 10);
@@ -67,7 +67,7 @@ TEST_CASE("fields of another mesh are refused by name") {
 TEST_CASE("names are told to XML as they are") {
     LinearMesh<2> mesh;
     const auto fields = MeshFields{}.with({"a<b & \"c\"", Centring::node, FieldKind::scalar, Column<double>{}});
-    const auto text = generated::text_of(generated::joined(*encode_vtu(mesh, fields, {}, {})));
+    const auto text = generated::text_of(generated::joined(*encode_vtu(as_mesh(mesh), fields, {}, {})));
     CHECK(text.find("Name=\"a&lt;b &amp; &quot;c&quot;\"") < text.size());
 }
 
@@ -101,10 +101,10 @@ TEST_CASE("fields all at once are as one after the other") {
 
 TEST_CASE("what VTU has no place for") {
     LinearMesh<3> mesh;
-    CHECK(not_in_vtu(mesh).empty());
+    CHECK(not_in_vtu(as_mesh(mesh)).empty());
     mesh.corners = Buffer<VertexId>{VertexId(0)};
     mesh.edges.required = Buffer<std::uint32_t>{0, 1};
-    const auto losses = not_in_vtu(mesh);
+    const auto losses = not_in_vtu(as_mesh(mesh));
     REQUIRE(losses.size() == 2);
     CHECK(losses[0].what == "VTU has no place for 1 corners");
     CHECK(losses[1].what == "VTU has no place for 2 required entities");

@@ -34,7 +34,7 @@ std::string with_field(std::size_t points, bool compressed) {
         mesh.point_references = Buffer<Reference>(points, 0);
         const auto fields = MeshFields{}.with(
             {"u", Centring::node, FieldKind::scalar, Column<double>(Buffer<double>(values.begin(), values.end()))});
-        return generated::text_of(generated::joined(*encode_vtu(mesh, fields, {}, {})));
+        return generated::text_of(generated::joined(*encode_vtu(as_mesh(mesh), fields, {}, {})));
     }
     File file(Form::appended_raw, false, true);
     std::string piece = "<Piece NumberOfPoints=\"" + std::to_string(points) + "\" NumberOfCells=\"1\">\n<PointData>\n";
@@ -50,7 +50,7 @@ std::string with_field(std::size_t points, bool compressed) {
 
 TEST_CASE("every prefix of a file is an error, or the whole") {
     std::vector<std::string> files{
-        generated::text_of(generated::joined(*encode_vtu(generated::quadratic<3>(3, 1), {}, {}, {})))};
+        generated::text_of(generated::joined(*encode_vtu(as_mesh(generated::quadratic<3>(3, 1)), {}, {}, {})))};
     for (const Form form : {Form::ascii, Form::binary, Form::appended_raw, Form::appended_base64})
         files.push_back(four_cells<std::int32_t, float>(File(form, true, true), "Int32", "Float32"));
     for (const std::string& text : files) {
@@ -78,16 +78,15 @@ TEST_CASE("noise in a VTU file") {
             const std::array forms{Form::ascii, Form::binary, Form::appended_raw, Form::appended_base64};
             auto text = four_cells<std::int32_t, float>(File(forms[seed % 4], false, true), "Int32", "Float32");
             if (random.below(3) == 0)
-                text = generated::text_of(generated::joined(*encode_vtu(generated::quadratic<3>(seed, 2), {}, {}, {})));
+                text = generated::text_of(generated::joined(*encode_vtu(as_mesh(generated::quadratic<3>(seed, 2)), {}, {}, {})));
             for (std::size_t i = 0, n = 1 + random.below(6); i < n; ++i)
                 text[random.below(text.size())] = static_cast<char>(random.below(4) == 0 ? 0xff : random.below(256));
             const auto decoded = read(text);
             if (!decoded) return;
             std::visit(
-                [](const auto& mesh) {
-                    if constexpr (!requires { mesh.linear; })
-                        for (const auto& simplex : mesh.elements.vertices)
-                            for (const VertexId v : simplex) RC_ASSERT(v.index() < mesh.points.size());
+                []<int D>(const Mesh<D>& mesh) {
+                    for (const auto& element : mesh.elements.template of<simplex<D>>().vertices)
+                        for (const VertexId v : element) RC_ASSERT(v.index() < mesh.points.size());
                 },
                 decoded->mesh);
         },

@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "vtu_files.hpp"
 
@@ -85,7 +86,7 @@ TEST_CASE("blocks of LZ4 and LZMA, as VTK writes them") {
          {std::pair("vtkLZ4DataCompressor", by_lz4), std::pair("vtkLZMADataCompressor", by_lzma)}) {
         const auto decoded = read(of_vtk(name, data));
         REQUIRE_MESSAGE(decoded.has_value(), message(of_vtk(name, data)));
-        const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+        const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
         CHECK(mesh.points[4] == Vec<3>{{1, 1, 1}});
         CHECK(mesh.elements.references == Column<Reference>(Buffer<Reference>{3, 4}));
         CHECK(mesh.facets.references == Column<Reference>(Buffer<Reference>{7}));
@@ -104,7 +105,7 @@ TEST_CASE("blocks of LZ4 and LZMA, as VTK writes them") {
 TEST_CASE("pieces are joined where their points are at one place") {
     const auto decoded = read(grid(piece("0 1 0", reference_1, "1 2 3 4") + piece("1 0 0", reference_2, "1 2 3 9")));
     REQUIRE(decoded.has_value());
-    const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
     CHECK(mesh.points.size() == 5);
     CHECK(mesh.elements.vertices[1] == SimplexVertices<3>{VertexId(0), VertexId(1), VertexId(2), VertexId(4)});
     CHECK(mesh.elements.references == Column<Reference>(Buffer<Reference>{1, 2}));
@@ -118,7 +119,7 @@ TEST_CASE("pieces are joined where their points are at one place") {
     CHECK(read(grid(empty + piece("0 1 0", reference_1, "1 2 3 4") + empty))->notices.empty());
     const auto without = read(grid(piece("0 1 0", reference_1, "1 2 3 4") + piece("1 0 0", "", "1 2 3 9")));
     REQUIRE(without.has_value());
-    CHECK(std::get<LinearMesh<3>>(without->mesh).elements.references == Column<Reference>(Buffer<Reference>{0, 0}));
+    CHECK(testing::mesh_in<LinearMesh<3>>(without->mesh).elements.references == Column<Reference>(Buffer<Reference>{0, 0}));
     // Each piece counts its own points.
     std::string wrong = piece("1 0 0", reference_2, "1 2 3 9");
     wrong.replace(wrong.find("0 1 2 3<"), 7, "0 1 2 4");
@@ -129,7 +130,7 @@ TEST_CASE("pieces are joined where their points are at one place") {
 TEST_CASE("ghost cells are left out and told of") {
     const auto decoded = read(plain("10 10", "0 1 2 3 1 2 3 4", "4 8", cell_array("UInt8", "vtkGhostType", "0 1")));
     REQUIRE(decoded.has_value());
-    CHECK(std::get<LinearMesh<3>>(decoded->mesh).elements.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<3>>(decoded->mesh).elements.size() == 1);
     CHECK(decoded->fields.empty());
     REQUIRE(decoded->notices.size() == 1);
     CHECK(decoded->notices[0].what == "1 ghost cells (vtkGhostType) were left out");
@@ -139,7 +140,7 @@ TEST_CASE("references are arrays of many names, or the one that is named") {
     const auto references = [](const std::string& arrays, DecodeOptions options) {
         const auto decoded =
             decode_vtu(generated::bytes_of(plain("10 10", "0 1 2 3 1 2 3 4", "4 8", arrays)), "in.vtu", options, {});
-        return decoded ? std::get<LinearMesh<3>>(decoded->mesh).elements.references
+        return decoded ? testing::mesh_in<LinearMesh<3>>(decoded->mesh).elements.references
                        : Column<Reference>(Buffer<Reference>{-1});
     };
     const Column<Reference> wanted(Buffer<Reference>{3, 5});
@@ -167,5 +168,5 @@ TEST_CASE("cells of a VTU file that no mesh holds are counted where that is aske
                                     {.unheld = Unheld::count}, {});
     REQUIRE(counted.has_value());
     CHECK(counted->unheld == std::vector<CellCount>{{"quadrilaterals", 1}});
-    CHECK(std::get<LinearMesh<3>>(counted->mesh).elements.size() == 1);
+    CHECK(testing::mesh_in<LinearMesh<3>>(counted->mesh).elements.size() == 1);
 }

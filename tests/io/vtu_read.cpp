@@ -1,5 +1,6 @@
 // VTU files read: what was written comes back; files of others in every encoding; what is told of what they hold.
 // Damage is in vtu_damage.cpp; files that VTK itself writes are read by tests/pipelines/test_readers.py.
+#include "any_mesh.hpp"
 #include "generated.hpp"
 #include "property.hpp"
 #include "vtu_files.hpp"
@@ -98,23 +99,23 @@ void what_is_written_comes_back() {
         RC_PRE(linear.elements.size() > 0);
         const MeshFields fields = some_fields(mesh, seed);
         const VtuOptions options{*rc::gen::element(VtuCells::quadratic, VtuCells::lagrange)};
-        const auto bytes = generated::joined(*encode_vtu(mesh, fields, options, {}));
+        const auto bytes = generated::joined(*encode_vtu(as_mesh(mesh), fields, options, {}));
         auto back = decode_mesh(bytes, "in.vtu", {});
         if (!back) RC_FAIL(describe(back.error()));
         if (Mesh::dimension == 2) back = with_flat_in_2d(std::move(*back), {});
-        RC_ASSERT(std::holds_alternative<Mesh>(back->mesh));
-        RC_ASSERT(std::get<Mesh>(back->mesh) == mesh);
+        RC_ASSERT(testing::holds<Mesh>(back->mesh));
+        RC_ASSERT(testing::mesh_in<Mesh>(back->mesh) == mesh);
         RC_ASSERT(back->fields == fields);
         RC_ASSERT(back->notices.empty());
         RC_ASSERT(back->node_numbers.empty());
-        RC_ASSERT(generated::joined(*encode_vtu(mesh, back->fields, options, {})) == bytes);
+        RC_ASSERT(generated::joined(*encode_vtu(as_mesh(mesh), back->fields, options, {})) == bytes);
     });
 }
 
 void is_four_cells(const std::string& text) {
     const auto decoded = read(text);
     REQUIRE_MESSAGE(decoded.has_value(), (decoded ? "" : describe(decoded.error())));
-    const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
     const auto v = [](std::size_t i) { return VertexId(i); };
     CHECK(mesh.points[3] == Vec<3>{{0, 0, 1}});
     CHECK(mesh.point_references == Column<Reference>(Buffer<Reference>{5, 6, 7, 8}));
@@ -147,10 +148,10 @@ TEST_CASE("what is written as VTU comes back") {
 TEST_CASE("files without entities have no array of them") {
     auto mesh = held(generated::mesh<3>(1, 4), 1);
     mesh.elements.entities = mesh.facets.entities = mesh.edges.entities = {};
-    const auto text = [&] { return generated::text_of(generated::joined(*encode_vtu(mesh, {}, {}, {}))); };
+    const auto text = [&] { return generated::text_of(generated::joined(*encode_vtu(as_mesh(mesh), {}, {}, {}))); };
     CHECK(text().find("\"entity\"") == std::string::npos);
     mesh.facets.entities = Buffer<Reference>(mesh.facets.size() + 1, 1);
-    CHECK(encode_vtu(mesh, {}, {}, {}).error().kind == ErrorKind::internal);
+    CHECK(encode_vtu(as_mesh(mesh), {}, {}, {}).error().kind == ErrorKind::internal);
     mesh.facets.entities = Buffer<Reference>(mesh.facets.size(), 1);
     CHECK((text().find("\"entity\"") < text().size()) == (mesh.facets.size() > 0));
 }
@@ -175,7 +176,7 @@ TEST_CASE("names of references") {
     const auto references = [](const std::string& cell_data) {
         const auto decoded = read(plain("5 5", "0 1 2 0 1 3", "3 6", cell_data));
         REQUIRE(decoded.has_value());
-        const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+        const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
         return std::pair(mesh.facets.references[1], decoded->fields.size());
     };
     CHECK(references("") == std::pair(0, std::size_t{0}));
@@ -222,7 +223,7 @@ TEST_CASE("of arrays with one name the last counts, and that is told") {
     REQUIRE(decoded->fields.size() == 1);
     CHECK(decoded->fields.find("x", Centring::cell)->values ==
           FieldValues(Column<std::int32_t>(Buffer<std::int32_t>{2})));
-    const auto& mesh = std::get<LinearMesh<3>>(decoded->mesh);
+    const auto& mesh = testing::mesh_in<LinearMesh<3>>(decoded->mesh);
     CHECK(mesh.facets.references[0] == 5);
     CHECK(mesh.point_references[0] == 2);
     REQUIRE(decoded->notices.size() == 1);

@@ -95,19 +95,19 @@ void test_walls() {
                  auto random = random_source();
                  auto mesh = crumpled<D>(random, 2, 0.1);
                  const double degrees = uniform(random, 60, 120);
-                 const auto found = *examine(mesh, ExamineOptions{degrees}, alone);
+                 const auto found = *examine(as_mesh(mesh), ExamineOptions{degrees}, alone);
                  const auto again = walls_again(mesh, degrees);
                  std::vector<std::size_t> listed;
                  listed.reserve(found.wall_elements.size());
                  for (const WallElement& wall : found.wall_elements) listed.push_back(wall.element.index());
                  RC_ASSERT(listed == again);
                  RC_ASSERT(found[Defect::wall_element].count == again.size());
-                 RC_ASSERT(found.sound() == examine(mesh, alone)->sound());  // harmless
+                 RC_ASSERT(found.sound() == examine(as_mesh(mesh), alone)->sound());  // harmless
                  // With references of their own no two facets are one wall.
                  Buffer<Reference> references(mesh.facets.size());
                  for (std::size_t f = 0; f < references.size(); ++f) references[f] = static_cast<Reference>(f);
                  mesh.facets.references = std::move(references);
-                 RC_ASSERT(examine(mesh, ExamineOptions{degrees}, alone)->wall_elements.empty());
+                 RC_ASSERT(examine(as_mesh(mesh), ExamineOptions{degrees}, alone)->wall_elements.empty());
              },
              {.count = 20});
 }
@@ -118,7 +118,7 @@ void test_nodes() {
              [] {
                  auto random = random_source();
                  auto mesh = *elevate(crumpled<D>(random, 2, 0.1), alone);
-                 RC_ASSERT((*examine(mesh, alone))[Defect::coincident_node] == Finding{});
+                 RC_ASSERT((*examine(as_mesh(mesh), alone))[Defect::coincident_node] == Finding{});
                  const std::size_t vertices = mesh.linear.points.size();
                  const std::size_t edge = random() % mesh.edges.size();
                  std::size_t other = random() % (vertices + mesh.edges.size());
@@ -126,7 +126,7 @@ void test_nodes() {
                  auto nodes = take(std::move(mesh.mid_nodes));
                  nodes[edge].point = other < vertices ? mesh.linear.points[other] : nodes[other - vertices].point;
                  mesh.mid_nodes = std::move(nodes);
-                 const auto found = *examine(mesh, alone);
+                 const auto found = *examine(as_mesh(mesh), alone);
                  const std::size_t high = std::max(vertices + edge, other) + 1,
                                    low = std::min(vertices + edge, other) + 1;
                  RC_ASSERT((found[Defect::coincident_node] == Finding{1, high, low}));
@@ -191,19 +191,19 @@ TEST_CASE("ridges and other references end a wall, smooth listed edges do not") 
     const ExamineOptions options{.ridge_angle_degrees = 30};
     const std::vector<WallElement> whole{{ElementId(0), {VertexId(0), VertexId(1)}}};
     auto mesh = shallow_tetrahedron();
-    CHECK(examine(mesh, options, alone)->wall_elements == whole);
+    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);
     mesh.edges.vertices = Buffer<SimplexVertices<1>>{{VertexId(0), VertexId(2)}, {VertexId(1), VertexId(0)}};
     mesh.edges.references = Buffer<Reference>{1, 1};
-    CHECK(examine(mesh, options, alone)->wall_elements == whole);  // listed, and no ridge
+    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);  // listed, and no ridge
     mesh.corners = Buffer<VertexId>{VertexId(0), VertexId(1)};
-    CHECK(examine(mesh, options, alone)->wall_elements == whole);
+    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);
     mesh.ridges = Buffer<std::uint32_t>{0};
-    CHECK(examine(mesh, options, alone)->wall_elements == whole);  // a ridge elsewhere
+    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements == whole);  // a ridge elsewhere
     mesh.ridges = Buffer<std::uint32_t>{1};
-    CHECK(examine(mesh, options, alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements.empty());
     mesh.ridges = {};
     mesh.facets.references = Buffer<Reference>{1, 2, 1, 1};
-    CHECK(examine(mesh, options, alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(mesh), options, alone)->wall_elements.empty());
 }
 
 TEST_CASE("corners and the ends of ridges end a wall in 2D") {
@@ -215,15 +215,15 @@ TEST_CASE("corners and the ends of ridges end a wall in 2D") {
     flat.elements.references = Buffer<Reference>{1};
     flat.facets.vertices = Buffer<SimplexVertices<1>>{{v(0), v(1)}, {v(1), v(2)}, {v(2), v(0)}};
     flat.facets.references = Buffer<Reference>{1, 1, 1};
-    REQUIRE(examine(flat, alone)->wall_elements.size() == 1);
+    REQUIRE(examine(as_mesh(flat), alone)->wall_elements.size() == 1);
     auto other = flat;
     other.corners = Buffer<VertexId>{v(2)};
-    CHECK(examine(other, alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(other), alone)->wall_elements.empty());
     other = flat;
     other.ridges = Buffer<std::uint32_t>{0};
-    CHECK(examine(other, alone)->wall_elements.size() == 1);
+    CHECK(examine(as_mesh(other), alone)->wall_elements.size() == 1);
     other.ridges = Buffer<std::uint32_t>{1};
-    CHECK(examine(other, alone)->wall_elements.empty());
+    CHECK(examine(as_mesh(other), alone)->wall_elements.empty());
 }
 
 TEST_CASE("nodes at one place") {
@@ -236,11 +236,11 @@ TEST_CASE("a crowd of nodes at one place takes no more than linear time") {
     Buffer<LagrangeNode<3>> nodes(mesh.edges.size());
     std::fill(nodes.begin(), nodes.end(), LagrangeNode<3>{{{0.5, 0.25, 0.125}}});
     mesh.mid_nodes = std::move(nodes);
-    CHECK((*examine(mesh, alone))[Defect::coincident_node].count == mesh.edges.size() - 1);
+    CHECK((*examine(as_mesh(mesh), alone))[Defect::coincident_node].count == mesh.edges.size() - 1);
     Buffer<Vec<3>> points(mesh.linear.points.size());
     std::fill(points.begin(), points.end(), Vec<3>{});
     mesh.linear.points = std::move(points);
-    const auto found = *examine(mesh, alone);
+    const auto found = *examine(as_mesh(mesh), alone);
     CHECK(found[Defect::duplicate_vertex].count + found[Defect::slit_vertex].count == mesh.linear.points.size() - 1);
 }
 
@@ -258,7 +258,7 @@ TEST_CASE("an open surface has open edges") {
         const auto open = std::count_if(owners.begin(), owners.end(), [](const auto& e) { return e.second == 1; });
         CHECK((open > 0) == (left_out > 0));
         mesh.facets.vertices = std::move(facets);
-        const auto found = *examine(mesh, alone);
+        const auto found = *examine(as_mesh(mesh), alone);
         CHECK(found[Defect::open_edge].count == static_cast<std::size_t>(open));
         CHECK(found.sound());
     }

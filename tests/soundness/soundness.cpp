@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -28,6 +29,21 @@ using camber::testing::property;
 namespace {
 
 const Execution alone{.threads = 1};
+
+template <class M>
+struct PreparedSimplices {
+    M mesh;
+    std::vector<std::string> notices;
+};
+template <class M>
+Outcome<PreparedSimplices<M>> prepare_simplices(const M& mesh, const Execution& execution) {
+    auto prepared = prepare(as_mesh(mesh), execution);
+    if (!prepared) return fail(prepared.error());
+    if constexpr (std::is_same_v<M, LinearMesh<M::dimension>>)
+        return PreparedSimplices<M>{*as_linear(prepared->mesh), prepared->notices};
+    else
+        return PreparedSimplices<M>{*as_quadratic(prepared->mesh), prepared->notices};
+}
 
 /// A lattice of several references, its points a little off.
 template <int D>
@@ -132,10 +148,10 @@ void test_laws() {
              [] {
                  auto random = random_source();
                  const auto mesh = sound_mesh<D>(random);
-                 const auto found = *examine(mesh, alone);
+                 const auto found = *examine(as_mesh(mesh), alone);
                  RC_ASSERT(found.sound());
                  for (const Finding& f : found.findings) RC_ASSERT(f == Finding{});
-                 const auto prepared = *prepare(mesh, alone);
+                 const auto prepared = *prepare_simplices(mesh, alone);
                  RC_ASSERT(prepared.mesh == mesh);
                  RC_ASSERT(prepared.notices.empty());
              },
@@ -149,11 +165,11 @@ void test_laws() {
                  // More than half of them: then the others are fewer, but what is negative decides.
                  const auto chosen = some(random, mesh.elements.size(), 1 + random() % 4);
                  turn(mesh, chosen, random);
-                 const auto found = *examine(mesh, alone);
+                 const auto found = *examine(as_mesh(mesh), alone);
                  RC_ASSERT(found[Defect::reversed_element] == (Finding{number(chosen), first(chosen), 0}));
                  RC_ASSERT(found[Defect::tangled_element].count == 0U);
                  RC_ASSERT(!found.sound());
-                 const auto prepared = *prepare(mesh, alone);
+                 const auto prepared = *prepare_simplices(mesh, alone);
                  RC_ASSERT(prepared.notices.size() == 1U);
                  RC_ASSERT(as_sets(prepared.mesh.elements.vertices) == as_sets(whole.elements.vertices));
                  RC_ASSERT(validate(*elevate(prepared.mesh, alone), 0, alone)->all_valid());
@@ -166,12 +182,12 @@ void test_laws() {
                  auto mesh = sound_mesh<D>(random);
                  const auto whole = mesh;
                  drop_facets(mesh, some(random, mesh.facets.size(), 1 + random() % 5));
-                 RC_ASSERT(examine(mesh, alone)->sound() == false);
-                 const auto prepared = *prepare(mesh, alone);
+                 RC_ASSERT(examine(as_mesh(mesh), alone)->sound() == false);
+                 const auto prepared = *prepare_simplices(mesh, alone);
                  RC_ASSERT(as_sets(prepared.mesh.facets.vertices) == as_sets(whole.facets.vertices));
                  for (std::size_t f = 0; f < prepared.mesh.facets.size(); ++f)
                      RC_ASSERT((f >= mesh.facets.size()) == (prepared.mesh.facets.references[f] == 5));
-                 RC_ASSERT(examine(prepared.mesh, alone)->sound());
+                 RC_ASSERT(examine(as_mesh(prepared.mesh), alone)->sound());
              },
              {.count = 20});
 
@@ -185,7 +201,7 @@ void test_laws() {
                 groups.push_back({static_cast<int>(1 + random() % 3), static_cast<Reference>(random() % 9), "name"});
             mesh.groups = groups;
             drop_facets(mesh, some(random, mesh.facets.size(), 1 + random() % 5));
-            const auto prepared = *prepare(mesh, alone);
+            const auto prepared = *prepare_simplices(mesh, alone);
             for (std::size_t f = mesh.facets.size(); f < prepared.mesh.facets.size(); ++f)
                 for (const Group& group : groups)
                     RC_ASSERT((group.dimension != D - 1 || group.reference != prepared.mesh.facets.references[f]));
@@ -202,12 +218,12 @@ void test_laws() {
                             facets = some(random, mesh.facets.size(), 3);
                  repeat(mesh.elements, elements, random);
                  repeat(mesh.facets, facets, random);
-                 const auto found = *examine(mesh, alone);
+                 const auto found = *examine(as_mesh(mesh), alone);
                  RC_ASSERT(found[Defect::repeated_element] ==
                            (Finding{number(elements), whole.elements.size() + 1, first(elements)}));
                  RC_ASSERT(found[Defect::repeated_facet] ==
                            (Finding{number(facets), whole.facets.size() + 1, first(facets)}));
-                 RC_ASSERT(prepare(mesh, alone)->mesh == whole);
+                 RC_ASSERT(prepare_simplices(mesh, alone)->mesh == whole);
              },
              {.count = 20});
 
@@ -215,12 +231,12 @@ void test_laws() {
              [] {
                  auto random = random_source();
                  const auto mesh = broken<D>(random);
-                 const auto prepared = *prepare(mesh, alone);
-                 RC_ASSERT(prepare(*elevate(mesh, alone), alone)->mesh == *elevate(prepared.mesh, alone));
-                 RC_ASSERT(prepare(prepared.mesh, alone)->mesh == prepared.mesh);
+                 const auto prepared = *prepare_simplices(mesh, alone);
+                 RC_ASSERT(prepare_simplices(*elevate(mesh, alone), alone)->mesh == *elevate(prepared.mesh, alone));
+                 RC_ASSERT(prepare_simplices(prepared.mesh, alone)->mesh == prepared.mesh);
                  for (const int threads : {2, 0}) {
-                     RC_ASSERT(*examine(mesh, {.threads = threads}) == *examine(mesh, alone));
-                     RC_ASSERT(prepare(mesh, {.threads = threads})->mesh == prepared.mesh);
+                     RC_ASSERT(*examine(as_mesh(mesh), {.threads = threads}) == *examine(as_mesh(mesh), alone));
+                     RC_ASSERT(prepare_simplices(mesh, {.threads = threads})->mesh == prepared.mesh);
                  }
              },
              {.count = 15});
@@ -238,9 +254,9 @@ void test_laws() {
                      for (const ElementId other : next[e])
                          faces += other.valid() && other.index() > e &&
                                   mesh.elements.references[e] != mesh.elements.references[other];
-                 const auto prepared = *prepare(mesh, alone);
+                 const auto prepared = *prepare_simplices(mesh, alone);
                  RC_ASSERT(prepared.mesh.facets.size() == mesh.facets.size() + faces);
-                 RC_ASSERT(examine(prepared.mesh, alone)->findings == Soundness{}.findings);
+                 RC_ASSERT(examine(as_mesh(prepared.mesh), alone)->findings == Soundness{}.findings);
              },
              {.count = 10});
 
@@ -257,11 +273,11 @@ void test_laws() {
                  points[v][0] += uniform(random, 1.5, 1.9);
                  mesh.points = std::move(points);
                  const auto verdict = *validate(*elevate(mesh, alone), 0, alone);
-                 const auto found = *examine(mesh, alone);
+                 const auto found = *examine(as_mesh(mesh), alone);
                  RC_ASSERT(found[Defect::tangled_element].count + found[Defect::flat_element].count == verdict.invalid);
                  RC_ASSERT(found[Defect::tangled_element].count > 0U);
                  RC_ASSERT(found[Defect::reversed_element].count == 0U);
-                 RC_ASSERT(prepare(mesh, alone)->mesh.elements == mesh.elements);
+                 RC_ASSERT(prepare_simplices(mesh, alone)->mesh.elements == mesh.elements);
              },
              {.count = 20});
 }
@@ -301,7 +317,7 @@ void test_chaos() {
         [] {
             auto random = random_source();
             const auto mesh = chaos<D>(random);
-            const auto found = *examine(mesh, alone);
+            const auto found = *examine(as_mesh(mesh), alone);
             std::map<SimplexVertices<D>, std::vector<std::size_t>> elements;
             for (std::size_t e = 0; e < mesh.elements.size(); ++e)
                 elements[sorted(mesh.elements.vertices[e])].push_back(e);
@@ -340,12 +356,12 @@ void test_chaos() {
             RC_ASSERT(found[mesh.facets.size() == 0 ? Defect::no_facets : Defect::missing_facet].count == open.size());
             RC_ASSERT(found.empty == (mesh.elements.size() + mesh.facets.size() == 0));
             // Whatever it is: it is refused by name, or sound afterwards but for elements that no numbering helps.
-            const auto prepared = prepare(mesh, alone);
+            const auto prepared = prepare_simplices(mesh, alone);
             if (!prepared) {
                 RC_ASSERT(prepared.error().kind == ErrorKind::input);
                 RC_ASSERT(found.empty || prepared.error().entity.has_value());
             } else {
-                const auto after = *examine(prepared->mesh, alone);
+                const auto after = *examine(as_mesh(prepared->mesh), alone);
                 for (const Defect d : {Defect::repeated_element, Defect::repeated_facet, Defect::reversed_element,
                                        Defect::missing_facet, Defect::no_facets, Defect::missing_interface})
                     RC_ASSERT(after[d].count == 0U);
@@ -386,14 +402,14 @@ void test_scales() {
              [] {
                  auto random = random_source();
                  auto mesh = broken<D>(random);
-                 const auto found = *examine(mesh, alone);
+                 const auto found = *examine(as_mesh(mesh), alone);
                  for (const int exponent : {-195, 195})  // 2e-59, 5e58
-                     RC_ASSERT(*examine(scaled(mesh, exponent), alone) == found);
+                     RC_ASSERT(*examine(as_mesh(scaled(mesh, exponent)), alone) == found);
                  // Sound ones whose faces are not listed: no vertex of theirs hangs, up to the limit of coordinates.
                  auto sound = sound_mesh<D>(random);
                  sound.facets = {};
                  for (const int exponent : {-300, 230, 260, 300, 330})
-                     RC_ASSERT((*examine(scaled(sound, exponent), alone))[Defect::hanging_vertex] == Finding{});
+                     RC_ASSERT((*examine(as_mesh(scaled(sound, exponent)), alone))[Defect::hanging_vertex] == Finding{});
              },
              {.count = 10});
 }
@@ -427,11 +443,11 @@ void test_range() {
                  for (const auto& e : mesh.elements.vertices) elements += is_tiny(mesh, e);
                  for (const auto& f : mesh.facets.vertices) facets += is_tiny(mesh, f);
                  RC_ASSERT((distant > 0) == far);
-                 const auto found = *examine(mesh, alone);
+                 const auto found = *examine(as_mesh(mesh), alone);
                  RC_ASSERT(found[Defect::distant_vertex].count == distant);
                  RC_ASSERT(found[Defect::tiny_element].count == elements);
                  RC_ASSERT(found[Defect::tiny_facet].count == facets);
-                 RC_ASSERT(prepare(mesh, alone).has_value() == (distant + elements + facets == 0));
+                 RC_ASSERT(prepare_simplices(mesh, alone).has_value() == (distant + elements + facets == 0));
              },
              {.count = 20});
 }
@@ -452,7 +468,7 @@ TEST_CASE("meshes beyond the range are refused in one sentence, straight or quad
     auto random = std::mt19937_64(3);
     const auto mesh = sound_mesh<3>(random, 2);
     const auto said = [](const auto& m) {
-        const auto prepared = prepare(m, alone);
+        const auto prepared = prepare_simplices(m, alone);
         return prepared ? std::string() : describe(prepared.error());
     };
     for (const int exponent : {-1000, -300, -203}) {
@@ -477,14 +493,14 @@ TEST_CASE("a mid node beyond the range is refused") {
     nodes[1].point[0] = -1e61;
     mesh.mid_nodes = std::move(nodes);
     const std::size_t number = mesh.linear.points.size() + 2;
-    CHECK((*examine(mesh, alone))[Defect::distant_node] == Finding{1, number, 0});
-    CHECK(describe(prepare(mesh, alone).error()) ==
+    CHECK((*examine(as_mesh(mesh), alone))[Defect::distant_node] == Finding{1, number, 0});
+    CHECK(describe(prepare_simplices(mesh, alone).error()) ==
           "node " + std::to_string(number) + ": is more than 1e60 away from the origin (take another unit of length)");
 }
 
 TEST_CASE("an element whose vertices are at one place has duplicate vertices, and is not called tiny") {
     auto random = std::mt19937_64(3);
-    const auto found = *examine(scaled(sound_mesh<2>(random, 2), -2000), alone);
+    const auto found = *examine(as_mesh(scaled(sound_mesh<2>(random, 2), -2000)), alone);
     CHECK(found[Defect::tiny_element] == Finding{});
     CHECK(found[Defect::tiny_facet] == Finding{});
     CHECK(found[Defect::duplicate_vertex].count > 0);
@@ -497,7 +513,7 @@ TEST_CASE("marks on items follow them") {
     repeat(mesh.facets, std::vector<bool>(n, true), random);
     mesh.facets.required = Buffer<std::uint32_t>{1, static_cast<std::uint32_t>(n + 1), static_cast<std::uint32_t>(n)};
     mesh.ridges = Buffer<std::uint32_t>{static_cast<std::uint32_t>(n + 2)};
-    const auto prepared = prepare(mesh, alone);
+    const auto prepared = prepare_simplices(mesh, alone);
     REQUIRE(prepared.has_value());
     CHECK(prepared->mesh.facets.required == Column<std::uint32_t>(Buffer<std::uint32_t>{0, 1}));
     CHECK(prepared->mesh.ridges == Column<std::uint32_t>(Buffer<std::uint32_t>{2}));
@@ -512,7 +528,7 @@ TEST_CASE("the highest reference in use leaves a free one below") {
     std::vector<bool> last(mesh.facets.size(), false);
     last.back() = true;
     drop_facets(mesh, last);
-    const auto prepared = prepare(mesh, alone);
+    const auto prepared = prepare_simplices(mesh, alone);
     REQUIRE(prepared.has_value());
     CHECK(prepared->mesh.facets.references[prepared->mesh.facets.size() - 1] == 5);
 }

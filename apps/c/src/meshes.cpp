@@ -97,7 +97,7 @@ Outcome<DecodedMesh> made(std::int64_t points, const double* coordinates, int ty
 
 template <class F>
 auto on(const camber_mesh& mesh, F&& f) {
-    return app::on_mesh(mesh.value.mesh, std::forward<F>(f));
+    return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
 /// f(simplices, their edges or null) of those of that type; false: a mesh of this degree and dimension has none such.
@@ -117,16 +117,16 @@ bool on_type(const camber_mesh& mesh, std::string_view type, F&& f) {
     return found;
 }
 
-template <int K>
-void copy_cells(const Simplices<K>& simplices, const Column<std::array<EdgeId, edges_per_simplex<K>>>* edges,
-                std::size_t vertices, int first, std::int32_t* nodes) {
+template <Shape shape>
+void copy_cells(const Cells<shape>& simplices, const auto* edges, std::size_t vertices, int first,
+                std::int32_t* nodes) {
     const auto put_row = [&](const auto& row) {
         for (const VertexId v : row) *nodes++ = static_cast<std::int32_t>(v.index()) + first;
     };
     if (edges == nullptr)
         for (const auto& row : simplices.vertices) put_row(row);
     else
-        for (const auto& row : nodes_of_cells<K>(simplices.vertices, *edges, vertices)) put_row(row);
+        for (const auto& row : nodes_of_cells<shape_table<shape>.dimension>(simplices.vertices, *edges, vertices)) put_row(row);
 }
 
 /// Errors: numbers that no mesh has.
@@ -211,21 +211,19 @@ void camber_free_mesh(camber_mesh* mesh) { delete mesh; }
 
 int camber_dimension(const camber_mesh* mesh) {
     if (c::missing("camber_dimension", {{"mesh", mesh}})) return 0;
-    return std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, mesh->value.mesh);
+    return c::on(*mesh, []<int D>(const Mesh<D>&) { return D; });
 }
 int camber_degree(const camber_mesh* mesh) {
     if (c::missing("camber_degree", {{"mesh", mesh}})) return 0;
-    return c::on(*mesh, [](const auto* curved, const auto&) { return curved ? 2 : 1; });
+    return c::on(*mesh, [](const auto& m) { return m.degree; });
 }
 int64_t camber_vertices(const camber_mesh* mesh) {
     if (c::missing("camber_vertices", {{"mesh", mesh}})) return 0;
-    return c::on(*mesh, [](const auto*, const auto& m) { return static_cast<int64_t>(m.points.size()); });
+    return c::on(*mesh, [](const auto& m) { return static_cast<int64_t>(m.points.size()); });
 }
 int64_t camber_points(const camber_mesh* mesh) {
     if (c::missing("camber_points", {{"mesh", mesh}})) return 0;
-    return c::on(*mesh, [](const auto* curved, const auto& m) {
-        return static_cast<int64_t>(m.points.size() + (curved ? curved->mid_nodes.size() : 0));
-    });
+    return c::on(*mesh, [](const auto& m) { return static_cast<int64_t>(count_nodes(m)); });
 }
 int64_t camber_count(const camber_mesh* mesh, const char* type) {
     if (c::missing("camber_count", {{"mesh", mesh}, {"type", type}})) return 0;
@@ -237,12 +235,10 @@ int64_t camber_count(const camber_mesh* mesh, const char* type) {
 
 int camber_get_points(const camber_mesh* mesh, double* coordinates) {
     if (const int wrong = c::missing("camber_get_points", {{"mesh", mesh}, {"coordinates", coordinates}})) return wrong;
-    c::on(*mesh, [&](const auto* curved, const auto& linear) {
-        for (const auto& p : linear.points) coordinates = std::copy(p.c.begin(), p.c.end(), coordinates);
-        if (curved)
-            for (const auto& node : curved->mid_nodes)
-                coordinates = std::copy(node.point.c.begin(), node.point.c.end(), coordinates);
-        return 0;
+    c::on(*mesh, [&](const auto& m) {
+        for (const auto& p : m.points) coordinates = std::copy(p.c.begin(), p.c.end(), coordinates);
+        for (const auto& node : m.edge_nodes)
+            coordinates = std::copy(node.point.c.begin(), node.point.c.end(), coordinates);
     });
     return CAMBER_OK;
 }

@@ -163,23 +163,20 @@ class BlocksRun {
         });
         if (!read) return fail(read.error());
         return std::visit(
-            [&]<class Mesh>(Mesh mesh) -> Outcome<run::ByBlocksReport> {
-                if constexpr (requires { mesh.linear; }) {
+            [&]<int D>(Mesh<D> mesh) -> Outcome<run::ByBlocksReport> {
+                if (mesh.degree > 1)
                     return fail(ErrorKind::unsupported, "the mesh is curved: blocks take a straight one", {}, {},
                                 "camber convert --straighten makes it one");
-                } else {
-                    constexpr int D = Mesh::dimension;
-                    std::optional<Opened<D>> opened;
-                    auto done = steps_.around()("prepare", [&](const Execution& e) -> Outcome<Done> {
-                        auto made = prepared<D>(std::move(mesh), notices_, e);
-                        if (!made) return fail(made.error());
-                        opened = std::move(*made);
-                        return Done{};
-                    });
-                    if (!done) return fail(done.error());
-                    opened->lift = decoded->lift;
-                    return run_on(std::move(*opened));
-                }
+                std::optional<Opened<D>> opened;
+                auto done = steps_.around()("prepare", [&](const Execution& e) -> Outcome<Done> {
+                    auto made = prepared<D>(std::move(mesh), notices_, e);
+                    if (!made) return fail(made.error());
+                    opened = std::move(*made);
+                    return Done{};
+                });
+                if (!done) return fail(done.error());
+                opened->lift = decoded->lift;
+                return run_on(std::move(*opened));
             },
             std::move(decoded->mesh));
     }
@@ -316,7 +313,7 @@ class BlocksRun {
             if (!given) return fail(given.error());
             *mesh = std::move(given->mesh);
         }
-        AnyMesh whole(std::move(*mesh));
+        AnyMesh whole(as_mesh(std::move(*mesh)));
         if (opened.lift && (*format)->always_in_space) {
             auto in_space = raised(whole, *opened.lift, execution);
             if (!in_space) return fail(in_space.error());

@@ -266,10 +266,11 @@ Json texts(const std::vector<Notice>& notices) {
 }
 
 template <int D>
-Json linear_part(const LinearMesh<D>& mesh, int degree) {
+Json described(const Mesh<D>& given) {
+    const LinearMesh<D> mesh = straight_simplices(given);
     Box<D> box;
     for (const Vec<D>& p : mesh.points) box.include(p);
-    Json j{{"dimension", D}, {"degree", degree}, {"vertices", mesh.points.size()}};
+    Json j{{"dimension", D}, {"degree", given.degree}, {"vertices", mesh.points.size()}};
     if (!mesh.points.empty()) j["box"] = {box.low.c, box.high.c};
     j[D == 2 ? "triangles" : "tetrahedra"] = mesh.elements.size();
     j[D == 2 ? "triangles_by_reference" : "tetrahedra_by_reference"] = by_reference(mesh.elements.references);
@@ -293,17 +294,7 @@ Json linear_part(const LinearMesh<D>& mesh, int degree) {
     j["normals"] = mesh.geometry.normals.at.size();
     j["tangents"] = mesh.geometry.tangents.at.size();
     j["empty"] = mesh.elements.vertices.empty() && mesh.facets.vertices.empty();
-    return j;
-}
-
-template <int D>
-Json described(const LinearMesh<D>& mesh) {
-    return linear_part(mesh, 1);
-}
-template <int D>
-Json described(const QuadraticMesh<D>& mesh) {
-    Json j = linear_part(mesh.linear, 2);
-    j["mid_nodes"] = mesh.mid_nodes.size();
+    if (given.degree == 2) j["mid_nodes"] = given.edge_nodes.size();
     return j;
 }
 

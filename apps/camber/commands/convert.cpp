@@ -113,22 +113,20 @@ Outcome<Done> convert_solution(const ConvertArguments& a, const Execution& execu
 
 Outcome<AnyMesh> elevated(AnyMesh mesh, const std::string& name, const Execution& execution) {
     return std::visit(
-        [&]<class Mesh>(Mesh m) -> Outcome<AnyMesh> {
-            if constexpr (requires { elevate(m, execution); })
-                return elevate(std::move(m), execution).map([](auto made) { return AnyMesh(std::move(made)); });
-            else
+        [&](auto m) -> Outcome<AnyMesh> {
+            if (m.degree > 1)
                 return fail(ErrorKind::usage, "the mesh is quadratic already", name, {}, "leave --elevate out");
+            return elevate(std::move(m), 2, execution).map([](auto made) { return AnyMesh(std::move(made)); });
         },
         std::move(mesh));
 }
 
 Outcome<AnyMesh> straightened(AnyMesh mesh, const std::string& name) {
     return std::visit(
-        [&]<class Mesh>(Mesh m) -> Outcome<AnyMesh> {
-            if constexpr (requires { m.linear; })
-                return AnyMesh(std::move(m.linear));
-            else
+        [&](auto m) -> Outcome<AnyMesh> {
+            if (m.degree == 1)
                 return fail(ErrorKind::usage, "the mesh is straight already", name, {}, "leave --straighten out");
+            return AnyMesh(as_mesh(straight_simplices(std::move(m))));
         },
         std::move(mesh));
 }

@@ -288,11 +288,13 @@ Outcome<GmfShape> shape_of_file(const std::string& path) {
 }
 
 template <int D>
-Outcome<Opened<D>> prepared(LinearMesh<D> given, std::vector<std::string>& notices, const Execution& execution) {
+Outcome<Opened<D>> prepared(Mesh<D> given, std::vector<std::string>& notices, const Execution& execution) {
     auto sound = prepare(std::move(given), execution);
     if (!sound) return fail(sound.error());
     notices.insert(notices.end(), sound->notices.begin(), sound->notices.end());
-    Opened<D> opened{nullptr, std::move(sound->mesh)};
+    auto linear = as_linear(std::move(sound->mesh));
+    if (!linear) return fail(linear.error());
+    Opened<D> opened{nullptr, std::move(*linear)};
     auto order = better_order(*opened.mesh, {}, execution);
     if (!order) return fail(order.error());
     if (*order) {
@@ -308,7 +310,7 @@ Outcome<Opened<D>> prepared(LinearMesh<D> given, std::vector<std::string>& notic
 #define CAMBER_INSTANTIATE(D)                                                                            \
     template Outcome<Opened<D>> mapped<D>(const std::string&);                                           \
     template Outcome<std::unique_ptr<QuadraticRows<D>>> mapped_quadratic<D>(const std::string&, Ranks&); \
-    template Outcome<Opened<D>> prepared<D>(LinearMesh<D>, std::vector<std::string>&, const Execution&);
+    template Outcome<Opened<D>> prepared<D>(Mesh<D>, std::vector<std::string>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

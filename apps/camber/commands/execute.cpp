@@ -33,24 +33,10 @@ namespace camber::app {
 
 namespace {
 
-/// f of the straight mesh, of any dimension and degree.
-template <class F>
-std::size_t of_linear(const AnyMesh& mesh, F&& f) {
-    return std::visit(
-        [&](const auto& m) {
-            if constexpr (requires { m.linear; })
-                return f(m.linear);
-            else
-                return f(m);
-        },
-        mesh);
-}
-
 /// Runs that cannot end well are refused before they begin.
 Outcome<Done> check_memory(const AnyMesh& mesh) {
-    const std::size_t needed = of_linear(mesh, []<int D>(const LinearMesh<D>& m) {
-        return run::estimated_peak_bytes(m.points.size(), m.elements.size(), D);
-    });
+    const run::PlanSize size = run::plan_size(mesh);
+    const std::size_t needed = run::estimated_peak_bytes(size.vertices, size.elements, size.dimension);
     const MemoryLimit limit = memory_limit();
     if (needed <= limit.bytes) return Done{};
     return fail(ErrorKind::memory,
@@ -271,7 +257,7 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
     const InputForm form{inputs->mesh.format, inputs->mesh.always_in_space, inputs->mesh.lift};
     run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);
     if (run::keeps_elements(pipeline))
-        progress.of_mesh(of_linear(inputs->mesh.mesh, [](const auto& m) { return m.elements.size(); }));
+        progress.of_mesh(run::plan_size(inputs->mesh.mesh).elements);
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) return fail(of_input(run.error(), pipeline));
     const config::Output files = files_of(pipeline.output);

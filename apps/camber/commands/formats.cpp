@@ -75,13 +75,7 @@ void tell_renames(const MeshFormat& format, const MeshFields& fields) {
 void name_references(AnyMesh& mesh, const run::Groups& groups) {
     std::visit(
         [&](auto& m) {
-            const auto name = [&](auto& linear) {
-                if (linear.groups.empty()) linear.groups = Buffer<Group>(groups.begin(), groups.end());
-            };
-            if constexpr (requires { m.linear; })
-                name(m.linear);
-            else
-                name(m);
+            if (m.groups.empty()) m.groups = Buffer<Group>(groups.begin(), groups.end());
         },
         mesh);
 }

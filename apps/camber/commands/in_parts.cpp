@@ -135,14 +135,14 @@ struct Writer {
         const MeshFields fields = of_mesh.with(partition_field(*parts));
         const bool listed = names_its_pieces(path);
         if (!listed)
-            if (auto whole = write(mesh, fields, path); !whole) return whole;
+            if (auto whole = write(as_mesh(mesh), fields, path); !whole) return whole;
         const std::string ending = listed ? ".vtu" : std::filesystem::path(path).extension().string();
         std::vector<std::string> pieces;
         for (std::size_t p = 0; p < count; ++p) {
             const auto piece = piece_of(mesh, *parts, static_cast<std::int32_t>(p), execution);
             if (!piece) return fail(piece.error());
             pieces.push_back(part_name(path, p + 1, ending));
-            auto done = write(piece->mesh, fields_of(fields, rows_of(linear, *piece), Mesh::dimension), pieces.back());
+            auto done = write(as_mesh(piece->mesh), fields_of(fields, rows_of(linear, *piece), Mesh::dimension), pieces.back());
             if (!done) return done;
         }
         return listed ? write_list(pieces) : Outcome<Done>(Done{});
@@ -186,7 +186,7 @@ Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, cons
             numbers("partition", Centring::cell, std::vector<std::uint64_t>(numbers_here.cells.size(), p)));
         fields = std::move(fields).with(numbers(global_nodes, Centring::node, numbers_here.nodes));
         fields = std::move(fields).with(numbers(global_cells, Centring::cell, numbers_here.cells));
-        if (auto done = writer.write(piece->mesh, fields, names[p]); !done) return done;
+        if (auto done = writer.write(as_mesh(piece->mesh), fields, names[p]); !done) return done;
     }
     return Done{};
 }
@@ -229,7 +229,11 @@ Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, 
                              EncodeOptions options, const std::string& path, Written& written,
                              const Execution& execution) {
     const Writer writer{format, options, path, written, execution};
-    return std::visit([&](const auto& m) { return writer.write_parts(m, mesh.fields, parts); }, mesh.mesh);
+    return std::visit(
+        [&](const auto& m) {
+            return on_simplices(m, [&](const auto& of) { return writer.write_parts(of, mesh.fields, parts); });
+        },
+        mesh.mesh);
 }
 
 template <class Mesh>

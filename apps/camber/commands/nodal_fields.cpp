@@ -29,36 +29,23 @@ struct Nodes {
     int dimension = 3;
 };
 Nodes nodes_of(const AnyMesh& mesh) {
-    return std::visit(
-        []<class Mesh>(const Mesh& m) -> Nodes {
-            if constexpr (requires { m.linear; })
-                return {m.linear.points.size(), m.edges.size(), Mesh::dimension};
-            else
-                return {m.points.size(), 0, Mesh::dimension};
-        },
-        mesh);
+    return std::visit([]<int D>(const Mesh<D>& m) { return Nodes{m.points.size(), m.edge_nodes.size(), D}; }, mesh);
 }
 
 /// Returns true if two files have the same vertices, and the same edges where the second has nodes on them.
 Outcome<bool> have_same_nodes(const AnyMesh& a, const AnyMesh& b, const Execution& execution) {
     return std::visit(
-        [&]<class A, class B>(const A& x, const B& y) -> Outcome<bool> {
-            if constexpr (A::dimension != B::dimension)
+        [&]<int A, int B>(const Mesh<A>& x, const Mesh<B>& y) -> Outcome<bool> {
+            if constexpr (A != B) {
                 return false;
-            else if constexpr (requires {
-                                   x.linear;
-                                   y.linear;
-                               })
-                return x.linear.points == y.linear.points && x.edges.vertices == y.edges.vertices;
-            else if constexpr (requires { x.linear; })
-                return x.linear.points == y.points;
-            else if constexpr (requires { y.linear; })
-                return x.points != y.linear.points ? Outcome<bool>(false)
-                                                   : unique_edges(x, execution).map([&](const auto& edges) {
-                                                         return edges.vertices == y.edges.vertices;
-                                                     });
-            else
-                return x.points == y.points;
+            } else {
+                if (x.points != y.points) return false;
+                if (y.degree == 1) return true;
+                if (x.degree == 2) return x.entities.edges == y.entities.edges;
+                return unique_edges(straight_simplices(x), execution).map([&](const auto& edges) {
+                    return edges.vertices == y.entities.edges;
+                });
+            }
         },
         a, b);
 }

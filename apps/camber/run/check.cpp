@@ -58,15 +58,14 @@ bool straight_inverted(const auto& element) {
 template <int D>
 class Checker {
   public:
-    Checker(std::optional<QuadraticMesh<D>> mesh, LinearMesh<D> linear, FileNumbers numbers,
-            const std::optional<MetricFile>& metric, const CheckOptions& options, const Around& around)
-        : mesh_(std::move(mesh)),
-          linear_(std::move(linear)),
+    Checker(Mesh<D> mesh, FileNumbers numbers, const std::optional<MetricFile>& metric, const CheckOptions& options,
+            const Around& around)
+        : given_(std::move(mesh)),
+          linear_(straight_simplices(given_)),
           numbers_(std::move(numbers)),
           metric_(metric),
           options_(options),
-          around_(around),
-          degree_(mesh_ ? 2 : 1) {}
+          around_(around) {}
 
     Outcome<CheckReport> check() {
         for (const std::string& field : options_.fields)
@@ -89,9 +88,9 @@ class Checker {
 
     void count() {
         report_.mesh = {D,
-                        degree_,
+                        given_.degree,
                         linear_.points.size(),
-                        linear_.points.size() + (mesh_ ? mesh_->edges.size() : 0),
+                        count_nodes(given_),
                         linear_.elements.size(),
                         linear_.facets.size(),
                         linear_.edges.size()};
@@ -104,8 +103,7 @@ class Checker {
 
     Outcome<Done> judge() {
         const MeshCheckOptions options{options_.min_scaled_jacobian, {.ridge_angle_degrees = options_.ridge_angle}};
-        auto made =
-            mesh_ ? camber::check_mesh(*mesh_, options, around_) : camber::check_mesh(linear_, options, around_);
+        auto made = camber::check_mesh(given_, options, around_);
         if (!made) return fail(made.error());
         soundness_ = std::move(made->soundness);
         validation_ = std::move(made->validation);
@@ -126,9 +124,11 @@ class Checker {
         const std::size_t reversed = soundness_[Defect::reversed_element].count;
         if (reversed == 0 || reversed != validation_.straight_inverted) return Done{};
         return step("validate", [&](const Execution& e) -> Outcome<Done> {
-            const auto turned = prepare(*mesh_, part_of(e, 0, 0.5));
+            const auto turned = prepare(as_mesh(mesh_), part_of(e, 0, 0.5));
             if (!turned) return Done{};  // a mesh with other defects
-            const auto validation = validate(turned->mesh, options_.min_scaled_jacobian, part_of(e, 0.5, 1));
+            const auto quadratic = as_quadratic(turned->mesh);
+            if (!quadratic) return fail(quadratic.error());
+            const auto validation = validate(*quadratic, options_.min_scaled_jacobian, part_of(e, 0.5, 1));
             if (!validation) return fail(validation.error());
             report_.is_only_reversed = validation->invalid + validation->undecided == 0;
             return Done{};
@@ -162,19 +162,19 @@ class Checker {
     Outcome<Done> measure(const Execution& execution) {
         const std::size_t n = judged_count(linear_);
         ElementColumns& columns = report_.elements;
-        auto inverted = map_each(part_of(execution, 0, degree_ == 2 ? 1 : 0.5), n, [&](std::size_t e) {
+        auto inverted = map_each(part_of(execution, 0, given_.degree == 2 ? 1 : 0.5), n, [&](std::size_t e) {
             if constexpr (D == 3)
                 if (is_surface_alone(linear_))
                     return static_cast<std::uint8_t>(
-                        straight_inverted(surface_triangle(*mesh_, mesh_->mid_nodes.view(), e)));
-            const auto element = nodal_element<D>(*mesh_, mesh_->mid_nodes.view(), ElementId(e));
+                        straight_inverted(surface_triangle(mesh_, mesh_.mid_nodes.view(), e)));
+            const auto element = nodal_element<D>(mesh_, mesh_.mid_nodes.view(), ElementId(e));
             return static_cast<std::uint8_t>(straight_inverted(element));
         });
         if (!inverted) return fail(inverted.error());
         columns.straight_inverted = std::move(*inverted);
         report_.straight_inverted_elements =
             numbers_of(n, [&](std::size_t e) { return columns.straight_inverted[e] == 1; });
-        if (degree_ == 2) {
+        if (given_.degree == 2) {
             columns.min_scaled_jacobian = validation_.min_scaled_jacobian;
             add_histogram<float>(Quantity::scaled_jacobian, columns.min_scaled_jacobian.view());
         } else {
@@ -188,7 +188,7 @@ class Checker {
             columns.volume = std::move(*volume);
             add_histogram<float>(Quantity::quality, columns.quality.view());
         }
-        const Judged<D> judged{*mesh_, validation_, columns, soundness_, numbers_, degree_};
+        const Judged<D> judged{mesh_, validation_, columns, soundness_, numbers_, given_.degree};
         auto worst = find_worst_elements(judged, options_.worst, without_progress(execution));
         if (!worst) return fail(worst.error());
         report_.worst = std::move(*worst);
@@ -202,17 +202,17 @@ class Checker {
             if (!metric) return fail(metric.error());
             report_.notices.insert(report_.notices.end(), metric->notices.begin(), metric->notices.end());
             auto measured =
-                measure_unit_mesh(linear_, mesh_->edges, metric->log_metrics, metric_->name, part_of(e, 0.2, 0.3));
+                measure_unit_mesh(linear_, mesh_.edges, metric->log_metrics, metric_->name, part_of(e, 0.2, 0.3));
             if (!measured) return fail(measured.error());
             for (Histogram& histogram : histograms_of(*measured, "count"))
                 report_.histograms.push_back(std::move(histogram));
             report_.unit_mesh = std::move(measured->report);
-            return degree_ == 2 ? measure_curves(metric->log_metrics, part_of(e, 0.3, 1)) : Done{};
+            return given_.degree == 2 ? measure_curves(metric->log_metrics, part_of(e, 0.3, 1)) : Done{};
         });
     }
 
     Outcome<Done> measure_curves(const Column<LogMetric<D>>& log_metrics, const Execution& execution) {
-        auto measured = measure_curved_unit_mesh(*mesh_, log_metrics, metric_->name, options_.worst, execution);
+        auto measured = measure_curved_unit_mesh(mesh_, log_metrics, metric_->name, options_.worst, execution);
         if (!measured) return fail(measured.error());
         for (Histogram& histogram : histograms_of(*measured, "count"))
             report_.histograms.push_back(std::move(histogram));
@@ -225,7 +225,7 @@ class Checker {
         if (options_.fields.empty()) return Done{};
         ElementKinds kinds;
         auto done = step("classify", [&](const Execution& e) -> Outcome<Done> {
-            auto found = element_kinds(*mesh_, validation_.min_scaled_jacobian, e);
+            auto found = element_kinds(mesh_, validation_.min_scaled_jacobian, e);
             if (!found) return fail(found.error());
             kinds = std::move(*found);
             return Done{};
@@ -233,7 +233,7 @@ class Checker {
         for (const std::string& field : options_.fields)
             done = done.and_then([&](Done) {
                 return step("interpolate", [&](const Execution& e) -> Outcome<Done> {
-                    auto errors = field_errors(*mesh_, field, kinds, e);
+                    auto errors = field_errors(mesh_, field, kinds, e);
                     if (!errors) return fail(errors.error());
                     report_.fields.push_back(std::move(*errors));
                     return Done{};
@@ -251,29 +251,17 @@ class Checker {
         report_.histograms.push_back(std::move(h));
     }
 
-    std::optional<QuadraticMesh<D>> mesh_;
+    Mesh<D> given_;
     LinearMesh<D> linear_;
+    QuadraticMesh<D> mesh_;  ///< of degree 1 elevated
     FileNumbers numbers_;
     const std::optional<MetricFile>& metric_;
     CheckOptions options_;
     const Around& around_;
-    int degree_;
     Soundness soundness_;
     Validation<D> validation_;
     CheckReport report_;
 };
-
-template <int D>
-Outcome<CheckReport> check(LinearMesh<D> mesh, FileNumbers numbers, const std::optional<MetricFile>& metric,
-                           const CheckOptions& options, const Around& around) {
-    return Checker<D>(std::nullopt, std::move(mesh), std::move(numbers), metric, options, around).check();
-}
-template <int D>
-Outcome<CheckReport> check(QuadraticMesh<D> mesh, FileNumbers numbers, const std::optional<MetricFile>& metric,
-                           const CheckOptions& options, const Around& around) {
-    LinearMesh<D> linear = mesh.linear;
-    return Checker<D>(std::move(mesh), std::move(linear), std::move(numbers), metric, options, around).check();
-}
 
 }  // namespace
 
@@ -281,8 +269,11 @@ Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile
                                 const Around& around) {
     const FileNumbers numbers = numbers_of(mesh);
     Groups groups = groups_of(mesh.mesh);
-    auto report =
-        std::visit([&](auto m) { return check(std::move(m), numbers, metric, options, around); }, std::move(mesh.mesh));
+    auto report = std::visit(
+        [&]<int D>(Mesh<D> m) {
+            return Checker<D>(std::move(m), numbers, metric, options, around).check();
+        },
+        std::move(mesh.mesh));
     if (!report) return report;
     report->groups = std::move(groups);
     report->numbers = numbers;
@@ -410,14 +401,7 @@ Outcome<MeshFields> fields_of(const LinearMesh<D>& mesh, const CheckReport& repo
 }  // namespace
 
 Outcome<MeshFields> check_fields(const AnyMesh& mesh, const CheckReport& report, const Execution& execution) {
-    return std::visit(
-        [&]<class Mesh>(const Mesh& m) {
-            if constexpr (std::is_same_v<Mesh, LinearMesh<Mesh::dimension>>)
-                return fields_of(m, report, execution);
-            else
-                return fields_of(m.linear, report, execution);
-        },
-        mesh);
+    return std::visit([&](const auto& m) { return fields_of(straight_simplices(m), report, execution); }, mesh);
 }
 
 namespace {

@@ -418,21 +418,12 @@ Outcome<CycleError> error_on(const AnyMesh& mesh, std::span<const double> values
 Outcome<CycleError> error_of(const AnyMesh& mesh, std::span<const double> values, int degree, const std::string& exact,
                              const Execution& execution) {
     return std::visit(
-        [&]<class Mesh>(const Mesh&) {
-            return error_on<Mesh::dimension>(mesh, values, degree, exact, without_progress(execution));
-        },
+        [&]<int D>(const Mesh<D>&) { return error_on<D>(mesh, values, degree, exact, without_progress(execution)); },
         mesh);
 }
 
 int degree_of(const AnyMesh& mesh) {
-    return std::visit(
-        [](const auto& m) {
-            if constexpr (requires { m.linear; })
-                return 2;
-            else
-                return 1;
-        },
-        mesh);
+    return std::visit([](const auto& m) { return m.degree; }, mesh);
 }
 
 template <int D>
@@ -474,13 +465,11 @@ Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const Named
 Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::span<const NamedField> fields,
                                                  const std::vector<double>& weights, const Execution& execution) {
     return std::visit(
-        [&]<class Mesh>(const Mesh& m) -> Outcome<std::optional<double>> {
-            if constexpr (requires { m.linear; })
-                return std::nullopt;
-            else
-                return expected_on_straight(m, {mesh, {fields.begin(), fields.end()}, {}, weights},
-                                            without_progress(execution))
-                    .map([](double error) { return std::optional(error); });
+        [&](const auto& m) -> Outcome<std::optional<double>> {
+            if (m.degree > 1) return std::nullopt;
+            return expected_on_straight(straight_simplices(m), {mesh, {fields.begin(), fields.end()}, {}, weights},
+                                        without_progress(execution))
+                .map([](double error) { return std::optional(error); });
         },
         mesh);
 }

@@ -215,32 +215,41 @@ namespace {
 constexpr const char* where = "/geometry/mesh";
 
 template <int D>
-Outcome<Surrogate<D>> boundary_of(LinearMesh<D> mesh, const FeatureOptions<D>& features_by,
-                                  const Execution& execution) {
-    const auto sound = prepare(std::move(mesh), part_of(execution, 0, 0.2));
-    if (!sound) return fail(sound.error());
-    const auto edges = unique_edges(sound->mesh, part_of(execution, 0.2, 0.3));
+Outcome<Surrogate<D>> boundary_of_straight(const LinearMesh<D>& mesh, const FeatureOptions<D>& features_by,
+                                           const Execution& execution) {
+    const auto edges = unique_edges(mesh, part_of(execution, 0, 0.1));
     if (!edges) return fail(edges.error());
-    const auto features = find_features(sound->mesh, *edges, features_by, part_of(execution, 0.3, 0.5));
+    const auto features = find_features(mesh, *edges, features_by, part_of(execution, 0.1, 0.4));
     if (!features) return fail(features.error());
-    return build_surrogate(sound->mesh, *edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 1));
+    return build_surrogate(mesh, *edges, *features, SurrogateOptions{}, part_of(execution, 0.4, 1));
 }
 
 /// With the mesh's own curves, where it has them.
 template <int D>
-Outcome<Surrogate<D>> boundary_of(QuadraticMesh<D> mesh, const FeatureOptions<D>& features_by,
-                                  const Execution& execution) {
-    const auto sound = prepare(std::move(mesh), part_of(execution, 0, 0.3));
-    if (!sound) return fail(sound.error());
-    const auto& [linear, edges, nodes] = sound->mesh;
-    const auto features = find_features(linear, edges, features_by, part_of(execution, 0.3, 0.5));
+Outcome<Surrogate<D>> boundary_of_curved(const QuadraticMesh<D>& mesh, const FeatureOptions<D>& features_by,
+                                         const Execution& execution) {
+    const auto& [linear, edges, nodes] = mesh;
+    const auto features = find_features(linear, edges, features_by, part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
-    auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.5, 0.7));
+    auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.3, 0.6));
     if (!smooth) return smooth;
     auto curved = with_curves<D>(std::move(*smooth), linear, edges, *features, nodes.view(), StraightGeometry<D>{},
-                                 SurrogateOptions{}, part_of(execution, 0.7, 1));
+                                 SurrogateOptions{}, part_of(execution, 0.6, 1));
     if (!curved) return fail(curved.error());
     return std::move(curved->surrogate);
+}
+
+template <int D>
+Outcome<Surrogate<D>> boundary_of(Mesh<D> mesh, const FeatureOptions<D>& features_by, const Execution& execution) {
+    auto sound = prepare(std::move(mesh), part_of(execution, 0, 0.25));
+    if (!sound) return fail(sound.error());
+    const Execution rest = part_of(execution, 0.25, 1);
+    return on_simplices(std::move(sound->mesh), [&]<class Simplices>(const Simplices& of) {
+        if constexpr (std::is_same_v<Simplices, LinearMesh<D>>)
+            return boundary_of_straight(of, features_by, rest);
+        else
+            return boundary_of_curved(of, features_by, rest);
+    });
 }
 
 template <int D>
@@ -315,11 +324,10 @@ template <int D>
 Outcome<Geometry<D>> geometry_of_mesh(const AnyMesh& other, const FeatureOptions<D>& features_by,
                                       const LinearMesh<D>& mesh, MisfitPolicy misfits, const Execution& execution) {
     return std::visit(
-        [&]<class Mesh>(const Mesh& of) -> Outcome<Geometry<D>> {
-            if constexpr (Mesh::dimension != D) {
-                return fail(ErrorKind::usage,
-                            fmt::format("is a mesh in {}D, the one to curve in {}D", Mesh::dimension, D), where, {},
-                            "give one of the same dimension");
+        [&]<int Other>(const Mesh<Other>& of) -> Outcome<Geometry<D>> {
+            if constexpr (Other != D) {
+                return fail(ErrorKind::usage, fmt::format("is a mesh in {}D, the one to curve in {}D", Other, D), where,
+                            {}, "give one of the same dimension");
             } else {
                 auto surrogate = boundary_of<D>(of, features_by, part_of(execution, 0, 0.8));
                 if (!surrogate) return fail(surrogate.error());
@@ -443,7 +451,7 @@ Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D
     const auto of_cells = [](const char* name, Buffer<std::int32_t> values) {
         return MeshField{name, Centring::cell, FieldKind::scalar, Column<std::int32_t>(std::move(values))};
     };
-    return SurfaceMesh{AnyMesh(std::move(out)),
+    return SurfaceMesh{as_mesh(std::move(out)),
                        MeshFields({vectors<D>(Column<Vec<D>>(std::move(normals))),
                                    of_cells("facet", std::move(numbers)), of_cells("patch", std::move(patches))})};
 }

@@ -76,7 +76,7 @@ class Inspector {
                   return step("surface", [&](const Execution& e) { return make(e); });
               }).and_then([&](Done) { return step("measure", [&](const Execution& e) { return measure(e); }); });
         if (!done) return fail(done.error());
-        return Inspected{std::move(report_), AnyMesh(mesh_), fields(), std::move(surface_)};
+        return Inspected{std::move(report_), AnyMesh(as_mesh(mesh_)), fields(), std::move(surface_)};
     }
 
   private:
@@ -275,25 +275,26 @@ struct Begun {
     bool is_listed = true;
 };
 template <int D>
-Outcome<Begun<D>> begun(QuadraticMesh<D> mesh, int degree, const Execution& execution) {
-    if (mesh.linear.facets.size() > 0 || mesh.linear.elements.size() == 0) return Begun<D>{std::move(mesh), degree};
-    auto prepared = prepare(mesh, execution);
-    if (!prepared) return fail(prepared.error());
-    return Begun<D>{std::move(prepared->mesh), degree, false};
-}
-template <int D>
-Outcome<Begun<D>> begun(const LinearMesh<D>& mesh, const Execution& execution) {
-    auto elevated = elevate(mesh, part_of(execution, 0, 0.5));
-    if (!elevated) return fail(elevated.error());
-    return begun(std::move(*elevated), 1, part_of(execution, 0.5, 1));
-}
-template <int D>
-Outcome<Begun<D>> begun(const QuadraticMesh<D>& mesh, const Execution& execution) {
-    return begun(mesh, 2, execution);
+Outcome<Begun<D>> begun(Mesh<D> mesh, const Execution& execution) {
+    const int degree = mesh.degree;
+    if (degree == 1) {
+        auto elevated = elevate(std::move(mesh), 2, part_of(execution, 0, 0.5));
+        if (!elevated) return fail(elevated.error());
+        mesh = std::move(*elevated);
+    }
+    const bool is_listed = mesh.facets.template of<simplex<D - 1>>().size() > 0 || count_elements(mesh) == 0;
+    if (!is_listed) {
+        auto prepared = prepare(std::move(mesh), part_of(execution, 0.5, 1));
+        if (!prepared) return fail(prepared.error());
+        mesh = std::move(prepared->mesh);
+    }
+    return as_quadratic(std::move(mesh)).map([&](QuadraticMesh<D> quadratic) {
+        return Begun<D>{std::move(quadratic), degree, is_listed};
+    });
 }
 
 template <int D>
-Outcome<Inspected> inspect(const auto& mesh, const FileNumbers& numbers, const ComparedGeometry& geometry,
+Outcome<Inspected> inspect(const Mesh<D>& mesh, const FileNumbers& numbers, const ComparedGeometry& geometry,
                            const InspectOptions& options, const Around& around) {
     std::optional<Begun<D>> begin;
     auto done = around("prepare", [&](const Execution& execution) {
@@ -314,12 +315,8 @@ Outcome<Inspected> inspect(const auto& mesh, const FileNumbers& numbers, const C
 Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry, const InspectOptions& options,
                                     const Around& around) {
     const FileNumbers numbers = numbers_of(mesh);
-    auto found = std::visit(
-        [&](const auto& m) {
-            constexpr int d = std::decay_t<decltype(m)>::dimension;
-            return inspect<d>(m, numbers, geometry, options, around);
-        },
-        mesh.mesh);
+    auto found =
+        std::visit([&](const auto& m) { return inspect(m, numbers, geometry, options, around); }, mesh.mesh);
     if (!found) return found;
     for (Notice& notice : mesh.notices) found->report.notices.push_back(std::move(notice.what));
     if (!found->report.is_listed)

@@ -216,23 +216,24 @@ namespace {
 /// Of the mesh's vertices and edges: their rows in the file, from 1; 0: none. Empty where there is another number of
 /// rows than the file has nodes.
 template <int D>
-std::vector<std::uint32_t> rows_of_nodes(const QuadraticMesh<D>& mesh, const Column<std::uint32_t>& numbers,
+std::vector<std::uint32_t> rows_of_nodes(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers,
                                          std::size_t rows) {
-    const std::size_t nodes = mesh.linear.points.size() + mesh.edges.size();
+    const std::size_t nodes = count_nodes(mesh);
     std::vector<std::uint32_t> out(nodes);
     std::size_t most = 0;
     for (std::size_t n = 0; n < nodes; ++n) {
         out[n] = numbers.empty() ? static_cast<std::uint32_t>(n + 1) : numbers[n];
         most = std::max<std::size_t>(most, out[n]);
     }
-    return most == rows && rows != mesh.linear.points.size() ? out : std::vector<std::uint32_t>{};
+    return most == rows && rows != mesh.points.size() ? out : std::vector<std::uint32_t>{};
 }
 
 template <int D>
-RowsByNodes sorted(Solution solution, const QuadraticMesh<D>& mesh, const Column<std::uint32_t>& numbers) {
+RowsByNodes sorted(Solution solution, const Mesh<D>& mesh, const Column<std::uint32_t>& numbers) {
+    if (mesh.degree == 1) return {std::move(solution), false};
     const std::vector<std::uint32_t> at = rows_of_nodes(mesh, numbers, solution.rows);
     if (at.empty()) return {std::move(solution), false};
-    const std::size_t width = row_width(solution), vertices = mesh.linear.points.size();
+    const std::size_t width = row_width(solution), vertices = mesh.points.size();
     Buffer<double> values(at.size() * width);
     const auto row = [&](std::size_t n) { return solution.values.data() + (at[n] - 1) * width; };
     for (std::size_t n = 0; n < at.size(); ++n) {
@@ -241,16 +242,12 @@ RowsByNodes sorted(Solution solution, const QuadraticMesh<D>& mesh, const Column
             continue;
         }
         if (n < vertices) return {std::move(solution), false};
-        const auto& [a, b] = mesh.edges.vertices[n - vertices];
+        const auto& [a, b] = mesh.entities.edges[n - vertices];
         for (std::size_t c = 0; c < width; ++c) values[n * width + c] = 0.5 * (row(a.index())[c] + row(b.index())[c]);
     }
     solution.rows = at.size();
     solution.values = std::move(values);
     return {std::move(solution), true};
-}
-template <int D>
-RowsByNodes sorted(Solution solution, const LinearMesh<D>&, const Column<std::uint32_t>&) {
-    return {std::move(solution), false};
 }
 
 /// Vertices first, then edges.
@@ -314,14 +311,7 @@ Outcome<RowsByNodes> rows_by_nodes(Solution solution, const DecodedMesh& mesh, c
 Solution rows_at_vertices(RowsByNodes rows, const AnyMesh& mesh) {
     Solution out = std::move(rows.solution);
     if (!rows.is_at_nodes) return out;
-    out.rows = std::visit(
-        [](const auto& m) {
-            if constexpr (requires { m.linear; })
-                return m.linear.points.size();
-            else
-                return m.points.size();
-        },
-        mesh);
+    out.rows = std::visit([](const auto& m) { return m.points.size(); }, mesh);
     const auto end = out.values.begin() + static_cast<std::ptrdiff_t>(out.rows * row_width(out));
     out.values = Buffer<double>(out.values.begin(), end);
     return out;
@@ -406,18 +396,20 @@ Outcome<Done> check_place(const MetricFile& file, const Mesh& mesh, const Column
 template <int D>
 Outcome<FileField<D>> field_of_file(const MetricFile& file, const Column<Vec<D>>& asked, const Execution& execution) {
     return std::visit(
-        [&]<class Mesh>(const Mesh& mesh) -> Outcome<FileField<D>> {
-            if constexpr (Mesh::dimension == D)
-                return guarded([&]() -> Outcome<FileField<D>> {
-                    auto field = field_on(file, mesh, part_of(execution, 0, 0.9));
-                    if (!field || file.mesh->of == MetricMesh::Of::input) return field;
-                    return check_place(file, mesh, asked, *field, part_of(execution, 0.9, 1)).map([&](Done) {
-                        return std::move(*field);
+        [&]<int Own>(const Mesh<Own>& mesh) -> Outcome<FileField<D>> {
+            if constexpr (Own == D)
+                return on_simplices(mesh, [&](const auto& of) {
+                    return guarded([&]() -> Outcome<FileField<D>> {
+                        auto field = field_on(file, of, part_of(execution, 0, 0.9));
+                        if (!field || file.mesh->of == MetricMesh::Of::input) return field;
+                        return check_place(file, of, asked, *field, part_of(execution, 0.9, 1)).map([&](Done) {
+                            return std::move(*field);
+                        });
                     });
                 });
             else
                 return fail(ErrorKind::input,
-                            "is in " + std::to_string(Mesh::dimension) + "D, the mesh in " + std::to_string(D) + "D",
+                            "is in " + std::to_string(Own) + "D, the mesh in " + std::to_string(D) + "D",
                             "/metric_mesh", {}, "give the mesh of the metric");
         },
         file.mesh->mesh);

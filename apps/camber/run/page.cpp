@@ -143,8 +143,12 @@ Outcome<std::string> page_of(const LinearMesh<D>& mesh, const PageSource& source
 Outcome<std::string> page(const PageSource& source, const PageFrame& frame, const PageOptions& options,
                           const Execution& execution) {
     return guarded([&]() -> Outcome<std::string> {
-        return std::visit([&](const auto& mesh) { return page_of(mesh, source, frame, options, execution); },
-                          source.mesh);
+        return std::visit(
+            [&](const auto& mesh) {
+                return on_simplices(
+                    mesh, [&](const auto& of) { return page_of(of, source, frame, options, execution); });
+            },
+            source.mesh);
     });
 }
 

@@ -441,16 +441,10 @@ Outcome<MeshFields> fields_at(const Solution& solution, const std::string& name,
 }
 
 template <int D>
-Outcome<MeshFields> fields_on(const Solution& s, const std::string& name, const LinearMesh<D>& mesh,
+Outcome<MeshFields> fields_on(const Solution& s, const std::string& name, const Mesh<D>& mesh,
                               const Execution& execution) {
-    return fields_at<D>(s, name, mesh.points.size(), {}, execution);
-}
-template <int D>
-Outcome<MeshFields> fields_on(const Solution& s, const std::string& name, const QuadraticMesh<D>& mesh,
-                              const Execution& execution) {
-    const std::size_t vertices = mesh.linear.points.size();
-    if (s.rows == vertices + mesh.edges.size()) return fields_at<D>(s, name, s.rows, {}, execution);
-    return fields_at<D>(s, name, vertices, mesh.edges.vertices, execution);
+    if (s.rows == count_nodes(mesh)) return fields_at<D>(s, name, s.rows, {}, execution);
+    return fields_at<D>(s, name, mesh.points.size(), mesh.entities.edges, execution);
 }
 
 }  // namespace

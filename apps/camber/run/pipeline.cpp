@@ -43,18 +43,10 @@ Error at(Error error, const std::string& path) {
 
 MeshReport mesh_report(const AnyMesh& mesh) {
     return std::visit(
-        []<class Mesh>(const Mesh& m) {
-            constexpr int degree = requires { m.linear; } ? 2 : 1;
-            const auto& [linear, nodes] = [&] {
-                if constexpr (degree == 2)
-                    return std::pair(&m.linear, m.linear.points.size() + m.edges.size());
-                else
-                    return std::pair(&m, m.points.size());
-            }();
-            return MeshReport{Mesh::dimension,         degree,
-                              linear->points.size(),   nodes,
-                              linear->elements.size(), linear->facets.size(),
-                              linear->edges.size()};
+        []<int D>(const Mesh<D>& m) {
+            const std::size_t facets = m.facets.template of<simplex<D - 1>>().size();
+            return MeshReport{D,      m.degree,      m.points.size(), count_nodes(m), count_elements(m),
+                              facets, m.edges.size()};
         },
         mesh);
 }
@@ -101,8 +93,8 @@ Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
 
 template <int D>
 AnyMesh taken_mesh(State<D>& state) {
-    if (auto* end = std::get_if<Quadratic<D>>(&state.mesh)) return std::move(end->mesh);
-    return std::move(std::get<LinearMesh<D>>(state.mesh));
+    if (auto* end = std::get_if<Quadratic<D>>(&state.mesh)) return as_mesh(std::move(end->mesh));
+    return as_mesh(std::move(std::get<LinearMesh<D>>(state.mesh)));
 }
 
 /// Passes change a mesh one after the other; every other stage takes what they leave.
@@ -115,14 +107,13 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
 
 /// The geometry's source with its CAD model in the unit of the mesh, where that is to be found.
 template <int D>
-Outcome<GeometrySource> source_in_unit(const GivenMesh<D>& mesh, const config::Geometry& geometry,
+Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geometry& geometry,
                                        GeometrySource source, const Around& around) {
     const auto* const cad = std::get_if<config::Cad>(&geometry);
     if (!cad || cad->unit != CadUnit::automatic) return source;
-    const auto* const quadratic = std::get_if<QuadraticMesh<D>>(&mesh);
-    const LinearMesh<D>& linear = quadratic ? quadratic->linear : std::get<LinearMesh<D>>(mesh);
-    return run_step(around, "unit",
-                    [&](const Execution& e) { return in_unit_of_mesh(geometry, std::move(source), linear, e); });
+    return run_step(around, "unit", [&](const Execution& e) {
+        return in_unit_of_mesh(geometry, std::move(source), straight_simplices(mesh), e);
+    });
 }
 
 /// A run of a mesh that was prepared.
@@ -132,7 +123,9 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
                         const Around& around) {
     auto source = source_in_unit(inputs.mesh, pipeline.geometry, std::move(geometry), around);
     if (!source) return fail(source.error());
-    Runner<D> run(pipeline, std::move(inputs.mesh), inputs.files, solution, std::move(*source), std::move(memory),
+    auto state = beginning_with(std::move(inputs.mesh));
+    if (!state) return fail(state.error());
+    Runner<D> run(pipeline, std::move(*state), inputs.files, solution, std::move(*source), std::move(memory),
                   around, inputs.ranks, inputs.end);
     run.report(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
@@ -150,7 +143,7 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
     if (run.state.rows) {
         run.report(mesh_report(*run.state.rows));
         auto rows = std::move(*run.state.rows);
-        Run made{LinearMesh<D>{}, std::move(run).take_report(), {}};
+        Run made{Mesh<D>{}, std::move(run).take_report(), {}};
         made.rows = std::move(rows);
         return made;
     }
@@ -173,8 +166,7 @@ template <int D>
 Outcome<Run> run_on(StageInputs<D> given, const config::Pipeline& pipeline, const OrderingOptions& ordering,
                     const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory,
                     const Around& around) {
-    const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
-    if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
+    if (auto order = check_order(pipeline.stages, given.mesh.degree); !order) return fail(order.error());
     auto sound = run_step(around, "prepare", [&](const Execution& e) {
         return prepare_stage(std::move(given), pipeline.stages, ordering, e);
     });
@@ -194,7 +186,7 @@ struct MetricRows {
 /// Rows as those of a metric file of this mesh.
 MetricFile file_of(NamedField metric, const config::SolutionMetric& asked, const AnyMesh& mesh) {
     const auto width = static_cast<std::size_t>(metric.field.components);
-    const int dimension = std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, mesh);
+    const int dimension = std::visit([]<int D>(const Mesh<D>&) { return D; }, mesh);
     MetricFile file{"the solution's metric",
                     Solution{dimension, {metric.kind}, metric.field.values.size() / width, metric.field.values},
                     {},
@@ -243,12 +235,12 @@ Outcome<Done> carry(Run& run, const AnyMesh& old_mesh, std::vector<NamedField> f
 /// Whether all nodes are in the middles of chords, to what text files keep of digits: of the places, which may be far
 /// out, and of the chords.
 template <int D>
-bool has_straight_edges(const QuadraticMesh<D>& mesh) {
+bool has_straight_edges(const Mesh<D>& mesh) {
     constexpr double of_places = 1e-15, of_chords = 1e-12;
-    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        const Vec<D>&p = mesh.linear.points[a], &q = mesh.linear.points[b];
-        if (distance(mesh.mid_nodes[e].point, midpoint(p, q)) >
+    for (std::size_t e = 0; e < mesh.edge_nodes.size(); ++e) {
+        const auto& [a, b] = mesh.entities.edges[e];
+        const Vec<D>&p = mesh.points[a], &q = mesh.points[b];
+        if (distance(mesh.edge_nodes[e].point, midpoint(p, q)) >
             of_places * (norm(p) + norm(q)) + of_chords * distance(p, q))
             return false;
     }
@@ -258,15 +250,10 @@ bool has_straight_edges(const QuadraticMesh<D>& mesh) {
 /// A mesh of degree 2 that nothing has bent is one of degree 1 to stages that begin with that: solvers work on such.
 void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
     if (pipeline.stages.empty() || !std::holds_alternative<config::Elevate>(pipeline.stages.front())) return;
-    const auto straight = std::visit(
-        []<class Mesh>(Mesh& m) -> std::optional<AnyMesh> {
-            if constexpr (requires { m.linear; })
-                if (has_straight_edges(m)) return AnyMesh(std::move(m.linear));
-            return std::nullopt;
-        },
-        mesh.mesh);
-    if (!straight) return;
-    mesh.mesh = *straight;
+    const bool is_straight =
+        std::visit([](const auto& m) { return m.degree == 2 && has_straight_edges(m); }, mesh.mesh);
+    if (!is_straight) return;
+    std::visit([](auto& m) { m = as_mesh(straight_simplices(std::move(m))); }, mesh.mesh);
     mesh.notices.push_back({"the mesh is of degree 2 and straight: its edges' nodes are placed anew"});
 }
 
@@ -274,8 +261,7 @@ void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
 template <int D>
 Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pipeline& pipeline, Inputs& inputs,
                                          const Around& around) {
-    const int degree = std::holds_alternative<LinearMesh<D>>(given.mesh) ? 1 : 2;
-    if (auto order = check_order(pipeline.stages, degree); !order) return fail(order.error());
+    if (auto order = check_order(pipeline.stages, given.mesh.degree); !order) return fail(order.error());
     const auto first = std::ranges::find_if(
         pipeline.stages, [](const config::Stage& s) { return !std::holds_alternative<config::Elevate>(s); });
     const auto changes = []<class S>(const S&) { return changes_topology<S>(); };
@@ -284,7 +270,9 @@ Outcome<std::optional<Growth>> growth_on(StageInputs<D> given, const config::Pip
         return prepare_stage(std::move(given), pipeline.stages, inputs.ordering, e);
     });
     if (!sound) return fail(sound.error());
-    Runner<D> run(pipeline, std::move(sound->inputs.mesh), sound->inputs.files, nullptr, std::move(inputs.geometry),
+    auto state = beginning_with(std::move(sound->inputs.mesh));
+    if (!state) return fail(state.error());
+    Runner<D> run(pipeline, std::move(*state), sound->inputs.files, nullptr, std::move(inputs.geometry),
                   std::move(inputs.memory), around);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     if (first != pipeline.stages.begin())
@@ -301,7 +289,9 @@ Outcome<MadeMetric> metric_on(StageInputs<D> given, const config::Pipeline& pipe
     auto sound = run_step(around, "prepare",
                           [&](const Execution& e) { return prepare_stage(std::move(given), {}, as_it_is, e); });
     if (!sound) return fail(sound.error());
-    Runner<D> run(pipeline, std::move(sound->inputs.mesh), sound->inputs.files, nullptr, std::move(inputs.geometry),
+    auto state = beginning_with(std::move(sound->inputs.mesh));
+    if (!state) return fail(state.error());
+    Runner<D> run(pipeline, std::move(*state), sound->inputs.files, nullptr, std::move(inputs.geometry),
                   std::move(inputs.memory), around);
     run.report(sound->notices);
     auto field = asked_field(run);
@@ -318,8 +308,8 @@ Outcome<MadeMetric> made_metric(const config::Pipeline& pipeline, Inputs inputs,
     if (!rows) return fail(rows.error());
     const Notices of_rows = rows->notices;
     auto made = std::visit(
-        [&]<class Mesh>(Mesh mesh) {
-            return metric_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
+        [&]<int D>(Mesh<D> mesh) {
+            return metric_on(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
                              around);
         },
         std::move(inputs.mesh.mesh));
@@ -332,22 +322,15 @@ Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, 
     if (!rows) return fail(rows.error());
     take_as_straight(pipeline, inputs.mesh);
     return std::visit(
-        [&]<class Mesh>(Mesh mesh) {
-            return growth_on(StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
+        [&]<int D>(Mesh<D> mesh) {
+            return growth_on(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
                              around);
         },
         std::move(inputs.mesh.mesh));
 }
 
 bool is_curved(const AnyMesh& mesh) {
-    return std::visit(
-        [](const auto& m) {
-            if constexpr (requires { m.linear; })
-                return !has_straight_edges(m);
-            else
-                return false;
-        },
-        mesh);
+    return std::visit([](const auto& m) { return !has_straight_edges(m); }, mesh);
 }
 
 /// Null: none that is known.
@@ -422,9 +405,9 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     take_as_straight(pipeline, inputs.mesh);
     const FileNumbers numbers = numbers_of(inputs.mesh);
     auto run = std::visit(
-        [&]<class Mesh>(Mesh mesh) {
+        [&]<int D>(Mesh<D> mesh) {
             return run_on(
-                StageInputs<Mesh::dimension>{std::move(mesh), std::move(rows->files), inputs.ranks, inputs.end},
+                StageInputs<D>{std::move(mesh), std::move(rows->files), inputs.ranks, inputs.end},
                 pipeline, inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
                 std::move(inputs.memory), around);
         },
@@ -445,7 +428,7 @@ Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution&
         [&](const auto& options) -> Outcome<DecodedMesh> {
             auto mesh = generate(options, execution);
             if (!mesh) return fail(mesh.error());
-            return DecodedMesh{AnyMesh(std::move(*mesh)), {}};
+            return DecodedMesh{as_mesh(std::move(*mesh)), {}};
         },
         shape);
 }
@@ -492,17 +475,18 @@ bool Quadratic<D>::has_uncommitted() const {
 }
 
 template <int D>
-State<D> beginning_with(GivenMesh<D> mesh) {
+Outcome<State<D>> beginning_with(Mesh<D> mesh) {
     State<D> state;
-    if (auto* curves = std::get_if<QuadraticMesh<D>>(&mesh)) {
-        state.given_points = curves->linear.points;
-        state.given_nodes = curves->mid_nodes;
-        state.mesh = Quadratic<D>{std::move(*curves), NodesOf::input, Unplanned<D>{}};
-    } else {
-        auto& straight = std::get<LinearMesh<D>>(mesh);
-        state.given_points = straight.points;
-        state.mesh = std::move(straight);
-    }
+    state.given_points = mesh.points;
+    state.given_nodes = mesh.edge_nodes;
+    auto begun = on_simplices(std::move(mesh), [&](auto simplices) -> Outcome<Done> {
+        if constexpr (std::is_same_v<decltype(simplices), LinearMesh<D>>)
+            state.mesh = std::move(simplices);
+        else
+            state.mesh = Quadratic<D>{std::move(simplices), NodesOf::input, Unplanned<D>{}};
+        return Done{};
+    });
+    if (!begun) return fail(std::move(begun.error()));
     return state;
 }
 
@@ -599,7 +583,7 @@ Outcome<Done> check_order(std::span<const config::Stage> stages, int degree) {
 #define CAMBER_INSTANTIATE(D)     \
     template struct Plan<D>;      \
     template struct Quadratic<D>; \
-    template State<D> beginning_with<D>(GivenMesh<D>);
+    template Outcome<State<D>> beginning_with<D>(Mesh<D>);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -48,7 +48,7 @@ struct Clocks {
 template <int D>
 class Runner {
   public:
-    Runner(const config::Pipeline& config, GivenMesh<D> mesh, std::span<const MetricFile> files,
+    Runner(const config::Pipeline& config, State<D> state, std::span<const MetricFile> files,
            const SolutionSource* solution, GeometrySource geometry, AvailableMemory memory, const Around& around,
            std::shared_ptr<Ranks> ranks = one_rank(), RunEnd end = RunEnd::whole)
         : config(config),
@@ -58,7 +58,7 @@ class Runner {
           memory(std::move(memory)),
           ranks(std::move(ranks)),
           end(end),
-          state(beginning_with<D>(std::move(mesh))),
+          state(std::move(state)),
           around_(around) {}
 
     const config::Pipeline& config;

@@ -26,8 +26,11 @@ namespace camber::run {
 namespace {
 
 template <int D>
-PlanSize size_of(const LinearMesh<D>& m) {
-    PlanSize size{D, 1, m.points.size(), m.elements.size(), m.facets.size(), 0, 0};
+PlanSize size_of(const Mesh<D>& mesh) {
+    const LinearMesh<D> m = straight_simplices(mesh);
+    PlanSize size{D, mesh.degree, m.points.size(), m.elements.size(), m.facets.size(), mesh.entities.edges.size(), 0};
+    size.peak_bytes = estimated_peak_bytes(size.vertices, size.elements, D);
+    if (mesh.degree == 2) return size;
     // Euler: V − E + F − T = 1 with 2 F = 4 T + B in 3D; in 2D each triangle has three edges, inner ones shared.
     if (m.elements.size() == 0)
         size.edges = m.facets.size() * 3 / 2;
@@ -35,14 +38,6 @@ PlanSize size_of(const LinearMesh<D>& m) {
         size.edges = m.points.size() + m.elements.size() + m.facets.size() / 2;
     else
         size.edges = (3 * m.elements.size() + m.facets.size()) / 2;
-    size.peak_bytes = estimated_peak_bytes(size.vertices, size.elements, D);
-    return size;
-}
-template <int D>
-PlanSize size_of(const QuadraticMesh<D>& m) {
-    PlanSize size = size_of(m.linear);
-    size.degree = 2;
-    size.edges = m.edges.size();
     return size;
 }
 
@@ -167,15 +162,6 @@ std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, co
 
 namespace {
 
-template <int D>
-const LinearMesh<D>& straight_of(const LinearMesh<D>& mesh) {
-    return mesh;
-}
-template <int D>
-const LinearMesh<D>& straight_of(const QuadraticMesh<D>& mesh) {
-    return mesh.linear;
-}
-
 bool changes_mesh(const config::Stage& stage) {
     return std::visit([]<class Options>(const Options&) { return changes_topology<Options>(); }, stage);
 }
@@ -207,12 +193,12 @@ struct FieldRows {
     Column<RowId> nodes, cells;
 };
 template <int D>
-FieldRows field_rows(const LinearMesh<D>& mesh, const Renumbering& back, const Column<EdgeId>& edges) {
+FieldRows field_rows(const Mesh<D>& mesh, const Renumbering& back, const Column<EdgeId>& edges) {
     RowsBefore nodes, cells;
     nodes.append(back.vertices.before);
     nodes.append(edges);
     cells.append(back.elements.before);
-    cells.append_unchanged(mesh.facets.size() + mesh.edges.size());
+    cells.append_unchanged(mesh.facets.template of<simplex<D - 1>>().size() + mesh.edges.size());
     return {std::move(nodes).column(), std::move(cells).column()};
 }
 
@@ -243,17 +229,18 @@ Outcome<Done> renumber_rows(Solution& solution, const Column<VertexId>& before, 
 
 /// Of a mesh that comes out the edges as they were; none in degree 1.
 template <int D>
-Outcome<Column<EdgeId>> renumber(LinearMesh<D>& mesh, const Renumbering& order, const Execution& execution) {
-    auto made = renumbered(std::move(mesh), order, execution);
+Outcome<Column<EdgeId>> renumber(Mesh<D>& mesh, const Renumbering& order, const Execution& execution) {
+    if (mesh.degree == 1) {
+        auto made = renumbered(straight_simplices(std::move(mesh)), order, execution);
+        if (!made) return fail(std::move(made.error()));
+        mesh = as_mesh(std::move(*made));
+        return Column<EdgeId>{};
+    }
+    auto quadratic = as_quadratic(std::move(mesh));
+    if (!quadratic) return fail(std::move(quadratic.error()));
+    auto made = renumbered(std::move(*quadratic), order, execution);
     if (!made) return fail(std::move(made.error()));
-    mesh = std::move(*made);
-    return Column<EdgeId>{};
-}
-template <int D>
-Outcome<Column<EdgeId>> renumber(QuadraticMesh<D>& mesh, const Renumbering& order, const Execution& execution) {
-    auto made = renumbered(std::move(mesh), order, execution);
-    if (!made) return fail(std::move(made.error()));
-    mesh = std::move(made->mesh);
+    mesh = as_mesh(std::move(made->mesh));
     return std::move(made->edges);
 }
 
@@ -288,7 +275,7 @@ Outcome<std::optional<BetterOrder>> working_order(const StageInputs<D>& inputs, 
                                                   const OrderingOptions& options, const Execution& execution) {
     const auto has_mesh = [](const MetricFile& file) { return file.mesh.has_value(); };
     if (std::ranges::any_of(stages, changes_mesh) || std::ranges::any_of(inputs.files, has_mesh)) return std::nullopt;
-    return std::visit([&](const auto& m) { return better_order(straight_of(m), options, execution); }, inputs.mesh);
+    return better_order(straight_simplices(inputs.mesh), options, execution);
 }
 
 template <int D>
@@ -297,7 +284,7 @@ Outcome<StageInputs<D>> in_working_order(StageInputs<D> inputs, const Renumberin
         if (file.solution.rows == order.vertices.before.size())
             if (auto done = renumber_rows(file.solution, order.vertices.before, without_progress(execution)); !done)
                 return fail(std::move(done.error()));
-    auto done = std::visit([&](auto& mesh) { return renumber(mesh, order, execution); }, inputs.mesh);
+    auto done = renumber(inputs.mesh, order, execution);
     if (!done) return fail(std::move(done.error()));
     return inputs;
 }
@@ -305,23 +292,17 @@ Outcome<StageInputs<D>> in_working_order(StageInputs<D> inputs, const Renumberin
 template <int D>
 Outcome<Run> in_given_order(Run run, const Renumbering& order, const Execution& execution) {
     const Renumbering back = inverse(order);
-    auto done = std::visit(
-        [&]<class Mesh>(Mesh& mesh) -> Outcome<Done> {
-            if constexpr (Mesh::dimension == D) {
-                const auto edges = renumber(mesh, back, part_of(execution, 0, 0.9));
-                if (!edges) return fail(edges.error());
-                if (run.fields.empty()) return Done{};
-                auto fields = renumbered_fields<D>(run.fields, field_rows(straight_of(mesh), back, *edges),
-                                                   part_of(execution, 0.9, 1));
-                if (!fields) return fail(std::move(fields.error()));
-                run.fields = std::move(*fields);
-            }
-            return Done{};
-        },
-        run.mesh);
-    if (!done) return fail(std::move(done.error()));
+    auto& mesh = std::get<Mesh<D>>(run.mesh);
+    const auto edges = renumber(mesh, back, part_of(execution, 0, 0.9));
+    if (!edges) return fail(edges.error());
+    if (!run.fields.empty()) {
+        auto fields =
+            renumbered_fields<D>(run.fields, field_rows(mesh, back, *edges), part_of(execution, 0.9, 1));
+        if (!fields) return fail(std::move(fields.error()));
+        run.fields = std::move(*fields);
+    }
     if (run.metric)
-        if (done = renumber_rows(*run.metric, back.vertices.before, without_progress(execution)); !done)
+        if (auto done = renumber_rows(*run.metric, back.vertices.before, without_progress(execution)); !done)
             return fail(std::move(done.error()));
     renumber_report(run.report, order.elements, order.vertices);
     return run;
@@ -356,14 +337,7 @@ std::string called(const Groups& groups, int dimension, Reference reference) {
 FileNumbers numbers_of(const DecodedMesh& mesh) { return {mesh.node_numbers, mesh.tags}; }
 
 Groups groups_of(const AnyMesh& mesh) {
-    return std::visit(
-        [](const auto& m) {
-            if constexpr (requires { m.linear; })
-                return Groups(m.linear.groups.begin(), m.linear.groups.end());
-            else
-                return Groups(m.groups.begin(), m.groups.end());
-        },
-        mesh);
+    return std::visit([](const auto& m) { return Groups(m.groups.begin(), m.groups.end()); }, mesh);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \

@@ -60,9 +60,10 @@ Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields, const std
 
 template <int D>
 Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution) {
-    if (const auto* linear = std::get_if<LinearMesh<D>>(&mesh)) return elevate(*linear, execution);
-    if (const auto* quadratic = std::get_if<QuadraticMesh<D>>(&mesh)) return *quadratic;
-    return fail(ErrorKind::internal, "the mesh is of another dimension");
+    const auto* const given = std::get_if<Mesh<D>>(&mesh);
+    if (!given) return fail(ErrorKind::internal, "the mesh is of another dimension");
+    if (given->degree == 1) return as_linear(*given).and_then([&](const auto& m) { return elevate(m, execution); });
+    return as_quadratic(*given);
 }
 template Outcome<QuadraticMesh<2>> of_degree_2<2>(const AnyMesh&, const Execution&);
 template Outcome<QuadraticMesh<3>> of_degree_2<3>(const AnyMesh&, const Execution&);
@@ -70,12 +71,10 @@ template Outcome<QuadraticMesh<3>> of_degree_2<3>(const AnyMesh&, const Executio
 Outcome<std::size_t> nodes_in_degree_2(const AnyMesh& mesh, const Execution& execution) {
     return std::visit(
         [&](const auto& m) -> Outcome<std::size_t> {
-            if constexpr (requires { m.linear; })
-                return m.linear.points.size() + m.edges.size();
-            else
-                return unique_edges(m, execution).map([&](const auto& edges) {
-                    return m.points.size() + edges.size();
-                });
+            if (m.degree == 2) return count_nodes(m);
+            return unique_edges(straight_simplices(m), execution).map([&](const auto& edges) {
+                return m.points.size() + edges.size();
+            });
         },
         mesh);
 }
@@ -107,14 +106,7 @@ struct NodesOfMesh {
     Column<std::array<VertexId, 2>> edges;
 };
 NodesOfMesh nodes_of(const AnyMesh& mesh) {
-    return std::visit(
-        [](const auto& m) -> NodesOfMesh {
-            if constexpr (requires { m.linear; })
-                return {m.linear.points.size(), m.edges.vertices};
-            else
-                return {m.points.size(), {}};
-        },
-        mesh);
+    return std::visit([](const auto& m) { return NodesOfMesh{m.points.size(), m.entities.edges}; }, mesh);
 }
 
 Column<double> at_all_nodes(const NodesOfMesh& nodes, const TransferField& field) {
@@ -137,9 +129,8 @@ Outcome<TransferredFields> fields_brought_to(const AnyMesh& new_mesh, const AnyM
                                              std::vector<NamedField> fields, const TransferOptions& options,
                                              const Around& around) {
     return std::visit(
-        [&]<class New, class Old>(const New&, const Old&) -> Outcome<TransferredFields> {
-            constexpr int D = New::dimension;
-            if constexpr (D != Old::dimension)
+        [&]<int D, int Old>(const Mesh<D>&, const Mesh<Old>&) -> Outcome<TransferredFields> {
+            if constexpr (D != Old)
                 return fail(ErrorKind::input, "is not of the dimension of the old mesh", {}, {},
                             "give two meshes of one domain");
             else
@@ -194,18 +185,13 @@ Outcome<NamedField> evaluated(const QuadraticMesh<D>& mesh, const std::string& t
     return NamedField{"expression", FieldKind::scalar, {1, 2, Column<double>(std::move(values))}};
 }
 
-template <int D>
-AnyMesh any_of(const QuadraticMesh<D>& mesh) {
-    return mesh;
-}
-
 }  // namespace
 
 Outcome<NamedField> field_of_expression(const AnyMesh& mesh, const std::string& expression,
                                         const Execution& execution) {
     return std::visit(
-        [&]<class Mesh>(const Mesh&) -> Outcome<NamedField> {
-            const auto quadratic = of_degree_2<Mesh::dimension>(mesh, without_progress(execution));
+        [&]<int D>(const Mesh<D>&) -> Outcome<NamedField> {
+            const auto quadratic = of_degree_2<D>(mesh, without_progress(execution));
             if (!quadratic) return fail(quadratic.error());
             return evaluated(*quadratic, expression, execution);
         },
@@ -230,7 +216,7 @@ Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const Quadra
         return out;
     }
     if (source.fields.empty()) return out;
-    const auto brought = fields_brought_to(any_of(mesh), source.mesh, source.fields, TransferOptions{}, around);
+    const auto brought = fields_brought_to(AnyMesh(as_mesh(mesh)), source.mesh, source.fields, TransferOptions{}, around);
     if (!brought) return fail(brought.error());
     const std::vector<NamedField>& fields = brought->fields;
     if (auto fit = check_weights(fields.size()); !fit) return fail(fit.error());
@@ -413,9 +399,7 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
     config::SolutionMetric by = asked;
     by.expected.weights = weights_of_scalars(fields, *wanted, asked.expected.weights);
     return std::visit(
-        [&]<class Mesh>(const Mesh&) -> Outcome<SolutionMetricMade> {
-            constexpr int D = Mesh::dimension;
-            constexpr int degree = requires(const Mesh& m) { m.linear; } ? 2 : 1;
+        [&]<int D>(const Mesh<D>& m) -> Outcome<SolutionMetricMade> {
             if (plan_size(mesh).elements == 0)
                 return fail(ErrorKind::input,
                             std::string("is of a mesh without ") + (D == 2 ? "triangles" : "tetrahedra") +
@@ -424,7 +408,7 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
             const auto quadratic =
                 run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
             if (!quadratic) return fail(quadratic.error());
-            return made_metric<D>(*quadratic, degree, *wanted, by, given, ridge_angle, around);
+            return made_metric<D>(*quadratic, m.degree, *wanted, by, given, ridge_angle, around);
         },
         mesh);
 }
@@ -452,8 +436,7 @@ Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, cons
     if (field.kind != FieldKind::scalar)
         return fail(ErrorKind::usage, "is no field of numbers", field.name, {}, "give one component");
     return std::visit(
-        [&]<class Mesh>(const Mesh&) -> Outcome<Solution> {
-            constexpr int D = Mesh::dimension;
+        [&]<int D>(const Mesh<D>&) -> Outcome<Solution> {
             const auto quadratic = of_degree_2<D>(mesh, without_progress(execution));
             if (!quadratic) return fail(quadratic.error());
             const std::array<Column<double>, 1> values{field.field.values};

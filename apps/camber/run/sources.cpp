@@ -201,23 +201,6 @@ template Outcome<SourcedMetric<3>> log_metrics_of_file<3>(const MetricFile&, std
 
 namespace {
 
-/// A mesh as it is used, and what is to be said of it.
-template <int D>
-struct Mended {
-    GivenMesh<D> mesh;
-    Notices notices;
-};
-template <int D>
-Outcome<Mended<D>> mended(GivenMesh<D> mesh, const Execution& execution) {
-    return std::visit(
-        [&](auto given) -> Outcome<Mended<D>> {
-            auto prepared = prepare(std::move(given), execution);
-            if (!prepared) return fail(prepared.error());
-            return Mended<D>{std::move(prepared->mesh), std::move(prepared->notices)};
-        },
-        std::move(mesh));
-}
-
 /// In the order to work in, which makes this too faster; nothing where there is something to say of the mesh, since
 /// that is said of the given one.
 template <int D>
@@ -225,7 +208,7 @@ Outcome<std::optional<Sound<D>>> sound_in_order(const StageInputs<D>& given, Bet
                                                 const Execution& execution) {
     auto inputs = in_working_order(given, order.renumbering, part_of(execution, 0, 0.2));
     if (!inputs) return fail(inputs.error());
-    auto made = mended<D>(std::move(inputs->mesh), part_of(execution, 0.2, 1));
+    auto made = prepare(std::move(inputs->mesh), part_of(execution, 0.2, 1));
     if (!made || !made->notices.empty()) return std::nullopt;
     return Sound<D>{{std::move(made->mesh), std::move(inputs->files)}, {}, std::move(order)};
 }
@@ -243,7 +226,7 @@ Outcome<Sound<D>> prepare_stage(StageInputs<D> given, std::span<const config::St
         if (!sound) return fail(sound.error());
         if (*sound) return std::move(**sound);
     }
-    auto made = mended<D>(std::move(given.mesh), part_of(execution, is_bad ? 0.9 : 0.02, 1));
+    auto made = prepare(std::move(given.mesh), part_of(execution, is_bad ? 0.9 : 0.02, 1));
     if (!made) return fail(made.error());
     given.mesh = std::move(made->mesh);
     Sound<D> sound{std::move(given), std::move(made->notices), {}};

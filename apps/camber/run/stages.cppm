@@ -45,10 +45,6 @@ struct GeometrySource {
 /// it.
 namespace camber::run {
 
-/// A mesh as it was read: its degree is the file's.
-template <int D>
-using GivenMesh = std::variant<LinearMesh<D>, QuadraticMesh<D>>;
-
 /// A plan that began with the nodes that the mesh was read with.
 template <int D>
 struct OwnNodes {
@@ -185,9 +181,9 @@ struct State {
     CurveOptions curving = {};  ///< of the last stage that curved: passes have new edges find their nodes alike
 };
 
-/// How a run begins.
+/// How a run begins. Errors: unsupported (no simplices of degree 1 or 2).
 template <int D>
-[[nodiscard]] State<D> beginning_with(GivenMesh<D> mesh);
+[[nodiscard]] Outcome<State<D>> beginning_with(Mesh<D> mesh);
 
 }  // namespace camber::run
 
@@ -241,7 +237,7 @@ namespace camber::run {
 /// A mesh, and rows of its vertices.
 template <int D>
 struct StageInputs {
-    GivenMesh<D> mesh;
+    Mesh<D> mesh;
     std::vector<MetricFile> files;
     std::shared_ptr<Ranks> ranks = one_rank();  ///< who share what goes by blocks
     RunEnd end = RunEnd::whole;

@@ -35,11 +35,7 @@ using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
 
 template <class F>
 auto on(const MeshHandle& mesh, F&& f) {
-    return app::on_mesh(mesh.value.mesh, std::forward<F>(f));
-}
-template <class F>
-auto on_linear(const MeshHandle& mesh, F&& f) {
-    return on(mesh, [&](const auto*, const auto& linear) { return f(linear); });
+    return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
 /// {cell type: f(simplices, edges)} of those that there are, elements first.
@@ -59,7 +55,8 @@ py::dict by_cell_type(const MeshHandle& mesh, F&& f) {
 }
 
 py::dict cells(const MeshHandle& mesh) {
-    return by_cell_type(mesh, [&]<int K>(const Simplices<K>& simplices, const auto* edges) -> py::array {
+    return by_cell_type(mesh, [&]<Shape shape>(const Cells<shape>& simplices, const auto* edges) -> py::array {
+        constexpr int K = shape_table<shape>.dimension;
         if (!edges) return view_of<std::uint32_t>(simplices.vertices, K + 1);
         return view_of<std::uint32_t>(Column<std::array<VertexId, quadratic_nodes<K>>>(
                                           nodes_of_cells<K>(simplices.vertices, *edges, mesh.vertices())),
@@ -68,49 +65,48 @@ py::dict cells(const MeshHandle& mesh) {
 }
 
 py::dict corners(const MeshHandle& mesh) {
-    return by_cell_type(mesh, []<int K>(const Simplices<K>& simplices, const auto*) {
-        return view_of<std::uint32_t>(simplices.vertices, K + 1);
+    return by_cell_type(mesh, []<Shape shape>(const Cells<shape>& simplices, const auto*) {
+        return view_of<std::uint32_t>(simplices.vertices, shape_table<shape>.corner_count);
     });
 }
 
 py::dict references(const MeshHandle& mesh) {
     py::dict out = by_cell_type(
         mesh, [](const auto& simplices, const auto*) { return view_of<std::int32_t>(simplices.references, 0); });
-    out["vertex"] = on_linear(mesh, [](const auto& m) { return view_of<std::int32_t>(m.point_references, 0); });
+    out["vertex"] = on(mesh, [](const auto& m) { return view_of<std::int32_t>(m.point_references, 0); });
     return out;
 }
 
 py::array vertices(const MeshHandle& mesh) {
-    return on_linear(mesh, []<int D>(const LinearMesh<D>& m) { return view_of<double>(m.points, D); });
+    return on(mesh, []<int D>(const Mesh<D>& m) { return view_of<double>(m.points, D); });
 }
 
 py::object mid_nodes(const MeshHandle& mesh) {
-    return on(mesh, []<int D>(const QuadraticMesh<D>* curved, const LinearMesh<D>&) -> py::object {
-        return curved ? py::object(view_of<double>(curved->mid_nodes, D)) : py::object(py::none());
+    return on(mesh, []<int D>(const Mesh<D>& m) -> py::object {
+        return m.degree == 2 ? py::object(view_of<double>(m.edge_nodes, D)) : py::object(py::none());
     });
 }
 
 /// Vertices, then the edges' nodes.
 py::array points(const MeshHandle& mesh) {
-    return on(mesh, [&]<int D>(const QuadraticMesh<D>* curved, const LinearMesh<D>& linear) -> py::array {
-        if (!curved) return view_of<double>(linear.points, D);
+    return on(mesh, [&]<int D>(const Mesh<D>& m) -> py::array {
+        if (m.degree == 1) return view_of<double>(m.points, D);
         py::array_t<double> all({mesh.nodes(), std::size_t{D}});
         double* to = all.mutable_data();
-        for (const Vec<D>& p : linear.points) to = std::copy(p.c.begin(), p.c.end(), to);
-        for (const LagrangeNode<D>& node : curved->mid_nodes)
-            to = std::copy(node.point.c.begin(), node.point.c.end(), to);
+        for (const Vec<D>& p : m.points) to = std::copy(p.c.begin(), p.c.end(), to);
+        for (const LagrangeNode<D>& node : m.edge_nodes) to = std::copy(node.point.c.begin(), node.point.c.end(), to);
         return read_only(std::move(all));
     });
 }
 
 py::object edge_vertices(const MeshHandle& mesh) {
-    return on(mesh, [](const auto* curved, const auto&) -> py::object {
-        return curved ? py::object(view_of<std::uint32_t>(curved->edges.vertices, 2)) : py::object(py::none());
+    return on(mesh, [](const auto& m) -> py::object {
+        return m.degree == 2 ? py::object(view_of<std::uint32_t>(m.entities.edges, 2)) : py::object(py::none());
     });
 }
 
 std::vector<std::tuple<int, Reference, std::string>> groups(const MeshHandle& mesh) {
-    return on_linear(mesh, [](const auto& m) {
+    return on(mesh, [](const auto& m) {
         std::vector<std::tuple<int, Reference, std::string>> all;
         for (const Group& group : m.groups) all.emplace_back(group.dimension, group.reference, group.name);
         return all;
@@ -211,14 +207,7 @@ MeshHandle of_state(const py::tuple& state) {
     const auto bytes = state[0].cast<std::string>();
     auto mesh = value_of(decode_mesh(std::as_bytes(std::span(bytes)), "a pickled mesh", {}, {}));
     const Column<Group> names = named_groups(state[2].cast<std::vector<std::tuple<int, Reference, std::string>>>());
-    std::visit(
-        [&](auto& m) {
-            if constexpr (requires { m.linear; })
-                m.linear.groups = names;
-            else
-                m.groups = names;
-        },
-        mesh.mesh);
+    std::visit([&](auto& m) { m.groups = names; }, mesh.mesh);
     if (const auto z = state[3].cast<std::optional<double>>()) {
         mesh.lift.emplace();
         mesh.lift->z = *z;
@@ -229,18 +218,16 @@ MeshHandle of_state(const py::tuple& state) {
 }  // namespace
 
 int MeshHandle::dimension() const {
-    return std::visit([]<class Mesh>(const Mesh&) { return Mesh::dimension; }, value.mesh);
+    return on(*this, []<int D>(const Mesh<D>&) { return D; });
 }
 int MeshHandle::degree() const {
-    return on(*this, [](const auto* curved, const auto&) { return curved ? 2 : 1; });
+    return on(*this, [](const auto& m) { return m.degree; });
 }
 std::size_t MeshHandle::vertices() const {
-    return on_linear(*this, [](const auto& m) { return m.points.size(); });
+    return on(*this, [](const auto& m) { return m.points.size(); });
 }
 std::size_t MeshHandle::nodes() const {
-    return on(*this, [](const auto* curved, const auto& m) {
-        return m.points.size() + (curved ? curved->mid_nodes.size() : 0);
-    });
+    return on(*this, [](const auto& m) { return count_nodes(m); });
 }
 
 MeshHandle handle_of(DecodedMesh mesh) {

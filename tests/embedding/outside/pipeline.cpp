@@ -14,11 +14,11 @@ using namespace camber;
 static Outcome<bool> pipeline(const Around& around) {
     const auto mesh = generate(ShellOptions<3>{.outer_radius = 2, .inner_size = 0.5, .outer_size = 0.6});
     if (!mesh) return fail(mesh.error());
-    const auto curved = curve_mesh<3>(*mesh, {}, {.repair = {.min_scaled_jacobian = 0.2}}, around);
+    const auto curved = curve_mesh<3>(as_mesh(*mesh), {}, {.repair = {.min_scaled_jacobian = 0.2}}, around);
     if (!curved) return fail(curved.error());
     const auto& [before, after] = std::pair(curved->before, curved->after);
     std::printf("%zu tetrahedra, %zu edges: %zu of them below 0.2 when curved, %zu now; the smallest has %.3f\n",
-                curved->mesh.linear.elements.size(), curved->mesh.edges.size(), before.invalid + before.undecided,
+                count_elements(curved->mesh), curved->mesh.entities.edges.size(), before.invalid + before.undecided,
                 after.invalid + after.undecided, after.smallest);
     return after.all_valid();
 }

@@ -18,16 +18,13 @@ import camber.recipes;
 
 using namespace camber;
 
-static Outcome<AnyMesh> made(const std::string& verb, AnyMesh mesh, const Around& around) {
-    const auto taken = [](auto of) -> AnyMesh { return std::move(of.mesh); };
-    if (verb == "curve") return curve_mesh<3>(std::get<LinearMesh<3>>(std::move(mesh)), {}, {}, around).map(taken);
+static Outcome<Mesh<3>> made(const std::string& verb, Mesh<3> mesh, const Around& around) {
+    const auto taken = [](auto of) { return std::move(of.mesh); };
+    if (verb == "curve") return curve_mesh<3>(std::move(mesh), {}, {}, around).map(taken);
     if (verb == "repair")
-        return run_step(around, "repair", [&](const Execution& e) {
-            return repair_mesh(std::get<QuadraticMesh<3>>(std::move(mesh)), {}, e).map(taken);
-        });
-    if (auto* straight = std::get_if<LinearMesh<3>>(&mesh))
-        return remesh_mesh<3>(std::move(*straight), {}, {}, around).map(taken);
-    return remesh_mesh<3>(std::get<QuadraticMesh<3>>(std::move(mesh)), {}, {}, around).map(taken);
+        return run_step(around, "repair",
+                        [&](const Execution& e) { return repair_mesh(std::move(mesh), {}, e).map(taken); });
+    return remesh_mesh<3>(std::move(mesh), {}, {}, around).map(taken);
 }
 
 int main(int, char** arguments) {
@@ -37,7 +34,7 @@ int main(int, char** arguments) {
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     const auto bytes = std::as_bytes(std::span(text));
     const auto decoded = decode_mesh(bytes, in, all);
-    const auto mesh = made(verb, decoded.value().mesh, plainly(all));
+    const auto mesh = made(verb, std::get<Mesh<3>>(decoded.value().mesh), plainly(all));
     if (!mesh) {
         std::fprintf(stderr, "%s\n", describe(mesh.error()).c_str());
         return 1;
