@@ -51,7 +51,8 @@ template <class Mesh>
 void encode(benchmark::State& state, const Mesh& mesh) {
     const auto size = file_of(mesh).size();
     for (auto _ : state)
-        benchmark::DoNotOptimize(encode_gmf_mesh(as_mesh(mesh), GmfOptions{.encoding = GmfEncoding::binary}, Execution{}));
+        benchmark::DoNotOptimize(
+            encode_gmf_mesh(as_mesh(mesh), GmfOptions{.encoding = GmfEncoding::binary}, Execution{}));
     state.SetBytesProcessed(static_cast<std::int64_t>(state.iterations() * size));
 }
 

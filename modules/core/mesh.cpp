@@ -489,10 +489,10 @@ Outcome<Mesh<D>> elevate(Mesh<D> mesh, int degree, const Execution& execution) {
     return guarded([&] { return with_degree(std::move(mesh), degree, without_progress(execution)); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                           \
+#define CAMBER_INSTANTIATE(D)                                    \
     template Mesh<D> as_mesh<D>(LinearMesh<D>);                  \
     template Mesh<D> as_mesh<D>(QuadraticMesh<D>);               \
-    template LinearMesh<D> straight_simplices<D>(Mesh<D>); \
+    template LinearMesh<D> straight_simplices<D>(Mesh<D>);       \
     template Outcome<LinearMesh<D>> as_linear<D>(Mesh<D>);       \
     template Outcome<QuadraticMesh<D>> as_quadratic<D>(Mesh<D>); \
     template Outcome<Mesh<D>> elevate<D>(Mesh<D>, int, const Execution&);

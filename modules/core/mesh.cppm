@@ -150,6 +150,14 @@ template <int D>
     return count;
 }
 
+/// Whether the mesh is a surface in space and no more: see the same function of LinearMesh.
+template <int D>
+[[nodiscard]] bool is_surface_alone(const Mesh<D>& mesh) {
+    std::size_t facets = 0;
+    each_shape<D - 1>([&]<Shape shape>() { facets += mesh.facets.template of<shape>().size(); });
+    return D == 3 && count_elements(mesh) == 0 && facets > 0;
+}
+
 /// Number of all nodes.
 template <int D>
 [[nodiscard]] std::size_t count_nodes(const Mesh<D>& mesh) {

@@ -111,25 +111,24 @@ struct Cut {
 /// A number an element (of a surface alone: a facet): 1 where it stays, since its centroid, that of its vertices, does
 /// not lie beyond the plane; else 0. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Column<std::uint8_t>> kept_by(const Cut<D>& cut, const LinearMesh<D>& mesh,
-                                                    const Execution& execution);
+[[nodiscard]] Outcome<Column<std::uint8_t>> kept_by(const Cut<D>& cut, const Mesh<D>& mesh, const Execution& execution);
 
 /// The faces to be seen of the elements that are kept (`kept` as `kept_by` has it; empty: all), by rising element: in
-/// 3D faces with one kept element on them, in 2D the elements, of a surface alone its facets. A mesh of degree 1 is
-/// elevated first. Errors: stopped.
+/// 3D faces with one kept element on them, in 2D the elements, of a surface alone its facets. Errors: unsupported (no
+/// simplices of degree 2: a mesh of degree 1 is elevated first), stopped.
 template <int D>
-[[nodiscard]] Outcome<Column<Face>> faces_to_draw(const QuadraticMesh<D>& mesh, std::span<const std::uint8_t> kept,
+[[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> kept,
                                                   const Execution& execution);
 
 /// The edges of the faces, each once, in the order of the mesh's edge set.
 template <int D>
-[[nodiscard]] Column<FaceEdge> edges_to_draw(const QuadraticMesh<D>& mesh, std::span<const Face> faces);
+[[nodiscard]] Column<FaceEdge> edges_to_draw(const Mesh<D>& mesh, std::span<const Face> faces);
 
 /// Where a node is.
 template <int D>
-[[nodiscard]] inline Vec<D> node_point(const QuadraticMesh<D>& mesh, NodeNumber node) {
-    const std::size_t vertices = mesh.linear.points.size();
-    return node < vertices ? mesh.linear.points[node] : mesh.mid_nodes[node - vertices].point;
+[[nodiscard]] inline Vec<D> node_point(const Mesh<D>& mesh, NodeNumber node) {
+    const std::size_t vertices = mesh.points.size();
+    return node < vertices ? mesh.points[node] : mesh.edge_nodes[node - vertices].point;
 }
 
 // From space onto paper, without perspective: lengths along the paper stay in proportion.
@@ -311,9 +310,9 @@ using FaceValues = std::function<std::array<float, 6>(const Face&)>;
 /// The faces on paper, as large as there is room. `marked`: elements to be stressed, rising. Errors: nothing to draw
 /// (input), stopped.
 template <int D>
-[[nodiscard]] Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> faces,
-                                        const FaceValues& values, std::span<const std::uint32_t> marked,
-                                        PictureOptions options, const Execution& execution);
+[[nodiscard]] Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
+                                        std::span<const std::uint32_t> marked, PictureOptions options,
+                                        const Execution& execution);
 
 // What stands on a picture beside the mesh: the legend of the colours, and pointers. All in pixels, y downwards.
 

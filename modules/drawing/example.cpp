@@ -9,27 +9,20 @@ import camber.drawing;
 
 using namespace camber;
 
-/// Two tetrahedra on a common face, one above it and one below; its edge set as `unique_edges` makes it.
-static Outcome<QuadraticMesh<3>> two_tetrahedra() {
-    QuadraticMesh<3> mesh;
-    mesh.linear.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}};
+/// Two tetrahedra on a common face, one above it and one below.
+static Outcome<Mesh<3>> two_tetrahedra() {
+    LinearMesh<3> mesh;
+    mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}};
     const auto v = [](std::size_t i) { return VertexId(i); };
-    mesh.linear.elements.vertices = Buffer<SimplexVertices<3>>{{v(0), v(1), v(2), v(3)}, {v(0), v(2), v(1), v(4)}};
-    mesh.linear.elements.references = Buffer<Reference>{1, 2};
-    auto edges = unique_edges(mesh.linear, Execution{});
-    if (!edges) return fail(edges.error());
-    Buffer<LagrangeNode<3>> nodes(edges->size());
-    for (std::size_t e = 0; e < nodes.size(); ++e)
-        nodes[e].point = midpoint(mesh.linear.points[edges->vertices[e][0]], mesh.linear.points[edges->vertices[e][1]]);
-    mesh.edges = *edges;
-    mesh.mid_nodes = std::move(nodes);
-    return mesh;
+    mesh.elements.vertices = Buffer<SimplexVertices<3>>{{v(0), v(1), v(2), v(3)}, {v(0), v(2), v(1), v(4)}};
+    mesh.elements.references = Buffer<Reference>{1, 2};
+    return elevate(as_mesh(std::move(mesh)), 2, Execution{});
 }
 
 int main() {
     const auto mesh = two_tetrahedra();
     if (!mesh) return 1;
-    const auto kept = kept_by(Cut<3>{{{0, 0, 1}}, 0}, mesh->linear, Execution{});  // what is above is cut away
+    const auto kept = kept_by(Cut<3>{{{0, 0, 1}}, 0}, *mesh, Execution{});  // what is above is cut away
     if (!kept) return 1;
     const auto whole = faces_to_draw(*mesh, {}, Execution{}), cut = faces_to_draw(*mesh, kept->view(), Execution{});
     if (!whole || !cut) return 1;

@@ -191,7 +191,8 @@ Outcome<Column<Face>> faces_of_tetrahedra(const QuadraticMesh<3>& mesh, std::spa
 }  // namespace
 
 template <int D>
-Outcome<Column<std::uint8_t>> kept_by(const Cut<D>& cut, const LinearMesh<D>& mesh, const Execution& execution) {
+Outcome<Column<std::uint8_t>> kept_by(const Cut<D>& cut, const Mesh<D>& whole, const Execution& execution) {
+    const LinearMesh<D> mesh = straight_simplices(whole);
     const auto stays = [&](const Vec<D>& c) { return static_cast<std::uint8_t>(dot(cut.normal, c) <= cut.offset); };
     auto kept = is_of_facets(mesh)
                     ? map_each(execution, mesh.facets.size(),
@@ -203,34 +204,36 @@ Outcome<Column<std::uint8_t>> kept_by(const Cut<D>& cut, const LinearMesh<D>& me
 }
 
 template <int D>
-Outcome<Column<Face>> faces_to_draw(const QuadraticMesh<D>& mesh, std::span<const std::uint8_t> kept,
+Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> kept,
                                     const Execution& execution) {
+    const auto quadratic = as_quadratic(mesh);
+    if (!quadratic) return fail(quadratic.error());
     return guarded([&]() -> Outcome<Column<Face>> {
-        const LinearMesh<D>& linear = mesh.linear;
+        const LinearMesh<D>& linear = quadratic->linear;
         if constexpr (D == 2)
-            return whole_triangles<2>(linear.elements, mesh.edges.of_elements, linear.points.size(), kept,
+            return whole_triangles<2>(linear.elements, quadratic->edges.of_elements, linear.points.size(), kept,
                                       FaceKind::plane);
         else if (is_of_facets(linear))
-            return whole_triangles<2>(linear.facets, mesh.edges.of_facets, linear.points.size(), kept,
+            return whole_triangles<2>(linear.facets, quadratic->edges.of_facets, linear.points.size(), kept,
                                       FaceKind::boundary);
         else
-            return faces_of_tetrahedra(mesh, kept, execution);
+            return faces_of_tetrahedra(*quadratic, kept, execution);
     });
 }
 
 template <int D>
-Column<FaceEdge> edges_to_draw(const QuadraticMesh<D>& mesh, std::span<const Face> faces) {
-    const std::size_t vertices = mesh.linear.points.size();
-    Buffer<std::uint32_t> counts(mesh.edges.size());
+Column<FaceEdge> edges_to_draw(const Mesh<D>& mesh, std::span<const Face> faces) {
+    const std::size_t vertices = mesh.points.size();
+    const auto& ends = mesh.entities.edges;
+    Buffer<std::uint32_t> counts(ends.size());
     std::fill(counts.begin(), counts.end(), 0U);
     for (const Face& face : faces)
         for (std::size_t i = 3; i < 6; ++i) ++counts[face.nodes[i] - vertices];
     Buffer<FaceEdge> edges;
     for (std::size_t e = 0; e < counts.size(); ++e)
         if (counts[e] > 0)
-            edges.push_back({{number_of(mesh.edges.vertices[e][0]), number_of(mesh.edges.vertices[e][1]),
-                              static_cast<NodeNumber>(vertices + e)},
-                             counts[e]});
+            edges.push_back(
+                {{number_of(ends[e][0]), number_of(ends[e][1]), static_cast<NodeNumber>(vertices + e)}, counts[e]});
     return edges;
 }
 
@@ -249,7 +252,7 @@ Vec<3> in_view(const View& view, const Vec<3>& p) {
 
 /// Of the nodes: the margin has room for what bows beyond them.
 template <int D>
-Box<3> box_of(const QuadraticMesh<D>& mesh, std::span<const Face> faces, const View& view) {
+Box<3> box_of(const Mesh<D>& mesh, std::span<const Face> faces, const View& view) {
     Box<3> box;
     for (const Face& face : faces) {
         DrawnFace patch;
@@ -274,7 +277,7 @@ LineKind line_kind(std::uint32_t faces) { return faces == 1 ? LineKind::rim : Li
 }  // namespace
 
 template <int D>
-Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
+Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
                           std::span<const std::uint32_t> marked, PictureOptions options, const Execution& execution) {
     if (faces.empty())
         return fail(ErrorKind::input, "there is nothing to draw: no element, or the cut takes all of them", {}, {},
@@ -283,9 +286,9 @@ Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> fa
         const View& view = options.view;
         const Box<3> box = options.zoom ? box_of(*options.zoom, view) : box_of(mesh, faces, view);
         const PaperProjection projection = fitted(view, box, frame_of(options));
-        Buffer<std::uint32_t> of_edges(mesh.edges.size());
+        Buffer<std::uint32_t> of_edges(mesh.entities.edges.size());
         std::fill(of_edges.begin(), of_edges.end(), 0U);
-        const std::size_t vertices = mesh.linear.points.size();
+        const std::size_t vertices = mesh.points.size();
         for (const Face& face : faces)
             for (std::size_t i = 3; i < 6; ++i) ++of_edges[face.nodes[i] - vertices];
         auto patches = map_each(execution, faces.size(), [&](std::size_t f) {
@@ -303,18 +306,17 @@ Outcome<Scene> make_scene(const QuadraticMesh<D>& mesh, std::span<const Face> fa
             return patch;
         });
         if (!patches) return fail(patches.error());
-        const bool is_solid = D == 3 && mesh.linear.elements.size() > 0;
+        const bool is_solid = D == 3 && count_elements(mesh) > 0;
         return Scene{std::move(options), projection, is_solid ? VisibleSides::outer : VisibleSides::both,
                      D == 3 ? Lighting::lit : Lighting::flat, std::move(*patches)};
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                 \
-    template Outcome<Column<std::uint8_t>> kept_by<D>(const Cut<D>&, const LinearMesh<D>&, const Execution&); \
-    template Outcome<Column<Face>> faces_to_draw<D>(const QuadraticMesh<D>&, std::span<const std::uint8_t>,   \
-                                                    const Execution&);                                        \
-    template Column<FaceEdge> edges_to_draw<D>(const QuadraticMesh<D>&, std::span<const Face>);               \
-    template Outcome<Scene> make_scene<D>(const QuadraticMesh<D>&, std::span<const Face>, const FaceValues&,  \
+#define CAMBER_INSTANTIATE(D)                                                                                         \
+    template Outcome<Column<std::uint8_t>> kept_by<D>(const Cut<D>&, const Mesh<D>&, const Execution&);               \
+    template Outcome<Column<Face>> faces_to_draw<D>(const Mesh<D>&, std::span<const std::uint8_t>, const Execution&); \
+    template Column<FaceEdge> edges_to_draw<D>(const Mesh<D>&, std::span<const Face>);                                \
+    template Outcome<Scene> make_scene<D>(const Mesh<D>&, std::span<const Face>, const FaceValues&,                   \
                                           std::span<const std::uint32_t>, PictureOptions, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -177,20 +177,24 @@ Outcome<InterpolationError> errors_of(const QuadraticMesh<D>& mesh, const Scalar
 }  // namespace
 
 template <int D>
-Outcome<InterpolationError> interpolation_error(const QuadraticMesh<D>& mesh, const ScalarField<D>& field,
+Outcome<InterpolationError> interpolation_error(const Mesh<D>& mesh, const ScalarField<D>& field,
                                                 const InterpolationOptions& options, const Execution& execution) {
-    return guarded([&] { return errors_of(mesh, field, options, execution); });
+    const auto quadratic = as_quadratic(mesh);
+    if (!quadratic) return fail(quadratic.error());
+    return guarded([&] { return errors_of(*quadratic, field, options, execution); });
 }
 
 template <int D>
-Outcome<InterpolantError> function_error(const QuadraticMesh<D>& mesh, std::span<const double> values,
+Outcome<InterpolantError> function_error(const Mesh<D>& mesh, std::span<const double> values,
                                          const ScalarField<D>& field, const InterpolationOptions& options,
                                          const Execution& execution) {
-    if (values.size() != mesh.linear.points.size() + mesh.edges.size())
+    const auto quadratic = as_quadratic(mesh);
+    if (!quadratic) return fail(quadratic.error());
+    if (values.size() != count_nodes(mesh))
         return fail(ErrorKind::internal, "a function of degree 2 needs a value for each node");
     return guarded([&]() -> Outcome<InterpolantError> {
         if (auto sound = check_limits(options); !sound) return fail(sound.error());
-        return Errors<D>(mesh, field, options.tolerance, execution).of_function(values);
+        return Errors<D>(*quadratic, field, options.tolerance, execution).of_function(values);
     });
 }
 
@@ -347,10 +351,10 @@ std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh, co
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                   \
-    template Outcome<InterpolantError> function_error<D>(const QuadraticMesh<D>&, std::span<const double>,      \
+    template Outcome<InterpolantError> function_error<D>(const Mesh<D>&, std::span<const double>,               \
                                                          const ScalarField<D>&, const InterpolationOptions&,    \
                                                          const Execution&);                                     \
-    template Outcome<InterpolationError> interpolation_error<D>(const QuadraticMesh<D>&, const ScalarField<D>&, \
+    template Outcome<InterpolationError> interpolation_error<D>(const Mesh<D>&, const ScalarField<D>&,          \
                                                                 const InterpolationOptions&, const Execution&); \
     template bool is_straight<D>(const QuadraticMesh<D>&, std::size_t);                                         \
     template std::vector<std::uint32_t> bent_elements<D>(const QuadraticMesh<D>&);                              \

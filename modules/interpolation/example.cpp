@@ -53,7 +53,7 @@ static Outcome<bool> example(const Execution& execution) {
         nodes[e].point = normalised(nodes[e].point) * radius;  // the middle in the radius
     }
     mesh->mid_nodes = std::move(nodes);
-    const auto error = interpolation_error<2>(*mesh, layer, {}, execution);
+    const auto error = interpolation_error<2>(as_mesh(*mesh), layer, {}, execution);
     if (!error) return fail(error.error());
     std::printf("           L2           H1\ndegree 1   %.4e   %.4e\nstraight   %.4e   %.4e\ncurved     %.4e   %.4e\n",
                 error->linear.l2.value, error->linear.h1.value, error->straight.l2.value, error->straight.h1.value,

@@ -91,9 +91,9 @@ struct InterpolationError {
 
 /// The error of the Lagrange interpolants of a field, by quadrature that is refined element by element until the norms
 /// are as exact as asked for. Docs: docs/algorithms/interpolation-error.md. Errors (usage): u is not finite somewhere,
-/// with the point; a limit of the options; memory; stopped.
+/// with the point; a limit of the options; unsupported (no simplices of degree 2); memory; stopped.
 template <int D>
-[[nodiscard]] Outcome<InterpolationError> interpolation_error(const QuadraticMesh<D>& mesh, const ScalarField<D>& field,
+[[nodiscard]] Outcome<InterpolationError> interpolation_error(const Mesh<D>& mesh, const ScalarField<D>& field,
                                                               const InterpolationOptions& options,
                                                               const Execution& execution);
 
@@ -101,7 +101,7 @@ template <int D>
 /// vertices first, then edges. Of degree 1 give the edges' middles their means. Errors: as above; internal, values that
 /// are not the nodes'.
 template <int D>
-[[nodiscard]] Outcome<InterpolantError> function_error(const QuadraticMesh<D>& mesh, std::span<const double> values,
+[[nodiscard]] Outcome<InterpolantError> function_error(const Mesh<D>& mesh, std::span<const double> values,
                                                        const ScalarField<D>& field, const InterpolationOptions& options,
                                                        const Execution& execution);
 

@@ -296,7 +296,7 @@ Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields, const
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                           \
+#define CAMBER_INSTANTIATE(D) \
     template Outcome<Chunks> encode_cgns<D>(const Mesh<D>&, const MeshFields&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

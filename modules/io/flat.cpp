@@ -16,12 +16,6 @@ constexpr std::size_t row_grain = 4096;
 
 // ---------------------------------------------------------------- is it flat?
 
-/// Whether the mesh is a surface in space and no more.
-bool is_surface(const Mesh<3>& mesh) {
-    return count_elements(mesh) == 0 &&
-           mesh.facets.of<Shape::triangle>().size() + mesh.facets.of<Shape::quadrilateral>().size() > 0;
-}
-
 /// f(point) for all that faces and edges use, until one is false.
 bool all_used(const Mesh<3>& mesh, auto&& f) {
     const auto all_of_cells = [&](const auto& cells) {
@@ -38,7 +32,7 @@ bool all_used(const Mesh<3>& mesh, auto&& f) {
 
 /// The z of all that faces and edges use, if it is one.
 std::optional<double> common_height(const Mesh<3>& mesh) {
-    if (!is_surface(mesh)) return std::nullopt;
+    if (!is_surface_alone(mesh)) return std::nullopt;
     std::optional<double> z;
     const bool flat = all_used(mesh, [&](const Vec<3>& p) {
         if (!z) z = p[2] + 0.0;  // −0 becomes 0
@@ -50,7 +44,7 @@ std::optional<double> common_height(const Mesh<3>& mesh) {
 /// Faces alone whose z differ by rounding only.
 bool is_nearly_flat(const Mesh<3>& mesh) {
     constexpr double rounding = 1e-9;
-    if (!is_surface(mesh)) return false;
+    if (!is_surface_alone(mesh)) return false;
     Box<3> box;
     static_cast<void>(all_used(mesh, [&](const Vec<3>& p) {
         box.include(p);

@@ -55,8 +55,7 @@ struct GmfOptions {
 /// vertices in the order of the edges; their reference is that of the edge's ends where both agree, else 0. Errors:
 /// usage (a version that is none or too low), unsupported (no simplices of degree 1 or 2), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options,
-                                              const Execution& execution);
+[[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options, const Execution& execution);
 
 /// What of the mesh a GMF file has no place for: names of references, entities of simplices, associations without
 /// parameters, which are left out, and distances that are not known, which are written as 0.

@@ -286,7 +286,7 @@ CAMBER_INSTANTIATE(3, 1)
 CAMBER_INSTANTIATE(3, 2)
 #undef CAMBER_INSTANTIATE
 
-#define CAMBER_INSTANTIATE(D) \
+#define CAMBER_INSTANTIATE(D)                                   \
     template std::vector<Notice> not_in_gmf<D>(const Mesh<D>&); \
     template Outcome<Chunks> encode_gmf_mesh<D>(const Mesh<D>&, GmfOptions, const Execution&);
 

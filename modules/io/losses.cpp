@@ -265,8 +265,8 @@ std::vector<Notice> not_in_vtu(const Mesh<D>& mesh) {
 #define CAMBER_INSTANTIATE(D)                                                                      \
     template std::vector<Notice> not_held<D>(const LinearMesh<D>&, Holds, std::string_view);       \
     template std::vector<Notice> not_in_further_groups<D>(const LinearMesh<D>&, std::string_view); \
-    template std::vector<Notice> not_in_msh<D>(const Mesh<D>&, MshVersion);                  \
-    template std::vector<Notice> not_in_vtu<D>(const Mesh<D>&);                              \
+    template std::vector<Notice> not_in_msh<D>(const Mesh<D>&, MshVersion);                        \
+    template std::vector<Notice> not_in_vtu<D>(const Mesh<D>&);                                    \
     template std::vector<Notice> not_in_stl<D>(const Mesh<D>&, StlEncoding);
 
 CAMBER_INSTANTIATE(2)

@@ -303,7 +303,7 @@ std::vector<Notice> not_in_mfem(const Mesh<D>& all) {
     return notices;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                           \
+#define CAMBER_INSTANTIATE(D)                                                  \
     template Outcome<Chunks> encode_mfem<D>(const Mesh<D>&, const Execution&); \
     template std::vector<Notice> not_in_mfem<D>(const Mesh<D>&);
 

@@ -318,13 +318,16 @@ class Writer {
 }  // namespace msh
 
 template <int D>
-Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options, const Execution& execution) {
+Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options,
+                           const Execution& execution) {
     return on_simplices(mesh, [&](const auto& simplices) {
-        return guarded([&] { return msh::Writer(simplices, with_legal_names(fields, msh::field_names()), options, execution).write(); });
+        return guarded([&] {
+            return msh::Writer(simplices, with_legal_names(fields, msh::field_names()), options, execution).write();
+        });
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
+#define CAMBER_INSTANTIATE(D) \
     template Outcome<Chunks> encode_msh<D>(const Mesh<D>&, const MeshFields&, MshOptions, const Execution&);
 
 CAMBER_INSTANTIATE(2)

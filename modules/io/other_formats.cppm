@@ -219,8 +219,7 @@ export namespace camber {
 /// library writes files only: it is given one in the folder for temporary files. Errors: write, unsupported (the
 /// library is not there), memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields,
-                                          const Execution& execution);
+[[nodiscard]] Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 
 /// Whether the bytes begin as a CGNS file's do: those of HDF5 or ADF.
 [[nodiscard]] bool is_cgns(std::span<const std::byte> bytes);
@@ -280,8 +279,7 @@ export namespace camber {
 /// (a field whose rows are not those of the mesh), internal (columns of the mesh that do not fit each other), memory,
 /// stopped.
 template <int D>
-[[nodiscard]] Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields,
-                                          const Execution& execution);
+[[nodiscard]] Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 
 /// Whether the bytes begin as an XDMF file does.
 [[nodiscard]] bool is_xdmf(std::span<const std::byte> bytes);

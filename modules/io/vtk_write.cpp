@@ -258,7 +258,9 @@ template <int D>
 Outcome<Chunks> encode_vtk(const Mesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                            const Execution& execution) {
     return on_simplices(mesh, [&](const auto& simplices) {
-        return guarded([&] { return vtk::Writer(simplices, with_legal_names(fields, vtk::field_names()), encoding, execution).write(); });
+        return guarded([&] {
+            return vtk::Writer(simplices, with_legal_names(fields, vtk::field_names()), encoding, execution).write();
+        });
     });
 }
 
@@ -267,7 +269,7 @@ std::vector<Notice> not_in_vtk(const Mesh<D>& mesh) {
     return not_held(straight_simplices(mesh), {.entities = true}, "VTK");
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
     template Outcome<Chunks> encode_vtk<D>(const Mesh<D>&, const MeshFields&, VtkEncoding, const Execution&); \
     template std::vector<Notice> not_in_vtk<D>(const Mesh<D>&);
 

@@ -319,13 +319,16 @@ class Writer {
 }  // namespace vtu
 
 template <int D>
-Outcome<Chunks> encode_vtu(const Mesh<D>& mesh, const MeshFields& fields, VtuOptions options, const Execution& execution) {
+Outcome<Chunks> encode_vtu(const Mesh<D>& mesh, const MeshFields& fields, VtuOptions options,
+                           const Execution& execution) {
     return on_simplices(mesh, [&](const auto& simplices) {
-        return gmf::guarded([&] { return vtu::Writer(simplices, with_legal_names(fields, vtu::field_names()), options, execution).write(); });
+        return gmf::guarded([&] {
+            return vtu::Writer(simplices, with_legal_names(fields, vtu::field_names()), options, execution).write();
+        });
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
+#define CAMBER_INSTANTIATE(D) \
     template Outcome<Chunks> encode_vtu<D>(const Mesh<D>&, const MeshFields&, VtuOptions, const Execution&);
 
 CAMBER_INSTANTIATE(2)

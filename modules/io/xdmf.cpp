@@ -196,7 +196,8 @@ class Writer {
 template <int D>
 Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution) {
     return on_simplices(mesh, [&](const auto& simplices) {
-        return guarded([&] { return xdmf::Writer(simplices, with_legal_names(fields, vtu::field_names()), execution).write(); });
+        return guarded(
+            [&] { return xdmf::Writer(simplices, with_legal_names(fields, vtu::field_names()), execution).write(); });
     });
 }
 
@@ -218,7 +219,7 @@ std::vector<Notice> not_in_xdmf(const Mesh<D>& all) {
     return notices;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
+#define CAMBER_INSTANTIATE(D)                                                                     \
     template Outcome<Chunks> encode_xdmf<D>(const Mesh<D>&, const MeshFields&, const Execution&); \
     template std::vector<Notice> not_in_xdmf<D>(const Mesh<D>&);
 

@@ -146,10 +146,13 @@ Outcome<CurvedMesh<D>> curve_mesh(Mesh<D> given, const MeshGoal<D>& goal, const 
     auto made = repair_proposal(*mesh, *boundary, *proposed, options, around);
     if (!made) return fail(made.error());
     const JudgedProposal<D>& after = made->repaired.judged;
-    return CurvedMesh<D>{
-        as_mesh(commit_uncertified(after).mesh), std::move(made->before),   after.validation(),
-        proposed->curved.statistics,             made->repaired.statistics, remaining_but_for_shape(made->repaired),
-        std::move(sound->notices)};
+    return CurvedMesh<D>{as_mesh(commit_uncertified(after).mesh),
+                         std::move(made->before),
+                         after.validation(),
+                         proposed->curved.statistics,
+                         made->repaired.statistics,
+                         remaining_but_for_shape(made->repaired),
+                         std::move(sound->notices)};
 }
 
 namespace {
@@ -263,9 +266,9 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
                                                    const Execution&, std::span<const LagrangeNode<D>>);            \
     template Outcome<RepairGuide<D>> make_guide<D>(const JudgedProposal<D>&, const std::optional<WantedNodes<D>>&, \
                                                    const Boundary<D>*, const RepairOptions&, const Execution&);    \
-    template Outcome<CurvedMesh<D>> curve_mesh<D>(Mesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,      \
+    template Outcome<CurvedMesh<D>> curve_mesh<D>(Mesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,            \
                                                   const Around&);                                                  \
-    template Outcome<MeshCheck<D>> check_mesh<D>(const Mesh<D>&, const MeshCheckOptions&, const Around&); \
+    template Outcome<MeshCheck<D>> check_mesh<D>(const Mesh<D>&, const MeshCheckOptions&, const Around&);          \
     template Outcome<ReinsertedNodes<D>> reinsert_nodes<D>(const CurvedFrom<D>&, const MetricSource<D>&,           \
                                                            const ReinsertNodesOptions&, const Around&);
 

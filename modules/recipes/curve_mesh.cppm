@@ -265,8 +265,8 @@ struct CurvedMesh {
 /// `prepare`), unsupported (no simplices of degree 1), options out of range (usage), those of the goal, stopped,
 /// memory.
 template <int D>
-[[nodiscard]] Outcome<CurvedMesh<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
-                                                const CurveMeshOptions& options, const Around& around);
+[[nodiscard]] Outcome<CurvedMesh<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal, const CurveMeshOptions& options,
+                                                const Around& around);
 
 /// What is asked of a mesh that may be anyone's: the bound is 0, not that of the meshes which Camber makes.
 struct MeshCheckOptions {

@@ -449,9 +449,12 @@ Outcome<RemeshedMesh<D>> remesh_mesh(Mesh<D> given, const MeshGoal<D>& goal, con
     auto made = on_simplices(std::move(sound->mesh),
                              [&](const auto& mesh) { return remesh_simplices(mesh, goal, options, around); });
     if (!made) return fail(made.error());
-    return RemeshedMesh<D>{end_of(std::move(made->mesh.compact), degree), std::move(made->mesh.log_metrics),
-                           std::move(made->boundary),                     std::move(made->curves),
-                           std::move(made->statistics),                   std::move(made->reached),
+    return RemeshedMesh<D>{end_of(std::move(made->mesh.compact), degree),
+                           std::move(made->mesh.log_metrics),
+                           std::move(made->boundary),
+                           std::move(made->curves),
+                           std::move(made->statistics),
+                           std::move(made->reached),
                            std::move(sound->notices)};
 }
 
@@ -474,7 +477,8 @@ Outcome<RemeshedMesh<D>> remesh_mesh(Mesh<D> given, const MeshGoal<D>& goal, con
                                                       const Boundary<D>&, RemeshingBy<D>, const Execution&);       \
     template Outcome<OntoGeometry<D>> put_nodes_onto_geometry<D>(QuadraticMesh<D>, const Boundary<D>&,             \
                                                                  const Execution&);                                \
-    template Outcome<RemeshedMesh<D>> remesh_mesh<D>(Mesh<D>, const MeshGoal<D>&, const RemeshMeshOptions&, const Around&);
+    template Outcome<RemeshedMesh<D>> remesh_mesh<D>(Mesh<D>, const MeshGoal<D>&, const RemeshMeshOptions&,        \
+                                                     const Around&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -97,8 +97,7 @@ Proposal<D> own_proposal(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& b
 }
 
 template <int D>
-Outcome<RepairedMesh<D>> repair_mesh(Mesh<D> mesh, const MeshRepairOptions& options,
-                                     const Execution& execution) {
+Outcome<RepairedMesh<D>> repair_mesh(Mesh<D> mesh, const MeshRepairOptions& options, const Execution& execution) {
     auto prepared = prepare(std::move(mesh), execution);
     if (!prepared) return fail(prepared.error());
     const auto quadratic = as_quadratic(std::move(prepared->mesh));
@@ -335,7 +334,7 @@ BoundaryShift boundary_shift(const QuadraticMesh<D>& mesh, const Proposal<D>& pr
     template Outcome<JudgedProposal<D>> judge_moved<D>(const MovedMesh<D>&, const Incidence<ElementId>&,             \
                                                        const JudgedProposal<D>&, const Execution&);                  \
     template Proposal<D> own_proposal<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, RequiredBoundary);        \
-    template Outcome<RepairedMesh<D>> repair_mesh<D>(Mesh<D>, const MeshRepairOptions&, const Execution&);  \
+    template Outcome<RepairedMesh<D>> repair_mesh<D>(Mesh<D>, const MeshRepairOptions&, const Execution&);           \
     template std::vector<RemainingElement> remaining<D>(const Repaired<D>&);                                         \
     template std::vector<RemainingElement> remaining_but_for_shape<D>(const Repaired<D>&);                           \
     template BoundaryShift boundary_shift<D>(const QuadraticMesh<D>&, const Proposal<D>&);

@@ -331,11 +331,11 @@ Outcome<Done> examine_vertices(const LinearMesh<D>& mesh, Examination<D>& x, con
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
+#define CAMBER_INSTANTIATE(D)                                                                                 \
     template Outcome<Examination<D>> examine_all<D>(const Mesh<D>&, const Execution&, const ExamineOptions&); \
-    template Outcome<Soundness> examine<D>(const Mesh<D>&, const ExamineOptions&, const Execution&); \
-    template Outcome<Done> examine_scale<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);                  \
-    template Outcome<Done> examine_nodes<D>(const QuadraticMesh<D>&, Examination<D>&, const Execution&);               \
+    template Outcome<Soundness> examine<D>(const Mesh<D>&, const ExamineOptions&, const Execution&);          \
+    template Outcome<Done> examine_scale<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);         \
+    template Outcome<Done> examine_nodes<D>(const QuadraticMesh<D>&, Examination<D>&, const Execution&);      \
     template Outcome<Done> examine_vertices<D>(const LinearMesh<D>&, Examination<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

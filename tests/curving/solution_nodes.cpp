@@ -114,7 +114,7 @@ double interpolated(const Block<D>& b, const Column<LagrangeNode<D>>& nodes, con
             for (std::size_t i = 0; i < points.size(); ++i) values[i] = u(points[i]);
         });
     };
-    return must(interpolation_error<D>(mesh, field, {}, alone)).curved.l2.value;
+    return must(interpolation_error<D>(as_mesh(mesh), field, {}, alone)).curved.l2.value;
 }
 
 /// The block with nodes of its own: on the boundary where they belong, in the volume anywhere near.
@@ -391,7 +391,7 @@ void check_expected_on_straight(std::uint64_t seed) {
             for (std::size_t i = 0; i < points.size(); ++i) values[i] = fields[0](points[i]);
         });
     };
-    const auto found = must(interpolation_error<D>(mesh, field, {}, alone));
+    const auto found = must(interpolation_error<D>(as_mesh(mesh), field, {}, alone));
     const auto known_one = known<D>(mesh, {fields.data(), 1});
     CHECK(must(expected_error(mesh.linear, known_one, 1, alone)) ==
           doctest::Approx(found.linear.l2.value).epsilon(2e-3));

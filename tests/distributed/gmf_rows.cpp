@@ -90,7 +90,8 @@ TEST_CASE("runs of a file's rows are the mesh's, and so are those from memory") 
 
 TEST_CASE("what is not read by runs is told before a row is read") {
     const auto mesh = generated::mesh<3>(5, 20);
-    CHECK(refusal<3>(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {})).starts_with("file: text is not read by runs"));
+    CHECK(refusal<3>(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {}))
+              .starts_with("file: text is not read by runs"));
     CHECK(refusal<2>(*encode_gmf_mesh(as_mesh(mesh), {}, {})).starts_with("file: the mesh is not one of dimension 2"));
     CHECK(refusal<3>(*encode_gmf_mesh(as_mesh(generated::quadratic<3>(5, 20)), {}, {})).find("of degree 2") !=
           std::string::npos);

@@ -51,7 +51,9 @@ double volume(const QuadraticMesh<3>& mesh, std::span<const std::uint8_t> kept) 
 double enclosed(const QuadraticMesh<3>& mesh, std::span<const Face> faces) {
     double sum = 0;
     for (const Face& f : faces)
-        sum += det(node_point(mesh, f.nodes[0]), node_point(mesh, f.nodes[1]), node_point(mesh, f.nodes[2])) / 6;
+        sum += det(node_point(as_mesh(mesh), f.nodes[0]), node_point(as_mesh(mesh), f.nodes[1]),
+                   node_point(as_mesh(mesh), f.nodes[2])) /
+               6;
     return sum;
 }
 
@@ -61,25 +63,25 @@ TEST_CASE("faces to draw close what is kept") {
     property("in 3D", [](std::uint64_t seed) {
         const auto mesh = block<3>(seed, {3, 2, 2});
         const auto kept = any_of(mesh.linear.elements.size(), seed);
-        const auto faces = faces_to_draw(mesh, std::span<const std::uint8_t>(kept), Execution{});
+        const auto faces = faces_to_draw(as_mesh(mesh), std::span<const std::uint8_t>(kept), Execution{});
         RC_ASSERT(faces.has_value());
         RC_ASSERT(std::abs(enclosed(mesh, faces->view()) - volume(mesh, kept)) < 1e-12);
         for (const Face& f : *faces) {
             RC_ASSERT(kept[f.element] == 1);
             for (std::size_t i = 0; i < 3; ++i)
-                RC_ASSERT(distance(node_point(mesh, f.nodes[3 + i]),
-                                   midpoint(node_point(mesh, f.nodes[i]), node_point(mesh, f.nodes[(i + 1) % 3]))) <
-                          1e-14);
+                RC_ASSERT(distance(node_point(as_mesh(mesh), f.nodes[3 + i]),
+                                   midpoint(node_point(as_mesh(mesh), f.nodes[i]),
+                                            node_point(as_mesh(mesh), f.nodes[(i + 1) % 3]))) < 1e-14);
         }
-        for (const FaceEdge& edge : edges_to_draw(mesh, faces->view())) RC_ASSERT(edge.faces % 2 == 0U);
+        for (const FaceEdge& edge : edges_to_draw(as_mesh(mesh), faces->view())) RC_ASSERT(edge.faces % 2 == 0U);
     });
     property("in 2D they are the elements", [](std::uint64_t seed) {
         const auto mesh = block<2>(seed, {4, 3});
         const auto kept = any_of(mesh.linear.elements.size(), seed);
-        const auto faces = faces_to_draw(mesh, std::span<const std::uint8_t>(kept), Execution{});
+        const auto faces = faces_to_draw(as_mesh(mesh), std::span<const std::uint8_t>(kept), Execution{});
         RC_ASSERT(faces.has_value());
         std::size_t sum = 0;
-        for (const FaceEdge& edge : edges_to_draw(mesh, faces->view())) sum += edge.faces;
+        for (const FaceEdge& edge : edges_to_draw(as_mesh(mesh), faces->view())) sum += edge.faces;
         RC_ASSERT(sum == 3 * faces->size());
         RC_ASSERT(faces->size() == static_cast<std::size_t>(std::count(kept.begin(), kept.end(), 1)));
     });
@@ -88,9 +90,9 @@ TEST_CASE("faces to draw close what is kept") {
 TEST_CASE("a cut leaves whole elements on one side") {
     const auto mesh = block<3>(7, {4, 3, 3});
     const Cut<3> cut{normalised(Vec<3>{{1, 0.5, 0.2}}), 2};
-    const auto kept = kept_by(cut, mesh.linear, Execution{});
+    const auto kept = kept_by(cut, as_mesh(mesh), Execution{});
     REQUIRE(kept);
-    const auto faces = faces_to_draw(mesh, kept->view(), Execution{});
+    const auto faces = faces_to_draw(as_mesh(mesh), kept->view(), Execution{});
     REQUIRE(faces);
     std::size_t uncovered = 0;
     for (const Face& f : *faces) {
@@ -105,7 +107,7 @@ TEST_CASE("a cut leaves whole elements on one side") {
 
 TEST_CASE("a surface alone is its facets, with their references") {
     auto solid = block<3>(3, {2, 2, 2});
-    const auto outside = faces_to_draw(solid, {}, Execution{});
+    const auto outside = faces_to_draw(as_mesh(solid), {}, Execution{});
     REQUIRE(outside);
     LinearMesh<3> surface;
     surface.points = solid.linear.points;
@@ -116,14 +118,14 @@ TEST_CASE("a surface alone is its facets, with their references") {
     surface.facets.vertices = std::move(facets);
     const auto shell = elevate(surface, Execution{});
     REQUIRE(shell);
-    const auto faces = faces_to_draw(*shell, {}, Execution{});
+    const auto faces = faces_to_draw(as_mesh(*shell), {}, Execution{});
     REQUIRE(faces);
     CHECK(faces->size() == outside->size());
     CHECK(std::abs(enclosed(*shell, faces->view()) - 8) < 2);
     CHECK(std::all_of(faces->begin(), faces->end(), [](const Face& f) { return f.reference == 5; }));
     // The same facets listed by the solid give its boundary faces the reference.
     solid.linear.facets = surface.facets;
-    const auto named = faces_to_draw(solid, {}, Execution{});
+    const auto named = faces_to_draw(as_mesh(solid), {}, Execution{});
     REQUIRE(named);
     CHECK(std::all_of(named->begin(), named->end(), [](const Face& f) { return f.reference == 5; }));
 }

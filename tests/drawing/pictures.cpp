@@ -33,8 +33,8 @@ FaceValues ones() {
 
 template <int D>
 Scene scene_of(const QuadraticMesh<D>& mesh, PictureOptions options) {
-    const auto faces = must(faces_to_draw(mesh, {}, Execution{}));
-    return must(make_scene(mesh, faces.view(), ones(), {}, std::move(options), Execution{}));
+    const auto faces = must(faces_to_draw(as_mesh(mesh), {}, Execution{}));
+    return must(make_scene(as_mesh(mesh), faces.view(), ones(), {}, std::move(options), Execution{}));
 }
 
 /// Model units² that the picture covers.
@@ -227,7 +227,7 @@ TEST_CASE("what is enlarged beyond measure is drawn") {
 
 TEST_CASE("nothing to draw is an error") {
     const auto mesh = disc(5);
-    const auto scene = make_scene<2>(mesh, {}, ones(), {}, {}, Execution{});
+    const auto scene = make_scene<2>(as_mesh(mesh), {}, ones(), {}, {}, Execution{});
     REQUIRE(!scene);
     CHECK(scene.error().kind == ErrorKind::input);
 }

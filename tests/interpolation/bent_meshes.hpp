@@ -56,7 +56,7 @@ ScalarField<D> field_of(F f) {
 template <int D>
 InterpolationError error_of(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, double tolerance = 1e-3,
                             const Execution& execution = alone) {
-    auto error = interpolation_error<D>(mesh, field, {.tolerance = tolerance}, execution);
+    auto error = interpolation_error<D>(as_mesh(mesh), field, {.tolerance = tolerance}, execution);
     REQUIRE(error.has_value());
     return *error;
 }

@@ -190,8 +190,8 @@ void check_functions() {
     const auto mesh = bent<D>(mesh_of_cells<D>(3, 0.1, 5), 0.08, 5);
     const ScalarField<D> field = field_of<D>(wave<D>);
     const auto values = at_nodes(mesh, wave<D>);
-    const auto interpolated = interpolation_error<D>(mesh, field, {}, {});
-    const auto same = function_error<D>(mesh, values, field, {}, {});
+    const auto interpolated = interpolation_error<D>(as_mesh(mesh), field, {}, {});
+    const auto same = function_error<D>(as_mesh(mesh), values, field, {}, {});
     REQUIRE(interpolated);
     REQUIRE(same);
     CHECK(agree(same->l2.value, interpolated->curved.l2.value, 2e-3));
@@ -200,12 +200,13 @@ void check_functions() {
     // that.
     Buffer<double> shifted(values.begin(), values.end());
     for (double& x : shifted) x += 3;
-    const auto beside = function_error<D>(mesh, shifted, field, {}, {});
+    const auto beside = function_error<D>(as_mesh(mesh), shifted, field, {}, {});
     REQUIRE(beside);
     const double volume = interpolated->volume.curved;
     CHECK(std::abs(beside->l2.value - 3 * std::sqrt(volume)) <= interpolated->curved.l2.value);
     CHECK(agree(beside->h1.value, interpolated->curved.h1.value, 2e-3));
-    CHECK(function_error<D>(mesh, std::span(values).first(3), field, {}, {}).error().kind == ErrorKind::internal);
+    CHECK(function_error<D>(as_mesh(mesh), std::span(values).first(3), field, {}, {}).error().kind ==
+          ErrorKind::internal);
 }
 
 }  // namespace
@@ -285,15 +286,15 @@ TEST_CASE("a field that is nothing has no error; a field that is not finite is a
     CHECK(nothing.curved.h1.value == 0);
     const auto pole =
         field_of<2>([](const Vec<2>& x) { return x[0] > 1.5 ? std::numeric_limits<double>::infinity() : x[1]; });
-    const auto failed = interpolation_error<2>(mesh, pole, {}, alone);
+    const auto failed = interpolation_error<2>(as_mesh(mesh), pole, {}, alone);
     REQUIRE_FALSE(failed.has_value());
     CHECK(failed.error().kind == ErrorKind::usage);
     CHECK(failed.error().what.find("the field is inf at (") == 0);
-    const auto huge =
-        interpolation_error<2>(mesh, field_of<2>([](const Vec<2>& x) { return 1e200 * x[0] * x[0]; }), {}, alone);
+    const auto huge = interpolation_error<2>(
+        as_mesh(mesh), field_of<2>([](const Vec<2>& x) { return 1e200 * x[0] * x[0]; }), {}, alone);
     REQUIRE_FALSE(huge.has_value());
     CHECK(huge.error().what.find("range of numbers") != std::string::npos);
-    CHECK_FALSE(interpolation_error<2>(mesh, pole, {.tolerance = 1}, alone).has_value());
+    CHECK_FALSE(interpolation_error<2>(as_mesh(mesh), pole, {.tolerance = 1}, alone).has_value());
 }
 
 TEST_CASE("elements where det J is not positive are counted, and do not keep the quadrature busy") {

@@ -70,7 +70,8 @@ generated::Bytes some_file(std::uint64_t seed) {
     const GmfOptions options = all_options[seed % 4];
     generated::Random random(seed);
     if (seed % 3 == 0) return generated::joined(*encode_gmf_mesh(as_mesh(generated::mesh<2>(seed, 4)), options, {}));
-    if (seed % 3 == 1) return generated::joined(*encode_gmf_mesh(as_mesh(generated::quadratic<3>(seed, 3)), options, {}));
+    if (seed % 3 == 1)
+        return generated::joined(*encode_gmf_mesh(as_mesh(generated::quadratic<3>(seed, 3)), options, {}));
     Solution solution{.dimension = 3, .fields = {FieldKind::symmetric_tensor, FieldKind::scalar}, .rows = 3};
     Buffer<double> values;
     for (int i = 0; i < 21; ++i) values.push_back(random.real());

@@ -83,7 +83,8 @@ TEST_CASE("the boundary as STL: closed, turned outwards, each reference a solid"
     CHECK(text.starts_with("solid reference_0\n"));
     CHECK(count(text, "solid the floor\n") == 2);  // endsolid, too
     const auto curved = *elevate(mesh, {});
-    const auto four = triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(curved), StlEncoding::ascii, {}))));
+    const auto four =
+        triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(curved), StlEncoding::ascii, {}))));
     CHECK(four.size() == 24);
     CHECK(volume_of(four) == doctest::Approx(1.0 / 6 + 1.0 / 3));
     const auto binary = generated::joined(*encode_stl(as_mesh(mesh), StlEncoding::binary, {}));
@@ -101,8 +102,8 @@ TEST_CASE("the boundary as STL: closed, turned outwards, each reference a solid"
 TEST_CASE("surfaces and flat meshes as STL are all of their triangles") {
     LinearMesh<3> surface = two_tetrahedra();
     surface.elements = {};
-    CHECK(triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(surface), StlEncoding::ascii, {})))).size() ==
-          1);
+    CHECK(triangles_of(generated::text_of(generated::joined(*encode_stl(as_mesh(surface), StlEncoding::ascii, {}))))
+              .size() == 1);
     LinearMesh<2> flat;
     flat.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{0, 1}}};
     flat.point_references = Buffer<Reference>(3, 0);
@@ -135,5 +136,6 @@ TEST_CASE("an XDMF file has as many numbers as its items say") {
     const std::string second = generated::text_of(generated::joined(*encode_xdmf(as_mesh(curved), {}, {})));
     CHECK(second.find("TopologyType=\"Tetrahedron_10\" NumberOfElements=\"2\"") < second.size());
     REQUIRE(not_in_xdmf(as_mesh(curved)).size() == 2);
-    CHECK(not_in_xdmf(as_mesh(curved))[1].what == "XDMF has one kind of cells of degree 2 in a grid: 1 facets are left out");
+    CHECK(not_in_xdmf(as_mesh(curved))[1].what ==
+          "XDMF has one kind of cells of degree 2 in a grid: 1 facets are left out");
 }

@@ -253,7 +253,8 @@ TEST_CASE("associations of which something is not known: GMF has no word for it,
     CHECK(losses[1].what ==
           "GMF has no word for the distances from curves and surfaces that are not known: 1 are written as 0");
     for (const GmfEncoding encoding : {GmfEncoding::ascii, GmfEncoding::binary}) {
-        const auto back = decode_gmf_mesh(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {encoding}, {})), "file", {});
+        const auto back =
+            decode_gmf_mesh(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {encoding}, {})), "file", {});
         REQUIRE(back);
         const auto& given = testing::mesh_in<LinearMesh<3>>(back->mesh).geometry;
         CHECK(given.on_points == mesh.geometry.on_points);

@@ -66,7 +66,8 @@ std::string some_name(generated::Random& random) {
 
 AnyMesh some_mesh(std::uint64_t seed) {
     const std::size_t cells = 2 + seed % 10;
-    return seed % 2 == 0 ? AnyMesh(as_mesh(generated::mesh<3>(seed, cells))) : AnyMesh(as_mesh(generated::quadratic<3>(seed, cells)));
+    return seed % 2 == 0 ? AnyMesh(as_mesh(generated::mesh<3>(seed, cells)))
+                         : AnyMesh(as_mesh(generated::quadratic<3>(seed, cells)));
 }
 
 LinearMesh<3> linear_of(const AnyMesh& mesh) { return straight_simplices(std::get<Mesh<3>>(mesh)); }

@@ -75,7 +75,8 @@ TEST_CASE("the same bytes and values for any number of threads") {
 TEST_CASE("text may be laid out in any way") {
     testing::property("blanks, line ends and comments change nothing", [](std::uint64_t seed) {
         const auto mesh = generated::mesh<3>(seed, 6);
-        const auto plain = generated::text_of(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {})));
+        const auto plain =
+            generated::text_of(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::ascii}, {})));
         generated::Random random(seed);
         std::string text = random.below(2) == 0 ? "" : "# Vertices 3\n";
         const std::string_view separators[] = {" ",   "\t",  "\n", "\r\n", "  ", " # comment with End and 7\n",
@@ -94,7 +95,8 @@ TEST_CASE("text may be laid out in any way") {
 TEST_CASE("versions") {
     const auto mesh = generated::mesh<2>(3, 4);
     const auto version_of = [&](int asked) {
-        return static_cast<int>(generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, asked}, {}))[4]);
+        return static_cast<int>(
+            generated::joined(*encode_gmf_mesh(as_mesh(mesh), {GmfEncoding::binary, asked}, {}))[4]);
     };
     CHECK(version_of(0) == 2);
     CHECK(version_of(3) == 3);

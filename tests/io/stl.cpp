@@ -101,7 +101,8 @@ TEST_CASE("a surface comes back: triangle by triangle, as it is turned, and then
             const auto second = read(written(back, encoding));
             RC_ASSERT((second.has_value() && testing::mesh_in<LinearMesh<3>>(second->mesh) == back));
             const auto third = read(written(back, StlEncoding::ascii));
-            RC_ASSERT((third.has_value() && corners_of(testing::mesh_in<LinearMesh<3>>(third->mesh)) == corners_of(back)));
+            RC_ASSERT(
+                (third.has_value() && corners_of(testing::mesh_in<LinearMesh<3>>(third->mesh)) == corners_of(back)));
         });
 }
 

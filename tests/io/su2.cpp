@@ -112,7 +112,8 @@ TEST_CASE("blocks in any order, markers as groups") {
     } while (std::next_permutation(blocks.begin(), blocks.end()));
     // One name, one reference.
     const auto same = read(replaced(square, "upper", "lower"));
-    CHECK(testing::mesh_in<LinearMesh<2>>(same->mesh).facets.references == Column<Reference>(Buffer<Reference>{1, 1, 1}));
+    CHECK(testing::mesh_in<LinearMesh<2>>(same->mesh).facets.references ==
+          Column<Reference>(Buffer<Reference>{1, 1, 1}));
     CHECK(testing::mesh_in<LinearMesh<2>>(same->mesh).groups.size() == 1);
     std::string carriage;
     for (const char c : square) carriage += c == '\n' ? std::string("\r\n") : std::string(1, c);

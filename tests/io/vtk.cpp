@@ -106,7 +106,8 @@ TEST_CASE("what is wrong with a legacy VTK file is told with its line") {
 
 TEST_CASE("cut and damaged legacy VTK files") {
     const auto mesh = generated::quadratic<3>(2, 2);
-    const std::string binary = generated::text_of(generated::joined(*encode_vtk(as_mesh(mesh), {}, VtkEncoding::binary, {})));
+    const std::string binary =
+        generated::text_of(generated::joined(*encode_vtk(as_mesh(mesh), {}, VtkEncoding::binary, {})));
     for (const std::string& text : {old, modern, binary})
         for (std::size_t n = 0; n < text.size(); ++n) {
             CAPTURE(n);

@@ -78,7 +78,8 @@ TEST_CASE("noise in a VTU file") {
             const std::array forms{Form::ascii, Form::binary, Form::appended_raw, Form::appended_base64};
             auto text = four_cells<std::int32_t, float>(File(forms[seed % 4], false, true), "Int32", "Float32");
             if (random.below(3) == 0)
-                text = generated::text_of(generated::joined(*encode_vtu(as_mesh(generated::quadratic<3>(seed, 2)), {}, {}, {})));
+                text = generated::text_of(
+                    generated::joined(*encode_vtu(as_mesh(generated::quadratic<3>(seed, 2)), {}, {}, {})));
             for (std::size_t i = 0, n = 1 + random.below(6); i < n; ++i)
                 text[random.below(text.size())] = static_cast<char>(random.below(4) == 0 ? 0xff : random.below(256));
             const auto decoded = read(text);

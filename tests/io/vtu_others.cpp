@@ -119,7 +119,8 @@ TEST_CASE("pieces are joined where their points are at one place") {
     CHECK(read(grid(empty + piece("0 1 0", reference_1, "1 2 3 4") + empty))->notices.empty());
     const auto without = read(grid(piece("0 1 0", reference_1, "1 2 3 4") + piece("1 0 0", "", "1 2 3 9")));
     REQUIRE(without.has_value());
-    CHECK(testing::mesh_in<LinearMesh<3>>(without->mesh).elements.references == Column<Reference>(Buffer<Reference>{0, 0}));
+    CHECK(testing::mesh_in<LinearMesh<3>>(without->mesh).elements.references ==
+          Column<Reference>(Buffer<Reference>{0, 0}));
     // Each piece counts its own points.
     std::string wrong = piece("1 0 0", reference_2, "1 2 3 9");
     wrong.replace(wrong.find("0 1 2 3<"), 7, "0 1 2 4");

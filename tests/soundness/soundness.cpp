@@ -398,20 +398,21 @@ LinearMesh<D> scaled(LinearMesh<D> mesh, int exponent) {
 
 template <int D>
 void test_scales() {
-    property("what is found does not depend on the unit of length, " + std::to_string(D) + "D",
-             [] {
-                 auto random = random_source();
-                 auto mesh = broken<D>(random);
-                 const auto found = *examine(as_mesh(mesh), alone);
-                 for (const int exponent : {-195, 195})  // 2e-59, 5e58
-                     RC_ASSERT(*examine(as_mesh(scaled(mesh, exponent)), alone) == found);
-                 // Sound ones whose faces are not listed: no vertex of theirs hangs, up to the limit of coordinates.
-                 auto sound = sound_mesh<D>(random);
-                 sound.facets = {};
-                 for (const int exponent : {-300, 230, 260, 300, 330})
-                     RC_ASSERT((*examine(as_mesh(scaled(sound, exponent)), alone))[Defect::hanging_vertex] == Finding{});
-             },
-             {.count = 10});
+    property(
+        "what is found does not depend on the unit of length, " + std::to_string(D) + "D",
+        [] {
+            auto random = random_source();
+            auto mesh = broken<D>(random);
+            const auto found = *examine(as_mesh(mesh), alone);
+            for (const int exponent : {-195, 195})  // 2e-59, 5e58
+                RC_ASSERT(*examine(as_mesh(scaled(mesh, exponent)), alone) == found);
+            // Sound ones whose faces are not listed: no vertex of theirs hangs, up to the limit of coordinates.
+            auto sound = sound_mesh<D>(random);
+            sound.facets = {};
+            for (const int exponent : {-300, 230, 260, 300, 330})
+                RC_ASSERT((*examine(as_mesh(scaled(sound, exponent)), alone))[Defect::hanging_vertex] == Finding{});
+        },
+        {.count = 10});
 }
 
 /// Whether a simplex is below the range in every coordinate, as differences of pairs say.

@@ -126,7 +126,8 @@ void copy_cells(const Cells<shape>& simplices, const auto* edges, std::size_t ve
     if (edges == nullptr)
         for (const auto& row : simplices.vertices) put_row(row);
     else
-        for (const auto& row : nodes_of_cells<shape_table<shape>.dimension>(simplices.vertices, *edges, vertices)) put_row(row);
+        for (const auto& row : nodes_of_cells<shape_table<shape>.dimension>(simplices.vertices, *edges, vertices))
+            put_row(row);
 }
 
 /// Errors: numbers that no mesh has.

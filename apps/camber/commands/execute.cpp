@@ -256,8 +256,7 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
     const config::Pipeline pipeline = std::move(*fitted);
     const InputForm form{inputs->mesh.format, inputs->mesh.always_in_space, inputs->mesh.lift};
     run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);
-    if (run::keeps_elements(pipeline))
-        progress.of_mesh(run::plan_size(inputs->mesh.mesh).elements);
+    if (run::keeps_elements(pipeline)) progress.of_mesh(run::plan_size(inputs->mesh.mesh).elements);
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) return fail(of_input(run.error(), pipeline));
     const config::Output files = files_of(pipeline.output);

@@ -95,8 +95,7 @@ template <int D>
 
 /// A mesh of degree 1 in memory, made sound, in an order in which what is near is near.
 template <int D>
-[[nodiscard]] Outcome<Opened<D>> prepared(Mesh<D> given, std::vector<std::string>& notices,
-                                          const Execution& execution);
+[[nodiscard]] Outcome<Opened<D>> prepared(Mesh<D> given, std::vector<std::string>& notices, const Execution& execution);
 
 /// What the mesh that a run began with was as a file.
 struct InputForm {

@@ -43,8 +43,7 @@ Outcome<Placed> raised(const run::Run& run, const MeshFields& carried, const Lif
 
 /// What the format has no place for.
 std::vector<Notice> losses_in(const MeshFormat& format, AnyMesh mesh, NamesOfGroups names) {
-    if (names == NamesOfGroups::by_the_caller)
-        std::visit([](auto& m) { m.groups = {}; }, mesh);
+    if (names == NamesOfGroups::by_the_caller) std::visit([](auto& m) { m.groups = {}; }, mesh);
     return format.losses(mesh);
 }
 

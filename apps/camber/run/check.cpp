@@ -269,11 +269,9 @@ Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile
                                 const Around& around) {
     const FileNumbers numbers = numbers_of(mesh);
     Groups groups = groups_of(mesh.mesh);
-    auto report = std::visit(
-        [&]<int D>(Mesh<D> m) {
-            return Checker<D>(std::move(m), numbers, metric, options, around).check();
-        },
-        std::move(mesh.mesh));
+    auto report =
+        std::visit([&]<int D>(Mesh<D> m) { return Checker<D>(std::move(m), numbers, metric, options, around).check(); },
+                   std::move(mesh.mesh));
     if (!report) return report;
     report->groups = std::move(groups);
     report->numbers = numbers;

@@ -406,7 +406,8 @@ Outcome<CycleError> error_on(const AnyMesh& mesh, std::span<const double> values
     const auto parsed = ScalarExpression<D>::parsed(exact);
     if (!parsed) return fail(parsed.error());
     const ScalarField<D> field = [&] { return parsed->evaluator(); };
-    const auto error = function_error<D>(*quadratic, at_nodes(*quadratic, values, degree), field, {}, execution);
+    const auto error =
+        function_error<D>(as_mesh(*quadratic), at_nodes(*quadratic, values, degree), field, {}, execution);
     if (!error) {
         Error told = error.error();
         if (told.kind == ErrorKind::usage) told.where = quoted_expression(exact);

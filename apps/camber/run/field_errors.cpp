@@ -145,7 +145,7 @@ Outcome<FieldErrors> field_errors(const QuadraticMesh<D>& mesh, const std::strin
     const auto parsed = ScalarExpression<D>::parsed(expression);
     if (!parsed) return fail(parsed.error());
     const ScalarField<D> field = [&] { return parsed->evaluator(); };
-    auto errors = interpolation_error<D>(mesh, field, {}, execution);
+    auto errors = interpolation_error<D>(as_mesh(mesh), field, {}, execution);
     if (!errors) {
         Error error = errors.error();
         if (error.kind == ErrorKind::usage) error.where = quoted_expression(expression);

@@ -315,8 +315,7 @@ Outcome<Inspected> inspect(const Mesh<D>& mesh, const FileNumbers& numbers, cons
 Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry, const InspectOptions& options,
                                     const Around& around) {
     const FileNumbers numbers = numbers_of(mesh);
-    auto found =
-        std::visit([&](const auto& m) { return inspect(m, numbers, geometry, options, around); }, mesh.mesh);
+    auto found = std::visit([&](const auto& m) { return inspect(m, numbers, geometry, options, around); }, mesh.mesh);
     if (!found) return found;
     for (Notice& notice : mesh.notices) found->report.notices.push_back(std::move(notice.what));
     if (!found->report.is_listed)

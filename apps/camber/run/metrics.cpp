@@ -216,8 +216,7 @@ namespace {
 /// Of the mesh's vertices and edges: their rows in the file, from 1; 0: none. Empty where there is another number of
 /// rows than the file has nodes.
 template <int D>
-std::vector<std::uint32_t> rows_of_nodes(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers,
-                                         std::size_t rows) {
+std::vector<std::uint32_t> rows_of_nodes(const Mesh<D>& mesh, const Column<std::uint32_t>& numbers, std::size_t rows) {
     const std::size_t nodes = count_nodes(mesh);
     std::vector<std::uint32_t> out(nodes);
     std::size_t most = 0;

@@ -102,7 +102,7 @@ std::string filled(std::string_view frame, const Placeholders& placeholders) {
 }
 
 template <int D>
-Outcome<std::string> page_of(const QuadraticMesh<D>& mesh, const PageSource& source, const PageFrame& frame,
+Outcome<std::string> page_of(const Mesh<D>& mesh, const PageSource& source, const PageFrame& frame,
                              const PageOptions& options, const Execution& execution) {
     const auto faces = page_mesh(mesh, source.report, options, part_of(execution, 0, 0.6));
     if (!faces) return fail(faces.error());
@@ -130,23 +130,16 @@ Outcome<std::string> page_of(const QuadraticMesh<D>& mesh, const PageSource& sou
                                 {"arrays", data}});
 }
 
-template <int D>
-Outcome<std::string> page_of(const LinearMesh<D>& mesh, const PageSource& source, const PageFrame& frame,
-                             const PageOptions& options, const Execution& execution) {
-    const auto elevated = elevate(mesh, part_of(execution, 0, 0.2));
-    if (!elevated) return fail(elevated.error());
-    return page_of(*elevated, source, frame, options, part_of(execution, 0.2, 1));
-}
-
 }  // namespace
 
 Outcome<std::string> page(const PageSource& source, const PageFrame& frame, const PageOptions& options,
                           const Execution& execution) {
     return guarded([&]() -> Outcome<std::string> {
         return std::visit(
-            [&](const auto& mesh) {
-                return on_simplices(
-                    mesh, [&](const auto& of) { return page_of(of, source, frame, options, execution); });
+            [&]<int D>(const Mesh<D>&) {
+                return of_degree_2<D>(source.mesh, part_of(execution, 0, 0.2)).and_then([&](const auto& mesh) {
+                    return page_of(as_mesh(mesh), source, frame, options, part_of(execution, 0.2, 1));
+                });
             },
             source.mesh);
     });

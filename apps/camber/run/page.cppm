@@ -116,17 +116,17 @@ struct InnerFaces {
 [[nodiscard]] std::array<std::vector<int>, 3> every_step();
 /// All of them, where they are no more than `budget`; else those of as many places as have room, the middles first,
 /// then the quarters, and so on. Errors: stopped, memory.
-[[nodiscard]] Outcome<InnerFaces> inner_faces(const QuadraticMesh<3>& mesh, const Column<CutKeys>& keys,
-                                              std::size_t budget, const Execution& execution);
+[[nodiscard]] Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
+                                              const Execution& execution);
 
 /// The faces of one element (of a 2D mesh or a surface: itself).
 template <int D>
-[[nodiscard]] std::vector<std::array<NodeNumber, 6>> faces_of_element(const QuadraticMesh<D>& mesh, std::size_t e);
+[[nodiscard]] std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std::size_t e);
 
 /// The faces in an order in which those near each other in space follow each other mostly: along a Morton curve
 /// through the centroids. Packed, their numbers are smaller so.
 template <int D>
-[[nodiscard]] std::vector<Face> along_curve(const QuadraticMesh<D>& mesh, const Column<Face>& faces, const Box<D>& box);
+[[nodiscard]] std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, const Box<D>& box);
 
 }  // namespace camber::run
 
@@ -144,7 +144,7 @@ struct PageWorst {
 /// Faces with their nodes and elements, which are numbered anew, by first use.
 template <int D>
 struct PageMesh {
-    const QuadraticMesh<D>* mesh = nullptr;
+    const Mesh<D>* mesh = nullptr;
     int degree = 2;
     Box<D> box = {};     ///< of the vertices
     Vec<D> centre = {};  ///< from which nodes are told
@@ -160,8 +160,8 @@ struct PageMesh {
     Column<CutKeys> keys = {};                   ///< of the mesh's
 };
 template <int D>
-[[nodiscard]] Outcome<PageMesh<D>> page_mesh(const QuadraticMesh<D>& mesh, const CheckReport& report,
-                                             const PageOptions& options, const Execution& execution);
+[[nodiscard]] Outcome<PageMesh<D>> page_mesh(const Mesh<D>& mesh, const CheckReport& report, const PageOptions& options,
+                                             const Execution& execution);
 
 /// The arrays `faces`, `nodes`, `owners` and `keys`.
 template <int D>

@@ -35,7 +35,7 @@ Vec<D> centroid_of(const LinearMesh<D>& mesh, const std::array<VertexId, N>& ver
 }
 
 template <int K, int D>
-std::array<NodeNumber, 6> nodes_of_triangle(const QuadraticMesh<D>& mesh, const SimplexVertices<K>& vertices,
+std::array<NodeNumber, 6> nodes_of_triangle(const Mesh<D>& mesh, const SimplexVertices<K>& vertices,
                                             const std::array<EdgeId, edges_per_simplex<K>>& edges,
                                             const std::array<int, 3>& corners) {
     std::array<NodeNumber, 6> nodes{};
@@ -44,13 +44,14 @@ std::array<NodeNumber, 6> nodes_of_triangle(const QuadraticMesh<D>& mesh, const 
         nodes[i] = vertices[static_cast<std::size_t>(a)].value;
         for (std::size_t e = 0; e < edges.size(); ++e)
             if (const auto [p, q] = local_edges<K>[e]; std::minmax(p, q) == std::minmax(a, b))
-                nodes[3 + i] = static_cast<NodeNumber>(mesh.linear.points.size() + edges[e].index());
+                nodes[3 + i] = static_cast<NodeNumber>(mesh.points.size() + edges[e].index());
     }
     return nodes;
 }
 
-std::array<NodeNumber, 6> nodes_of_face(const QuadraticMesh<3>& mesh, std::size_t e, int opposite) {
-    return nodes_of_triangle<3>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e],
+std::array<NodeNumber, 6> nodes_of_face(const Mesh<3>& mesh, std::size_t e, int opposite) {
+    return nodes_of_triangle<3>(mesh, mesh.elements.of<Shape::tetrahedron>().vertices[e],
+                                mesh.entities.edges_of_elements.of<Shape::tetrahedron>().ids[e],
                                 face_opposite<3>(opposite));
 }
 
@@ -163,10 +164,10 @@ std::array<std::vector<int>, 3> every_step() {
     return steps;
 }
 
-Outcome<InnerFaces> inner_faces(const QuadraticMesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
+Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
                                 const Execution& execution) {
     return guarded([&]() -> Outcome<InnerFaces> {
-        const auto across = elements_across(mesh.linear, execution);
+        const auto across = elements_across(straight_simplices(mesh), execution);
         if (!across) return fail(across.error());
         InnerFaces inner;
         each_inner_face(*across, [&](std::size_t, int, std::uint32_t) { ++inner.all; });
@@ -181,12 +182,15 @@ Outcome<InnerFaces> inner_faces(const QuadraticMesh<3>& mesh, const Column<CutKe
 }
 
 template <int D>
-std::vector<std::array<NodeNumber, 6>> faces_of_element(const QuadraticMesh<D>& mesh, std::size_t e) {
+std::vector<std::array<NodeNumber, 6>> faces_of_element(const Mesh<D>& mesh, std::size_t e) {
+    const auto triangle = [&](const auto& cells, const auto& edges) {
+        return nodes_of_triangle<2>(mesh, cells.template of<Shape::triangle>().vertices[e],
+                                    edges.template of<Shape::triangle>().ids[e], {0, 1, 2});
+    };
     if constexpr (D == 2) {
-        return {nodes_of_triangle<2>(mesh, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e], {0, 1, 2})};
+        return {triangle(mesh.elements, mesh.entities.edges_of_elements)};
     } else {
-        if (is_surface_alone(mesh.linear))
-            return {nodes_of_triangle<2>(mesh, mesh.linear.facets.vertices[e], mesh.edges.of_facets[e], {0, 1, 2})};
+        if (is_surface_alone(mesh)) return {triangle(mesh.facets, mesh.entities.edges_of_facets)};
         std::vector<std::array<NodeNumber, 6>> faces;
         faces.reserve(4);
         for (int i = 0; i < 4; ++i) faces.push_back(nodes_of_face(mesh, e, i));
@@ -195,7 +199,7 @@ std::vector<std::array<NodeNumber, 6>> faces_of_element(const QuadraticMesh<D>& 
 }
 
 template <int D>
-std::vector<Face> along_curve(const QuadraticMesh<D>& mesh, const Column<Face>& faces, const Box<D>& box) {
+std::vector<Face> along_curve(const Mesh<D>& mesh, const Column<Face>& faces, const Box<D>& box) {
     std::vector<std::pair<std::uint32_t, std::uint32_t>> order(faces.size());
     for (std::size_t f = 0; f < faces.size(); ++f) {
         std::array<int, 3> at{};
@@ -265,8 +269,7 @@ PageWorst worst_of(const PageMesh<D>& page, const ElementReport& report,
 template <int D>
 class Numbered {
   public:
-    explicit Numbered(PageMesh<D>& page)
-        : page_(page), nodes_(page.mesh->linear.points.size() + page.mesh->edges.size()), elements_(page.keys.size()) {}
+    explicit Numbered(PageMesh<D>& page) : page_(page), nodes_(count_nodes(*page.mesh)), elements_(page.keys.size()) {}
 
     void add(const std::array<NodeNumber, 6>& nodes) {
         const std::size_t count = page_.degree == 2 ? 6 : 3;
@@ -310,18 +313,18 @@ void number(PageMesh<D>& page, const CheckReport& report) {
 /// A node as the page has it: a vertex from the centre, a node of an edge from the middle of the chord.
 template <int D>
 Vec<D> told(const PageMesh<D>& page, NodeNumber n) {
-    const QuadraticMesh<D>& mesh = *page.mesh;
-    const std::size_t vertices = mesh.linear.points.size();
-    if (n < vertices) return mesh.linear.points[n] - page.centre;
-    const auto& [a, b] = mesh.edges.vertices[n - vertices];
-    const Vec<D> off = mesh.mid_nodes[n - vertices].point - 0.5 * (mesh.linear.points[a] + mesh.linear.points[b]);
-    const double chord = distance(mesh.linear.points[a], mesh.linear.points[b]);
+    const Mesh<D>& mesh = *page.mesh;
+    const std::size_t vertices = mesh.points.size();
+    if (n < vertices) return mesh.points[n] - page.centre;
+    const auto& [a, b] = mesh.entities.edges[n - vertices];
+    const Vec<D> off = mesh.edge_nodes[n - vertices].point - 0.5 * (mesh.points[a] + mesh.points[b]);
+    const double chord = distance(mesh.points[a], mesh.points[b]);
     return norm(off) > 1e-7 * chord ? off : Vec<D>{};  // rounding, of which nothing is seen
 }
 
 template <int D>
 PageArray node_array(const PageMesh<D>& page) {
-    const std::size_t n = page.nodes.size(), vertices = page.mesh->linear.points.size();
+    const std::size_t n = page.nodes.size(), vertices = page.mesh->points.size();
     // Offsets of edges' nodes are small and may be rounded, vertices may not: a face would not meet its neighbour.
     std::vector<float> columns(n * D);
     for (std::size_t i = 0; i < n; ++i) {
@@ -337,7 +340,7 @@ PageArray node_array(const PageMesh<D>& page) {
 }  // namespace
 
 template <int D>
-Outcome<PageMesh<D>> page_mesh(const QuadraticMesh<D>& mesh, const CheckReport& report, const PageOptions& options,
+Outcome<PageMesh<D>> page_mesh(const Mesh<D>& mesh, const CheckReport& report, const PageOptions& options,
                                const Execution& execution) {
     return guarded([&]() -> Outcome<PageMesh<D>> {
         PageMesh<D> page{.mesh = &mesh, .degree = report.mesh.degree};
@@ -350,12 +353,12 @@ Outcome<PageMesh<D>> page_mesh(const QuadraticMesh<D>& mesh, const CheckReport& 
             for (std::size_t i = 0; i < 3; ++i) page.box.include(node_point(mesh, face.nodes[i]));
         page.outer = along_curve(mesh, *faces, page.box);
         set_size(page);
-        auto keys = cut_keys(mesh.linear, page.box, part_of(execution, 0.3, 0.4));
+        auto keys = cut_keys(straight_simplices(mesh), page.box, part_of(execution, 0.3, 0.4));
         if (!keys) return fail(keys.error());
         page.keys = std::move(*keys);
         page.inner.steps = every_step();
         if constexpr (D == 3)
-            if (!is_surface_alone(mesh.linear)) {
+            if (!is_surface_alone(mesh)) {
                 auto inner = inner_faces(mesh, page.keys, options.inner_faces, part_of(execution, 0.4, 1));
                 if (!inner) return fail(inner.error());
                 page.inner = std::move(*inner);
@@ -379,12 +382,12 @@ std::vector<PageArray> arrays_of(const PageMesh<D>& page) {
     return arrays;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                   \
-    template Outcome<Column<CutKeys>> cut_keys<D>(const LinearMesh<D>&, const Box<D>&, const Execution&);       \
-    template std::vector<std::array<NodeNumber, 6>> faces_of_element<D>(const QuadraticMesh<D>&, std::size_t);  \
-    template std::vector<Face> along_curve<D>(const QuadraticMesh<D>&, const Column<Face>&, const Box<D>&);     \
-    template Outcome<PageMesh<D>> page_mesh<D>(const QuadraticMesh<D>&, const CheckReport&, const PageOptions&, \
-                                               const Execution&);                                               \
+#define CAMBER_INSTANTIATE(D)                                                                             \
+    template Outcome<Column<CutKeys>> cut_keys<D>(const LinearMesh<D>&, const Box<D>&, const Execution&); \
+    template std::vector<std::array<NodeNumber, 6>> faces_of_element<D>(const Mesh<D>&, std::size_t);     \
+    template std::vector<Face> along_curve<D>(const Mesh<D>&, const Column<Face>&, const Box<D>&);        \
+    template Outcome<PageMesh<D>> page_mesh<D>(const Mesh<D>&, const CheckReport&, const PageOptions&,    \
+                                               const Execution&);                                         \
     template std::vector<PageArray> arrays_of<D>(const PageMesh<D>&);
 
 CAMBER_INSTANTIATE(2)

@@ -72,7 +72,7 @@ std::vector<float> of_elements(const PageMesh<D>& page, auto&& value) {
 template <int D>
 std::vector<double> row_at(const PageMesh<D>& page, const NamedField& field, NodeNumber n) {
     const auto width = static_cast<std::size_t>(field.field.components);
-    const std::size_t vertices = page.mesh->linear.points.size();
+    const std::size_t vertices = page.mesh->points.size();
     const double* values = field.field.values.data();
     if (n < vertices || field.field.degree == 2) return {values + n * width, values + (n + 1) * width};
     const auto& [a, b] = page.mesh->edges.vertices[n - vertices];
@@ -129,7 +129,7 @@ template <int D>
 PageQuantities page_quantities(const PageMesh<D>& page, const PageSource& source) {
     PageQuantities all;
     const ElementColumns& columns = source.report.elements;
-    const LinearMesh<D>& linear = page.mesh->linear;
+    const LinearMesh<D> linear = straight_simplices(*page.mesh);
     const std::array<double, 2> whole{0, 1};
     if (!columns.min_scaled_jacobian.empty())
         add(all,

@@ -88,13 +88,14 @@ Outcome<Scene> picture(const PictureInputs& inputs, const PictureChoice& choice,
                        const Execution& execution) {
     const auto mesh = of_degree_2<D>(inputs.mesh.mesh, part_of(execution, 0, 0.2));
     if (!mesh) return fail(mesh.error());
+    const Mesh<D> drawn = as_mesh(*mesh);
     Column<std::uint8_t> kept;
     if (choice.cut) {
-        auto found = kept_by(cut_in<D>(*choice.cut), mesh->linear, without_progress(execution));
+        auto found = kept_by(cut_in<D>(*choice.cut), drawn, without_progress(execution));
         if (!found) return fail(found.error());
         kept = std::move(*found);
     }
-    const auto faces = faces_to_draw(*mesh, kept.view(), part_of(execution, 0.2, 0.5));
+    const auto faces = faces_to_draw(drawn, kept.view(), part_of(execution, 0.2, 0.5));
     if (!faces) return fail(faces.error());
     auto values = picture_values(*mesh, choice.colour.value_or(usual_colour(inputs, degree)), inputs,
                                  part_of(execution, 0.5, 0.8));
@@ -116,18 +117,14 @@ Outcome<Scene> picture(const PictureInputs& inputs, const PictureChoice& choice,
             options.pointers.push_back({middle_of(*mesh, worst[i]), std::to_string(i + 1)});
         std::sort(worst.begin(), worst.end());
     }
-    return make_scene(*mesh, faces->view(), values->of_face, worst, std::move(options), part_of(execution, 0.9, 1));
+    return make_scene(drawn, faces->view(), values->of_face, worst, std::move(options), part_of(execution, 0.9, 1));
 }
 
 }  // namespace
 
 Outcome<Scene> picture_of(const PictureInputs& inputs, const PictureChoice& choice, const Execution& execution) {
-    return std::visit(
-        [&]<class Mesh>(const Mesh&) {
-            return picture<Mesh::dimension>(inputs, choice, std::is_same_v<Mesh, LinearMesh<Mesh::dimension>> ? 1 : 2,
-                                            execution);
-        },
-        inputs.mesh.mesh);
+    return std::visit([&]<int D>(const Mesh<D>& mesh) { return picture<D>(inputs, choice, mesh.degree, execution); },
+                      inputs.mesh.mesh);
 }
 
 namespace {

@@ -45,8 +45,7 @@ MeshReport mesh_report(const AnyMesh& mesh) {
     return std::visit(
         []<int D>(const Mesh<D>& m) {
             const std::size_t facets = m.facets.template of<simplex<D - 1>>().size();
-            return MeshReport{D,      m.degree,      m.points.size(), count_nodes(m), count_elements(m),
-                              facets, m.edges.size()};
+            return MeshReport{D, m.degree, m.points.size(), count_nodes(m), count_elements(m), facets, m.edges.size()};
         },
         mesh);
 }
@@ -107,8 +106,8 @@ Outcome<Done> finish_and_apply(Runner<D>& run, const Options& stage) {
 
 /// The geometry's source with its CAD model in the unit of the mesh, where that is to be found.
 template <int D>
-Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geometry& geometry,
-                                       GeometrySource source, const Around& around) {
+Outcome<GeometrySource> source_in_unit(const Mesh<D>& mesh, const config::Geometry& geometry, GeometrySource source,
+                                       const Around& around) {
     const auto* const cad = std::get_if<config::Cad>(&geometry);
     if (!cad || cad->unit != CadUnit::automatic) return source;
     return run_step(around, "unit", [&](const Execution& e) {
@@ -125,8 +124,8 @@ Outcome<Run> run_stages(StageInputs<D> inputs, const Notices& notices, const con
     if (!source) return fail(source.error());
     auto state = beginning_with(std::move(inputs.mesh));
     if (!state) return fail(state.error());
-    Runner<D> run(pipeline, std::move(*state), inputs.files, solution, std::move(*source), std::move(memory),
-                  around, inputs.ranks, inputs.end);
+    Runner<D> run(pipeline, std::move(*state), inputs.files, solution, std::move(*source), std::move(memory), around,
+                  inputs.ranks, inputs.end);
     run.report(notices);
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
@@ -309,8 +308,7 @@ Outcome<MadeMetric> made_metric(const config::Pipeline& pipeline, Inputs inputs,
     const Notices of_rows = rows->notices;
     auto made = std::visit(
         [&]<int D>(Mesh<D> mesh) {
-            return metric_on(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
-                             around);
+            return metric_on(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline, inputs, around);
         },
         std::move(inputs.mesh.mesh));
     if (made) std::ranges::copy(of_rows, std::back_inserter(made->notices));
@@ -323,8 +321,7 @@ Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, 
     take_as_straight(pipeline, inputs.mesh);
     return std::visit(
         [&]<int D>(Mesh<D> mesh) {
-            return growth_on(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline, inputs,
-                             around);
+            return growth_on(StageInputs<D>{std::move(mesh), std::move(rows->files)}, pipeline, inputs, around);
         },
         std::move(inputs.mesh.mesh));
 }
@@ -406,10 +403,9 @@ Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const
     const FileNumbers numbers = numbers_of(inputs.mesh);
     auto run = std::visit(
         [&]<int D>(Mesh<D> mesh) {
-            return run_on(
-                StageInputs<D>{std::move(mesh), std::move(rows->files), inputs.ranks, inputs.end},
-                pipeline, inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
-                std::move(inputs.memory), around);
+            return run_on(StageInputs<D>{std::move(mesh), std::move(rows->files), inputs.ranks, inputs.end}, pipeline,
+                          inputs.ordering, solution ? &*solution : nullptr, std::move(inputs.geometry),
+                          std::move(inputs.memory), around);
         },
         std::move(inputs.mesh.mesh));
     if (!run) return run;

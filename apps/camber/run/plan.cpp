@@ -296,8 +296,7 @@ Outcome<Run> in_given_order(Run run, const Renumbering& order, const Execution& 
     const auto edges = renumber(mesh, back, part_of(execution, 0, 0.9));
     if (!edges) return fail(edges.error());
     if (!run.fields.empty()) {
-        auto fields =
-            renumbered_fields<D>(run.fields, field_rows(mesh, back, *edges), part_of(execution, 0.9, 1));
+        auto fields = renumbered_fields<D>(run.fields, field_rows(mesh, back, *edges), part_of(execution, 0.9, 1));
         if (!fields) return fail(std::move(fields.error()));
         run.fields = std::move(*fields);
     }

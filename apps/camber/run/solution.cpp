@@ -216,7 +216,8 @@ Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const Quadra
         return out;
     }
     if (source.fields.empty()) return out;
-    const auto brought = fields_brought_to(AnyMesh(as_mesh(mesh)), source.mesh, source.fields, TransferOptions{}, around);
+    const auto brought =
+        fields_brought_to(AnyMesh(as_mesh(mesh)), source.mesh, source.fields, TransferOptions{}, around);
     if (!brought) return fail(brought.error());
     const std::vector<NamedField>& fields = brought->fields;
     if (auto fit = check_weights(fields.size()); !fit) return fail(fit.error());
