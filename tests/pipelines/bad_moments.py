@@ -99,7 +99,7 @@ def with_ever_more_memory_for_threads(folder):
     """Which stage is the last that runs out is chance here, so it is not told."""
     done = with_ever_more_memory(folder, "2")
     if done:
-        done.stderr = re.sub(r"(?<=^camber: )[a-z]+: (?=not enough memory)", "", done.stderr)
+        done.stderr = re.sub(r"(?<=^camber: )[a-z.]+: (?=not enough memory)", "", done.stderr)
     return done
 
 
