@@ -25,6 +25,7 @@ import camber.repair;
 import camber.recipes;
 import camber.distributed;
 import camber.config;
+import :json;
 
 namespace camber::run {
 
@@ -232,37 +233,34 @@ std::string table(const ByBlocksReport& r) {
 }
 
 std::string to_json(const ByBlocksReport& r) {
-    nlohmann::ordered_json times = nlohmann::ordered_json::array();
-    for (const StageTime& step : r.times)
-        times.push_back({{"stage", step.stage}, {"seconds", step.seconds}, {"peak_bytes", step.peak_bytes}});
-    auto boundary = nlohmann::ordered_json::parse(walls_json(r.walls));
-    boundary["node_deviation"] = nlohmann::ordered_json::parse(deviation_json(r.nodes));
-    boundary["vertex_deviation"] = nlohmann::ordered_json::parse(deviation_json(r.boundary_vertices));
-    const nlohmann::ordered_json j{{"format", report_format},
-                                   {"mesh",
-                                    {{"dimension", r.dimension},
-                                     {"degree", 2},
-                                     {"vertices", r.vertices},
-                                     {"elements", r.elements},
-                                     {"facets", r.facets},
-                                     {"edges", r.edges}}},
-                                   {"blocks", {{"number", r.blocks}, {"elements", r.elements_of_block}}},
-                                   {"curve",
-                                    {{"volume_edges", r.volume_edges},
-                                     {"curved_edges", r.curved_edges},
-                                     {"extension_iterations", r.extension_iterations}}},
-                                   {"boundary", std::move(boundary)},
-                                   {"bound", r.bound},
-                                   {"before_repair", verdicts(r.before)},
-                                   {"validity", verdicts(r.after)},
-                                   {"ranks",
-                                    {{"number", r.ranks},
-                                     {"rounds", r.rounds},
-                                     {"peak_bytes", r.peak_bytes},
-                                     {"processor_seconds", r.processor_seconds},
-                                     {"sent_bytes", r.sent_bytes}}},
-                                   {"misses", misses(r)},
-                                   {"stages", std::move(times)}};
+    Json boundary = json_of(r.walls);
+    boundary["node_deviation"] = json_of(r.nodes);
+    boundary["vertex_deviation"] = json_of(r.boundary_vertices);
+    const Json j{{"format", report_format},
+                 {"mesh",
+                  {{"dimension", r.dimension},
+                   {"degree", 2},
+                   {"vertices", r.vertices},
+                   {"elements", r.elements},
+                   {"facets", r.facets},
+                   {"edges", r.edges}}},
+                 {"blocks", {{"number", r.blocks}, {"elements", r.elements_of_block}}},
+                 {"curve",
+                  {{"volume_edges", r.volume_edges},
+                   {"curved_edges", r.curved_edges},
+                   {"extension_iterations", r.extension_iterations}}},
+                 {"boundary", std::move(boundary)},
+                 {"bound", r.bound},
+                 {"before_repair", verdicts(r.before)},
+                 {"validity", verdicts(r.after)},
+                 {"ranks",
+                  {{"number", r.ranks},
+                   {"rounds", r.rounds},
+                   {"peak_bytes", r.peak_bytes},
+                   {"processor_seconds", r.processor_seconds},
+                   {"sent_bytes", r.sent_bytes}}},
+                 {"misses", misses(r)},
+                 {"stages", json_of(r.times)}};
     return j.dump(2) + "\n";
 }
 

@@ -12,12 +12,11 @@ import camber.validity;
 import camber.crossing;
 import camber.soundness;
 import camber.surface;
+import :json;
 
 namespace camber::run {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 Json json(const std::vector<ReferenceCount>& counts) {
     Json j = Json::object();
@@ -140,7 +139,7 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     for (const ElementReport& element : report.worst)
         worst.push_back(json(element, report.mesh.degree, report.groups, judged_dimension(report.mesh)));
     j["worst"] = std::move(worst);
-    if (!report.histograms.empty()) j["histograms"] = Json::parse(histograms_json(report.histograms));
+    if (!report.histograms.empty()) j["histograms"] = json_of(report.histograms);
     for (const auto& [key, elements] :
          {std::pair("invalid", &report.invalid_elements), std::pair("undecided", &report.undecided_elements),
           std::pair("straight_inverted", &report.straight_inverted_elements),
@@ -151,8 +150,8 @@ std::string check_json_head(const CheckReport& report, std::string_view name, st
     j["soundness"] = json(report.soundness);
     j["crossings"] = json(report.crossings);
     j["overlaps"] = json(report.overlaps);
-    if (report.unit_mesh) j["unit_mesh"] = Json::parse(unit_mesh_json(*report.unit_mesh));
-    if (report.curved_unit_mesh) j["curved_unit_mesh"] = Json::parse(curved_unit_mesh_json(*report.curved_unit_mesh));
+    if (report.unit_mesh) j["unit_mesh"] = json_of(*report.unit_mesh);
+    if (report.curved_unit_mesh) j["curved_unit_mesh"] = json_of(*report.curved_unit_mesh);
     if (!report.fields.empty()) {
         j["interpolation"] = Json::array();
         for (const FieldErrors& field : report.fields) j["interpolation"].push_back(Json::parse(field_json(field)));
@@ -243,10 +242,10 @@ std::string inspect_json(const GeometryReport& report, std::string_view name, st
     Json suspicious = Json::object();
     for (const PlacesReport& places : report.suspicious) suspicious[places.kind] = json(places);
     j["suspicious"] = std::move(suspicious);
-    if (report.cad) j["cad"] = Json::parse(cad_json(*report.cad));
+    if (report.cad) j["cad"] = json_of(*report.cad);
     if (report.distances) {
         j["geometry"] = report.distances->geometry;
-        j["distances"] = Json::parse(distances_json(*report.distances));
+        j["distances"] = json_of(*report.distances);
     }
     j["notices"] = report.notices;
     return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

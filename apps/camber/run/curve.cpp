@@ -91,7 +91,8 @@ void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeO
         part.by = NodesByReport{std::string(word_of(made.edges.metric_kind)), share_of_sizes(made.edges, D), s.by_walls,
                                 s.by_metric, s.held_back};
     }
-    part.expected = made.expected;
+    if (const auto& expected = made.expected)
+        part.expected = ExpectedErrorsReport{expected->before, expected->after, static_cast<int>(expected->rounds)};
     part.objective = word_of(options.objective);
     part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
     run.report(part);

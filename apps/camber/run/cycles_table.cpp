@@ -304,21 +304,6 @@ std::string unit_mesh_rows(const UnitMeshReport& r) {
     return text;
 }
 
-std::string unit_mesh_json(const UnitMeshReport& r) {
-    const nlohmann::ordered_json j{{"metric", r.metric},
-                                   {"edges", r.edges},
-                                   {"unit_edges", r.unit_edges},
-                                   {"short_edges", r.short_edges},
-                                   {"long_edges", r.long_edges},
-                                   {"shortest", r.shortest},
-                                   {"longest", r.longest},
-                                   {"mean_length", r.mean_length},
-                                   {"min_quality", r.worst_quality},
-                                   {"mean_quality", r.mean_quality},
-                                   {"worst_element", r.worst_element}};
-    return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
 namespace {
 
 /// What a rank has, as a plain value.

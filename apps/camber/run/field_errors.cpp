@@ -321,9 +321,9 @@ Change change_of(const std::vector<MaterialIntegrals>& integrals) {
 
 std::string integral_rows(const TransferReport& r) {
     std::string text;
-    for (std::size_t f = 0; f < r.fields.size() && f < r.statistics.integrals.size(); ++f) {
+    for (std::size_t f = 0; f < r.names.size() && f < r.statistics.integrals.size(); ++f) {
         const auto [change, size] = change_of(r.statistics.integrals[f]);
-        text += table_row("integral of " + r.fields[f], fmt::format("changed by {:.2g}, of {:.6g}", change, size));
+        text += table_row("integral of " + r.names[f], fmt::format("changed by {:.2g}, of {:.6g}", change, size));
     }
     return text;
 }
@@ -337,7 +337,7 @@ std::string solution_metric_row(const SolutionMetricReport& r) {
 
 std::string carried_rows(const TransferReport& r) {
     const TransferStatistics& s = r.statistics;
-    return table_row("fields brought along", fmt::format("{}", fmt::join(r.fields, ", "))) +
+    return table_row("fields brought along", fmt::format("{}", fmt::join(r.names, ", "))) +
            table_row("their nodes: kept, other, outside",
                      fmt::format("{}, {}, {}", grouped(s.kept), grouped(s.interpolated), grouped(s.outside))) +
            (r.method == TransferMethod::conserve ? integral_rows(r) : std::string());
@@ -378,28 +378,6 @@ std::vector<std::string> solution_metric_notices(const SolutionMetricReport& r) 
     return notices;
 }
 
-std::string solution_metric_json(const SolutionMetricReport& r) {
-    return Json{{"degree", r.degree},
-                {"asked", r.asked},
-                {"complexity", r.complexity},
-                {"elements_expected", r.elements},
-                {"of_fixed", r.of_fixed},
-                {"is_fixed_alone", r.is_fixed_alone},
-                {"is_reached", r.is_reached},
-                {"is_graded", r.is_graded},
-                {"evaluations", r.evaluations},
-                {"gradations", r.gradations},
-                {"largest_anisotropy", r.largest_anisotropy},
-                {"at_min_size", r.at_min},
-                {"at_max_size", r.at_max},
-                {"rows", r.rows},
-                {"from_inner_fits", r.from_inner_fits},
-                {"lower_degree", r.lower_degree},
-                {"zero_models", r.zero_models},
-                {"bounded_models", r.floored_models}}
-        .dump();
-}
-
 std::string transfer_rows(const TransferReport& r) {
     const TransferStatistics& s = r.statistics;
     std::string text = table_row("nodes kept", fmt::format("{}, to the bit", s.kept));
@@ -415,26 +393,13 @@ std::string transfer_rows(const TransferReport& r) {
     return text + integral_rows(r);
 }
 
-std::string transfer_json(const TransferReport& r) {
-    const TransferStatistics& s = r.statistics;
-    Json integrals = Json::object();
-    for (std::size_t f = 0; f < r.fields.size() && f < s.integrals.size(); ++f) {
-        const auto [change, size] = change_of(s.integrals[f]);
-        integrals[r.fields[f]] = {{"largest", size}, {"largest_change", change}};
+std::vector<std::pair<std::string, IntegralReport>> TransferReport::integrals() const {
+    std::vector<std::pair<std::string, IntegralReport>> all;
+    for (std::size_t i = 0; i < names.size() && i < statistics.integrals.size(); ++i) {
+        const auto [change, size] = change_of(statistics.integrals[i]);
+        all.emplace_back(names[i], IntegralReport{size, change});
     }
-    return Json{{"method", word_of(r.method)},
-                {"fields", r.fields},
-                {"kept", s.kept},
-                {"interpolated", s.interpolated},
-                {"outside", s.outside},
-                {"largest_distance", s.largest_distance},
-                {"projected", s.projected},
-                {"changed_elements", s.changed_elements},
-                {"patches", s.patches},
-                {"spread", s.spread},
-                {"unkept_materials", s.unkept},
-                {"integrals", std::move(integrals)}}
-        .dump(-1, ' ', false, Json::error_handler_t::replace);
+    return all;
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                         \

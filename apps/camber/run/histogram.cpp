@@ -306,8 +306,8 @@ bool is_sound(const Histogram& h) {
 
 }  // namespace
 
-std::string histograms_json(const std::vector<Histogram>& histograms) {
-    Json all = Json::object();
+nlohmann::ordered_json json_of_histograms(const std::vector<Histogram>& histograms) {
+    nlohmann::ordered_json all = Json::object();
     for (const Histogram& h : histograms) {
         Json one{{"edges", h.limits}};
         Json means = Json::object(), least = Json::object(), greatest = Json::object(), not_numbers = Json::object();
@@ -325,7 +325,7 @@ std::string histograms_json(const std::vector<Histogram>& histograms) {
         one["not_a_number"] = std::move(not_numbers);
         all[std::string(info(h.quantity).key)] = std::move(one);
     }
-    return all.dump();
+    return all;
 }
 
 std::optional<std::vector<Histogram>> histograms_of_report(std::string_view text) {

@@ -487,12 +487,6 @@ std::string name_of(const config::Geometry& geometry, const std::vector<EntityRe
            (has("patch") ? ", surrogate" : "");
 }
 
-Json json(const OneWayReport& way) {
-    if (way.samples == 0) return {{"samples", 0}};
-    return {{"samples", way.samples}, {"largest", way.largest}, {"mean", way.mean},
-            {"from", way.from},       {"to", way.to},           {"facet", way.facet}};
-}
-
 /// Of the worst entity this way; none of one that was not measured.
 const EntityReport* worst_of(const DistancesReport& report, OneWayReport EntityReport::* way) {
     const EntityReport* worst = nullptr;
@@ -537,25 +531,6 @@ DistancesReport distances_report(const GeometryDistances<D>& distances, const Ge
     }
     report.geometry = name_of(config, report.entities);
     return report;
-}
-
-std::string distances_json(const DistancesReport& report) {
-    Json j{{"to_geometry", json(report.to_geometry)}, {"to_boundary", json(report.to_boundary)}};
-    Json entities = Json::array();
-    for (const EntityReport& e : report.entities) {
-        Json entity{{"kind", e.kind}, {"number", e.number}};
-        if (!e.sides.empty()) entity["sides"] = e.sides;
-        if (!e.beside.empty()) entity["beside"] = e.beside;
-        entity["flat"] = e.is_flat;
-        entity["references"] = e.references;
-        entity["pieces"] = e.pieces;
-        entity["measure"] = e.measure;
-        entity["to_geometry"] = json(e.to_geometry);
-        entity["to_boundary"] = json(e.to_boundary);
-        entities.push_back(std::move(entity));
-    }
-    j["entities"] = std::move(entities);
-    return j.dump();
 }
 
 std::string distance_rows(const DistancesReport& report) {

@@ -8,6 +8,7 @@ module;
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 export module camber.run:measurements;
 import camber.core;
@@ -15,6 +16,7 @@ import camber.transfer;
 import camber.io;
 import camber.surface;
 import camber.config;
+import :fields;
 
 export namespace camber::run {
 
@@ -85,9 +87,6 @@ struct Histogram {
 /// series are left out at either end, and are one row where several follow each other on one side of zero.
 [[nodiscard]] std::string bars(const Histogram& histogram);
 
-/// The histograms as an object of JSON, by their keys.
-[[nodiscard]] std::string histograms_json(const std::vector<Histogram>& histograms);
-
 /// The histograms of a report.json, also of one without extremes (written before there were). Nothing when the text is
 /// no JSON object with histograms as Camber writes them.
 [[nodiscard]] std::optional<std::vector<Histogram>> histograms_of_report(std::string_view json);
@@ -97,31 +96,80 @@ struct Histogram {
 /// How far a boundary and its geometry are from each other, as it is told.
 export namespace camber::run {
 
-/// See OneWay.
+/// Distance in one direction (see OneWay).
 struct OneWayReport {
     std::size_t samples = 0;
     double largest = 0, mean = 0;
     std::vector<double> from, to;
     std::size_t facet = 0;  ///< from 1; 0: none
+
+    [[nodiscard]] std::optional<double> largest_measured() const { return of_samples(largest); }
+    [[nodiscard]] std::optional<double> mean_measured() const { return of_samples(mean); }
+    [[nodiscard]] std::optional<std::vector<double>> from_measured() const { return of_samples(from); }
+    [[nodiscard]] std::optional<std::vector<double>> to_measured() const { return of_samples(to); }
+    [[nodiscard]] std::optional<std::size_t> facet_measured() const { return of_samples(facet); }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = OneWayReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("samples", &S::samples, "number of sampled points; 0: not measured, and no other key"),
+                          f("largest", &S::largest_measured, "largest distance").unit("length"),
+                          f("mean", &S::mean_measured, "mean distance").unit("length"),
+                          f("from", &S::from_measured, "the point where the distance is largest").unit("length"),
+                          f("to", &S::to_measured, "its nearest point on the other side").unit("length"),
+                          f("facet", &S::facet_measured, "the facet there, from 1; 0: none"));
+    }
+
+  private:
+    template <class T>
+    [[nodiscard]] std::optional<T> of_samples(const T& value) const {
+        return samples > 0 ? std::optional(value) : std::nullopt;
+    }
 };
 
 struct EntityReport {
-    std::string kind;                   ///< `face` and `edge` of a CAD model, `patch`, `ridge` …; `none`
-    std::size_t number = 0;             ///< as its maker counts, from 1; 0: it has none
-    std::string name;                   ///< as one says it
-    std::vector<std::size_t> sides;     ///< of a curve: the numbers of the surfaces beside it
-    std::vector<std::string> beside;    ///< of a curve between surfaces of two makers: as one says these
-    bool is_flat = false;               ///< of a surface that facets lie on
-    std::vector<Reference> references;  ///< of those facets
-    std::size_t pieces = 0;             ///< facets, of a curve edges
-    double measure = 0;                 ///< their area or length
+    std::string kind;
+    std::size_t number = 0;
+    std::string name;  ///< for messages
+    std::vector<std::size_t> sides;
+    std::vector<std::string> beside;
+    bool is_flat = false;
+    std::vector<Reference> references;
+    std::size_t pieces = 0;
+    double measure = 0;
     OneWayReport to_geometry, to_boundary;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = EntityReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("kind", &S::kind,
+              "`face` and `edge` of a CAD model, `patch` and `ridge` of a surrogate, `surface` and `curve` of analytic "
+              "surfaces, in 2D `curve`; `none`: facets without a surface"),
+            f("number", &S::number, "its number in its geometry, from 1; 0: none"),
+            f("sides", &S::sides, "of a curve: numbers of the surfaces beside it").unless_empty(),
+            f("beside", &S::beside, "of a curve between surfaces of two geometries: their names").unless_empty(),
+            f("flat", &S::is_flat, "true: a plane (2D: a line) with facets"),
+            f("references", &S::references, "references of the facets on it (of a curve: beside it)"),
+            f("pieces", &S::pieces, "number of these facets (of a curve: of edges)"),
+            f("measure", &S::measure, "area of these facets (of a curve: length) when straight").unit("length^(D−1)"),
+            f("to_geometry", &S::to_geometry, "distances of this entity's facets"),
+            f("to_boundary", &S::to_boundary, "distances from this entity"));
+    }
 };
 
 struct DistancesReport {
-    std::string geometry;  ///< as one says it: "CAD model wing.step, analytic surfaces, surrogate"
+    std::string geometry;  ///< for messages: "CAD model wing.step, analytic surfaces, surrogate"
     OneWayReport to_geometry, to_boundary;
     std::vector<EntityReport> entities;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = DistancesReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("to_geometry", &S::to_geometry,
+                            "from points of the curved boundary ([distances.md](algorithms/distances.md))"),
+                          f("to_boundary", &S::to_boundary, "from points of the geometry"),
+                          f("entities", &S::entities, "one entry for each entity of the geometry"));
+    }
 };
 
 /// Entities are called as the geometry calls them, and it by the config.
@@ -129,8 +177,6 @@ template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
 
-/// One object.
-[[nodiscard]] std::string distances_json(const DistancesReport& report);
 /// Two lines, the worst entity named; and one for each of the worst entities.
 [[nodiscard]] std::string distance_rows(const DistancesReport& report);
 [[nodiscard]] std::string entity_rows(const DistancesReport& report, std::size_t most);
@@ -141,26 +187,100 @@ template <int D>
 export namespace camber::run {
 
 struct SolutionMetricReport {
-    int degree = 1;                    ///< of the elements that are to interpolate
-    double asked = 0, complexity = 0;  ///< that was asked for, and what came out
-    double elements = 0;               ///< of a mesh of that complexity, about
-    double of_fixed = 0;               ///< complexity of sizes, geometry and bounds alone
-    bool is_fixed_alone = false;       ///< these have all of it: the solution has no say
-    bool is_reached = true;            ///< within the tolerance
-    bool is_graded = true;             ///< false: a gradation ended before its time
+    int degree = 1;
+    double asked = 0, complexity = 0;
+    double elements = 0;
+    double of_fixed = 0;
+    bool is_fixed_alone = false;
+    bool is_reached = true;
+    bool is_graded = true;
     int evaluations = 0, gradations = 0;
     double largest_anisotropy = 1;
-    double at_min = 0, at_max = 0;                                ///< shares of the vertices with a size at the bounds
-    std::size_t rows = 0, from_inner_fits = 0, lower_degree = 0;  ///< of recovered derivatives
+    double at_min = 0, at_max = 0;
+    std::size_t rows = 0, from_inner_fits = 0, lower_degree = 0;
     std::size_t zero_models = 0, floored_models = 0;
     double models_max_anisotropy = 0;
     std::vector<std::string> fields_in_doubt = {};  ///< fields whose values are as unrelated as in a random order
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = SolutionMetricReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("degree", &S::degree, "degree of the elements that interpolate the solution"),
+            f("asked", &S::asked, "requested complexity").unit("1"),
+            f("complexity", &S::complexity, "complexity of the metric").unit("1"),
+            f("elements_expected", &S::elements, "expected number of elements"),
+            f("of_fixed", &S::of_fixed, "complexity of sizes, geometry, other metrics and bounds alone").unit("1"),
+            f("is_fixed_alone", &S::is_fixed_alone,
+              "true: these alone reach the requested complexity; the solution has no influence"),
+            f("is_reached", &S::is_reached, "true: the requested complexity is reached to 10⁻³"),
+            f("is_graded", &S::is_graded, "true: the gradation converged"),
+            f("evaluations", &S::evaluations, "number of complexities that were tried"),
+            f("gradations", &S::gradations, "number of gradations"),
+            f("largest_anisotropy", &S::largest_anisotropy, "largest ratio of the longest to the shortest size")
+                .unit("1"),
+            f("at_min_size", &S::at_min, "share of the vertices with a size at the lower bound").unit("1"),
+            f("at_max_size", &S::at_max, "share of the vertices with a size at the upper bound").unit("1"),
+            f("rows", &S::rows, "number of recovered derivatives: one for each vertex and material"),
+            f("from_inner_fits", &S::from_inner_fits, "number of those of the boundary taken from inner ones"),
+            f("lower_degree", &S::lower_degree, "number of those of a lower degree, for lack of nodes"),
+            f("zero_models", &S::zero_models, "number of places without derivatives"),
+            f("bounded_models", &S::floored_models, "number of error models whose anisotropy was bounded"));
+    }
+};
+
+/// Integral of a field over its materials and components.
+struct IntegralReport {
+    double largest = 0, largest_change = 0;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = IntegralReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("largest", &S::largest, "largest integral of a material and component before the transfer"),
+                          f("largest_change", &S::largest_change, "largest change of one"));
+    }
 };
 
 struct TransferReport {
     TransferMethod method = TransferMethod::interpolate;
-    std::vector<std::string> fields;
+    std::vector<std::string> names;  ///< of the fields
     TransferStatistics statistics;
+
+    [[nodiscard]] std::vector<std::pair<std::string, IntegralReport>> integrals() const;
+    [[nodiscard]] static constexpr auto fields() {
+        using S = TransferReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("method", &S::method, "`interpolate` or `conserve`"), f("fields", &S::names, "names of the fields"),
+            f(
+                "kept", [](const S& r) { return r.statistics.kept; },
+                "number of nodes with the same values to the bit"),
+            f(
+                "interpolated", [](const S& r) { return r.statistics.interpolated; },
+                "number of nodes inside the old mesh"),
+            f(
+                "outside", [](const S& r) { return r.statistics.outside; }, "number of nodes outside the old mesh"),
+            f(
+                "largest_distance", [](const S& r) { return r.statistics.largest_distance; },
+                "largest distance of such a node from it")
+                .unit("length"),
+            f(
+                "projected", [](const S& r) { return r.statistics.projected; },
+                "`conserve`: number of nodes with projected values"),
+            f(
+                "changed_elements", [](const S& r) { return r.statistics.changed_elements; },
+                "`conserve`: number of elements that the old mesh does not have"),
+            f(
+                "patches", [](const S& r) { return r.statistics.patches; },
+                "`conserve`: number of their connected patches"),
+            f(
+                "spread", [](const S& r) { return r.statistics.spread; },
+                "`conserve`: number of parts of patches whose integral other nodes preserve"),
+            f(
+                "unkept_materials", [](const S& r) { return r.statistics.unkept; },
+                "`conserve`: number of materials without a node for that"),
+            f("integrals", &S::integrals, "of each field"));
+    }
 };
 
 /// The rows of the verbs `metric` and `transfer`.
@@ -176,9 +296,6 @@ namespace camber::run {
 /// A row of a run's table, and those of its end.
 [[nodiscard]] std::string solution_metric_row(const SolutionMetricReport& report);
 [[nodiscard]] std::string carried_rows(const TransferReport& report);
-/// One object each.
-[[nodiscard]] std::string solution_metric_json(const SolutionMetricReport& report);
-[[nodiscard]] std::string transfer_json(const TransferReport& report);
 
 }  // namespace camber::run
 

@@ -523,21 +523,6 @@ std::string curved_unit_mesh_rows(const CurvedUnitMeshReport& r) {
     return text;
 }
 
-std::string curved_unit_mesh_json(const CurvedUnitMeshReport& r) {
-    auto j = nlohmann::ordered_json::parse(unit_mesh_json(r.unit_mesh));
-    const auto json = [](const Element& e) {
-        return nlohmann::ordered_json{
-            {"element", e.number}, {"quality", e.quality}, {"least", e.least}, {"bound", e.bound}};
-    };
-    if (r.lowest.number > 0) {
-        j["bound"] = r.bound;
-        j["lowest"] = json(r.lowest);
-    }
-    j["worst"] = nlohmann::ordered_json::array();
-    for (const Element& e : r.worst) j["worst"].push_back(json(e));
-    return j.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
-}
-
 #define CAMBER_INSTANTIATE(D)                                                                                          \
     template Outcome<std::optional<Growth>> asked_growth<D>(Runner<D>&);                                               \
     template Outcome<OwnField<D>> asked_field<D>(Runner<D>&);                                                          \
