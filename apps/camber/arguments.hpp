@@ -25,7 +25,7 @@ struct Verb {
     MetricArguments metric;
     TransferArguments transfer;
     InfoArguments info;
-    std::string topic;
+    std::string topic, schema;
 };
 
 /// Options of several verbs.

@@ -89,7 +89,8 @@ void add_others(CLI::App& app, Verb& verb) {
     add_flag(info, "--json", verb.info.json, "One JSON object instead of a table");
     CLI::App* explain = add_verb(app, "explain", "What a stage or a source does, and its options");
     add_option(explain, "topic", verb.topic, "Such as curve, relax, shell; none: list them");
-    add_verb(app, "schema", "The JSON Schema of a pipeline, for editors");
+    CLI::App* schema = add_verb(app, "schema", "The JSON Schema of a pipeline, for editors, or of report.json");
+    add_option(schema, "of", verb.schema, "config or report. Default: config");
 }
 
 }  // namespace camber::app

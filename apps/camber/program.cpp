@@ -45,7 +45,7 @@ int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>
     if (app.got_subcommand("transfer")) return transfer_command(verb.transfer);
     if (app.got_subcommand("info")) return info_command(verb.info);
     if (app.got_subcommand("explain")) return explain_command(verb.topic);
-    return schema_command();
+    return schema_command(verb.schema);
 }
 
 /// Several ranks would do the whole of it each. Errors: usage.

@@ -286,7 +286,8 @@ class MeasuredFacets {
             if (coarse.largest > nearly * bound.largest) add_to(total, f, lattice<D>);
         };
         return farthest(bound.largest, measure, part_of(execution, 0.2, 1)).map([&](const FarthestFacet& all) {
-            return LargestDistance{all.distance.largest, all.distance.projected + bound.projected};
+            return LargestDistance{all.distance.largest, all.distance.projected + bound.projected,
+                                   all.facet.valid() ? all.facet : middles->facet};
         });
     }
 

@@ -285,6 +285,7 @@ struct EdgeSite {
 struct LargestDistance {
     double largest = 0;
     std::size_t projected = 0;
+    FacetId facet = {};  ///< with that distance, where several facets are searched; invalid: none
 };
 
 /// The face that every maker of a geometry has: what the boundary of the domain is, as boundary_nodes,

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import unittest
 
+import report_page
 from program import CAMBER, CONFIGS, ROOT, Folder, report_of
 
 import gmf  # noqa: E402  (program puts the oracle on the path)
@@ -97,6 +98,11 @@ class Report(unittest.TestCase):
             self.run_camber("remesh", before, "-o", after, "--metric", '{"constant": {"sizes": [0.8]}}', "--report", "r.json")
         yield report_of(self.folder.path / "r.json")
         self.write("cube.mesh", ascii_file(cube(2)))
+        surface = cube(1)
+        del surface.cells["Tetrahedra"]
+        self.write("surface.mesh", ascii_file(surface))
+        self.run_camber("curve", "surface.mesh", "-o", "out.meshb", "--report", "r.json")
+        yield report_of(self.folder.path / "r.json")
         self.run_camber("curve", "cube.mesh", "-o", "out.meshb", "--report", "r.json", "--set", "output/distances=both")
         yield report_of(self.folder.path / "r.json")
         lattice_points = gmf.read(self.folder.path / "cube.mesh").points
@@ -196,6 +202,10 @@ class Report(unittest.TestCase):
 
     def test_every_key_of_a_report_is_documented_and_there(self):
         self.compare("report.json", self.reports())
+
+    def test_the_page_has_the_descriptions_of_the_program(self):
+        self.assertEqual(PAGE.read_text(encoding="utf-8"), report_page.page(CAMBER),
+                         "python3 tests/pipelines/report_page.py build/bin/camber --write")
 
     def test_every_key_of_a_check_is_documented_and_there(self):
         self.config("spheres")

@@ -204,7 +204,7 @@ struct InfoArguments {
 [[nodiscard]] int info_command(const InfoArguments& arguments);
 
 [[nodiscard]] int explain_command(const std::string& topic);
-[[nodiscard]] int schema_command();
+[[nodiscard]] int schema_command(const std::string& of);
 
 /// Sizes by reference, as arguments give them: [KIND:]REFERENCE,…=SIZE. Errors: usage.
 [[nodiscard]] Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts);

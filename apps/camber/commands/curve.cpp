@@ -254,7 +254,7 @@ Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts) {
 namespace {
 
 std::string text_of(const run::Run& run, const config::Output& output, bool histogram) {
-    std::string text = run::table(run.report);
+    std::string text = run::summary(run.report);
     if (histogram)
         for (const run::Histogram& h : run.report.histograms) text += run::bars(h);
     text += "\n";
@@ -378,6 +378,10 @@ int explain_command(const std::string& topic) {
     return text ? end_with(*text) : report_error(text.error());
 }
 
-int schema_command() { return end_with(config::pipeline_schema()); }
+int schema_command(const std::string& of) {
+    if (of.empty() || of == "config") return end_with(config::pipeline_schema());
+    if (of == "report") return end_with(run::report_schema());
+    return report_error({ErrorKind::usage, "has no schema", of, {}, "use config or report"});
+}
 
 }  // namespace camber::app

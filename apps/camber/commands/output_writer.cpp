@@ -119,7 +119,7 @@ struct OutputWriter {
                                    });
                                if (!checked) return fail(checked.error());
                                source.report = std::move(*checked);
-                               source.numbers = run::table(run.report) + "\n" + run::check_table(source.report);
+                               source.numbers = run::full_table(run.report) + "\n" + run::check_table(source.report);
                                return write_page(std::move(source), output.mesh.empty() ? output.page : output.mesh,
                                                  output.page, {}, execution);
                            }));

@@ -201,14 +201,11 @@ Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet
     if (made->misfit) return fail(*made->misfit);
     features = with_those_of_model(std::move(*features), mesh, edges, *made, breaks, without_progress(execution));
     if (!features) return fail(features.error());
-    BoundaryReport report{features->surface_edges,
-                          features->ridge_edges,
-                          features->corners,
-                          features->patch_count,
-                          {},
-                          {},
-                          {},
-                          made->cad};
+    BoundaryReport report{.surface_edges = features->surface_edges,
+                          .ridge_edges = features->ridge_edges,
+                          .corners = features->corners,
+                          .patches = features->patch_count};
+    report.cad = made->cad;
     report.curved_patches = made->curved_patches;
     report.off_surfaces = made->off_surfaces;
     return DescribedBoundary<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};

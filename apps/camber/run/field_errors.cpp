@@ -330,17 +330,12 @@ std::string integral_rows(const TransferReport& r) {
 
 }  // namespace
 
-std::string solution_metric_row(const SolutionMetricReport& r) {
-    return table_row("metric of the solution",
-                     fmt::format("for degree {}, complexity {:.6g} of {:.6g} asked", r.degree, r.complexity, r.asked));
-}
-
 std::string carried_rows(const TransferReport& r) {
     const TransferStatistics& s = r.statistics;
-    return table_row("fields brought along", fmt::format("{}", fmt::join(r.names, ", "))) +
-           table_row("their nodes: kept, other, outside",
-                     fmt::format("{}, {}, {}", grouped(s.kept), grouped(s.interpolated), grouped(s.outside))) +
-           (r.method == TransferMethod::conserve ? integral_rows(r) : std::string());
+    std::string text = fmt::format("{}", fmt::join(r.names, ", "));
+    if (s.outside > 0)
+        text += fmt::format("; {} nodes outside the old mesh, by up to {:.3g}", grouped(s.outside), s.largest_distance);
+    return table_row("fields transferred", text);
 }
 
 std::string solution_metric_rows(const SolutionMetricReport& r) {

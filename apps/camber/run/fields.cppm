@@ -1,8 +1,13 @@
 module;
+#include <concepts>
+#include <functional>
+#include <optional>
+#include <string>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 export module camber.run:fields;
 
 /// Descriptions of report fields. A struct of a report describes its members once, by a static function `fields()` that
@@ -64,6 +69,50 @@ concept HasFields = requires { std::tuple_size<decltype(S::fields())>::value; };
 template <HasFields S, class F>
 constexpr void each_field(F&& f) {
     std::apply([&](const auto&... fields) { (f(fields), ...); }, S::fields());
+}
+
+/// The kind of mesh that a report is of: some fields are left out of reports of standalone surface meshes.
+enum class Reported : unsigned char { volume, surface };
+
+template <class T>
+inline constexpr bool is_optional = false;
+template <class T>
+inline constexpr bool is_optional<std::optional<T>> = true;
+/// A list of named values.
+template <class T>
+inline constexpr bool is_map = false;
+template <class T>
+inline constexpr bool is_map<std::vector<std::pair<std::string, T>>> = true;
+
+template <class T>
+[[nodiscard]] bool is_empty(const T& value) {
+    if constexpr (is_optional<T>)
+        return !value.has_value();
+    else if constexpr (requires { value.empty(); })
+        return value.empty();
+    else if constexpr (std::equality_comparable<T> && std::default_initializable<T>)
+        return value == T{};
+    else
+        return false;
+}
+
+/// visit(field, value) for each field that the report shows, those of merged structs in their place.
+template <HasFields S, class Visit>
+void each_shown_field(const S& report, Reported of, const Visit& visit) {
+    each_field<S>([&](const auto& field) {
+        const auto& value = std::invoke(field.get, report);
+        using T = std::remove_cvref_t<decltype(value)>;
+        if (field.presence == Presence::of_volume && of == Reported::surface) return;
+        if (field.presence == Presence::unless_empty && is_empty(value)) return;
+        if constexpr (is_optional<T>) {
+            if (!value && field.presence != Presence::or_null) return;
+            if constexpr (HasFields<typename T::value_type>)
+                if (field.key.empty()) return each_shown_field(*value, of, visit);
+        } else if constexpr (HasFields<T>) {
+            if (field.key.empty()) return each_shown_field(value, of, visit);
+        }
+        visit(field, value);
+    });
 }
 
 }  // namespace camber::run

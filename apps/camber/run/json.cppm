@@ -19,33 +19,10 @@ namespace camber::run {
 
 using Json = nlohmann::ordered_json;
 
-/// The kind of mesh that a report is of: some fields are left out of reports of standalone surface meshes.
-enum class Reported : unsigned char { volume, surface };
-
-template <class T>
-inline constexpr bool is_optional = false;
-template <class T>
-inline constexpr bool is_optional<std::optional<T>> = true;
-template <class T>
-inline constexpr bool is_map = false;
-template <class T>
-inline constexpr bool is_map<std::vector<std::pair<std::string, T>>> = true;
 template <class T>
 inline constexpr bool is_list = false;
 template <class T>
 inline constexpr bool is_list<std::vector<T>> = true;
-
-template <class T>
-[[nodiscard]] bool is_empty(const T& value) {
-    if constexpr (is_optional<T>)
-        return !value.has_value();
-    else if constexpr (requires { value.empty(); })
-        return value.empty();
-    else if constexpr (std::equality_comparable<T> && std::default_initializable<T>)
-        return value == T{};
-    else
-        return false;
-}
 
 template <class S>
 void add_fields(Json& object, const S& report, Reported of);
@@ -84,21 +61,8 @@ template <class T>
 
 template <class S>
 void add_fields(Json& object, const S& report, Reported of) {
-    each_field<S>([&](const auto& field) {
-        const auto& value = std::invoke(field.get, report);
-        using T = std::remove_cvref_t<decltype(value)>;
-        if (field.presence == Presence::of_volume && of == Reported::surface) return;
-        if (field.presence == Presence::unless_empty && is_empty(value)) return;
-        if constexpr (is_optional<T>)
-            if (!value && field.presence != Presence::or_null) return;
-        if (!field.key.empty()) {
-            object[std::string(field.key)] = json_of(value, of);
-        } else if constexpr (is_optional<T>) {
-            if constexpr (HasFields<typename T::value_type>) add_fields(object, *value, of);
-        } else if constexpr (HasFields<T>) {
-            add_fields(object, value, of);
-        }
-    });
+    each_shown_field(
+        report, of, [&](const auto& field, const auto& value) { object[std::string(field.key)] = json_of(value, of); });
 }
 
 }  // namespace camber::run

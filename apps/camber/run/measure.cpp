@@ -63,6 +63,11 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& st
     if (!before) return fail(before.error());
     report.straight_distance = before->largest;
     report.curved_distance = after->largest;
+    if (after->facet.valid()) {
+        Vec<D> centre{};
+        for (const VertexId v : seen.linear.facets.vertices[after->facet]) centre += seen.linear.points[v] / D;
+        report.curved_distance_near.assign(centre.c.begin(), centre.c.end());
+    }
     return Done{};
 }
 

@@ -293,8 +293,7 @@ struct TransferReport {
 
 namespace camber::run {
 
-/// A row of a run's table, and those of its end.
-[[nodiscard]] std::string solution_metric_row(const SolutionMetricReport& report);
+/// A row of a run's summary.
 [[nodiscard]] std::string carried_rows(const TransferReport& report);
 
 }  // namespace camber::run

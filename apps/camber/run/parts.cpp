@@ -179,6 +179,7 @@ void add(Report& report, const MeasuresReport& part) {
     if (report.boundary) {
         report.boundary->straight_distance = part.straight_distance;
         report.boundary->curved_distance = part.curved_distance;
+        report.boundary->curved_distance_near = part.curved_distance_near;
         report.boundary->node_deviation = part.node_deviation;
         report.boundary->vertex_deviation = part.vertex_deviation;
         report.boundary->walls = part.walls;

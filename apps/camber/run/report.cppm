@@ -74,8 +74,13 @@ struct EdgeReport {
               "mean distance of an edge's node from the middle of its chord, by the chord's length")
                 .unit("1"),
             f("largest_curvature", &S::largest_curvature, "largest such distance").unit("1"),
-            f("measured_edges", &S::measured, "number of edges whose lengths were computed").of_volume(),
-            f("longer_edges", &S::longer, "number of edges that are longer than their chords in the metric")
+            f("measured_edges", &S::measured,
+              "number of edges whose lengths were measured: all volume edges, or about 131 072 of a larger mesh, or "
+              "all where the output shows fields")
+                .of_volume(),
+            f("longer_edges", &S::longer,
+              "number of edges that are longer than their chords in the metric; with the criterion accuracy this is no "
+              "defect")
                 .of_volume());
     }
 };
@@ -475,7 +480,8 @@ struct GeometryErrorReport {
 
 struct BoundaryReport {
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0, patches = 0;
-    std::optional<double> straight_distance, curved_distance;
+    std::optional<double> straight_distance = {}, curved_distance = {};
+    ReportedPlace curved_distance_near = {};
     std::optional<WallsReport> walls = {};
     std::optional<CadReport> cad = {};
     std::optional<DistancesReport> distances = {};
@@ -501,6 +507,9 @@ struct BoundaryReport {
               "largest distance of the boundary from the geometry in the end (of `cad`: from the model's faces and the "
               "other surfaces of its facets)")
                 .unit("length"),
+            f("largest_distance_near", &S::curved_distance_near, "centre of the facet with that distance")
+                .unit("length")
+                .unless_empty(),
             f("cad", &S::cad, "relation to the CAD model"), f.merged(&S::off_surfaces),
             f("node_deviation", &S::node_deviation, "nodes of boundary edges off their geometry"),
             f("vertex_deviation", &S::vertex_deviation, "boundary vertices off their geometry"),
@@ -522,13 +531,13 @@ struct NodesByReport {
         using S = NodesByReport;
         constexpr Fields<S> f;
         return std::tuple(
-            f("metric_kind", &S::metric_kind, "kind of the metric that places nodes: `natural` is mesh-implied"),
-            f("size_share", &S::size_share, "share of the size that the metric may take").unit("1"),
+            f("metric_kind", &S::metric_kind, "kind of the metric that places nodes"),
+            f("size_share", &S::size_share, "share σ of the metric’s sizes by which nodes may move").unit("1"),
             f("walls", &S::walls, "number of inner nodes that curved walls move by more than 1/1000 of the chord"),
             f("metric", &S::metric, "number of inner nodes that the metric moves by more than that"),
             f("held_back", &S::held_back,
-              "number of inner nodes that move by less than half of the distance to their targets, to keep smooth "
-              "functions accurate"));
+              "number of inner nodes that move by less than half of the way to their targets, since smooth functions "
+              "would lose more than `smooth_loss`"));
     }
 };
 
@@ -540,10 +549,11 @@ struct ExpectedErrorsReport {
     [[nodiscard]] static constexpr auto fields() {
         using S = ExpectedErrorsReport;
         constexpr Fields<S> f;
-        return std::tuple(
-            f("by_shape", &S::before, "expected error of the solution with nodes by the objective `shape`"),
-            f("by_solution", &S::after, "expected error with nodes by the objective `solution`"),
-            f("rounds", &S::rounds, "number of rounds"));
+        return std::tuple(f("by_shape", &S::before,
+                            "expected L2 error of the interpolated solution with nodes by the objective `shape`; all "
+                            "fields in units in which their ranges are about 1"),
+                          f("by_solution", &S::after, "expected error with nodes by the objective `solution`"),
+                          f("rounds", &S::rounds, "number of rounds"));
     }
 };
 
@@ -565,13 +575,22 @@ struct CurveReport {
             f("edges", &S::edges, "number of edges"),
             f("volume_edges", &S::volume_edges, "number of edges inside the volume").of_volume(),
             f("curved_edges", &S::curved_edges, "number of edges whose node is not in the middle of the chord"),
-            f("polished", &S::polished, "number of edges whose length Newton's method minimised").of_volume(),
-            f("exhausted", &S::exhausted, "number of edges that reached the limit of iterations").of_volume(),
-            f("shortened", &S::shortened, "number of edges whose node stopped before its target").of_volume(),
-            f("outside", &S::outside, "number of edges that leave the back mesh").of_volume(),
+            f("polished", &S::polished,
+              "criteria energy and length: number of searches that stopped at a kink of the field and were completed "
+              "by a pattern search")
+                .of_volume(),
+            f("exhausted", &S::exhausted,
+              "criteria energy and length: number of searches that reached the limit of iterations")
+                .of_volume(),
+            f("shortened", &S::shortened,
+              "criteria energy and length: number of edges that the finer rule found longer than their chords, and "
+              "whose offset was reduced")
+                .of_volume(),
+            f("outside", &S::outside, "number of edges with samples outside the back mesh").of_volume(),
             f("lost", &S::lost, "number of edges with samples that were not located in the back mesh").of_volume(),
             f("drawn_back", &S::drawn_back,
-              "number of nodes in the volume or in planes that move a part of the way, for `min_jacobian`")
+              "criterion accuracy: number of nodes in the volume, or sliding within planes, that move a part of their "
+              "way or none of it, since an element would fall below `min_jacobian`")
                 .of_volume(),
             f("edges_per_second", &S::edges_per_second, "edges curved per second").unit("1/s").of_volume(),
             f("before_correction", &S::before, "lengths and curvatures as `curve` proposed them"),
@@ -603,7 +622,7 @@ struct ValidityReport {
               "number of elements that are valid, and whose scaled Jacobian is not certified to reach the bound"),
             f("straight_inverted", &S::straight_inverted,
               "number of elements that are inverted or flat with straight edges"),
-            f("min_scaled_jacobian", &S::smallest, "certified lower bound of the scaled Jacobian over all elements")
+            f("min_scaled_jacobian", &S::smallest, "lower bound of the scaled Jacobian over all elements, to 10⁻³")
                 .unit("1"),
             f("worst_element", &S::worst, "its element, from 1; 0: no element"));
     }
@@ -621,7 +640,9 @@ struct RelaxReport {
         using S = RelaxReport;
         constexpr Fields<S> f;
         return std::tuple(
-            f("repair", &S::repair, "method of the correction ([repair.md](algorithms/repair.md))"),
+            f("repair", &S::repair,
+              "method of the correction: `extension`, `cavity`, `edge`, `segment` or `relax` "
+              "([repair.md](algorithms/repair.md))"),
             f("corrected_elements", &S::corrected_elements, "number of elements that the correction made valid"),
             f("raised_elements", &S::raised_elements,
               "number of elements, valid before, whose scaled Jacobian was raised to the target"),
@@ -935,11 +956,17 @@ constexpr auto Report::fields() {
 /// The distance that is required and not reached, and where.
 [[nodiscard]] std::string sentence_of(const GeometryErrorReport& missed);
 
-/// Lines for a terminal, without colours.
-[[nodiscard]] std::string table(const Report& report);
+/// The result of a run for its user, in at most ten lines: validity first, then the smallest scaled Jacobian and its
+/// element, the distance from the geometry and where it is largest, transferred fields, the size of the mesh, time and
+/// memory.
+[[nodiscard]] std::string summary(const Report& report);
+/// All fields of the report, one a line, and the times of the steps.
+[[nodiscard]] std::string full_table(const Report& report);
 
 /// report.json: the same numbers. What each key means: docs/report.md.
 [[nodiscard]] std::string to_json(const Report& report);
+/// The JSON Schema of report.json: the type, the meaning and the unit of each key.
+[[nodiscard]] std::string report_schema();
 
 }  // namespace camber::run
 
@@ -1070,6 +1097,7 @@ struct MeasuresReport {
     std::optional<EdgeReport>
         edges_in_straight_field;  ///< the same in the straight field, where the back mesh is curved
     std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
+    ReportedPlace curved_distance_near = {};
     std::optional<WallsReport> walls = {};
     std::optional<DeviationReport> node_deviation = {}, vertex_deviation = {};
     std::optional<DistancesReport> distances = {};

@@ -1,8 +1,12 @@
 module;
+#include <algorithm>
+#include <concepts>
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,6 +14,8 @@ module camber.run;
 import camber.core;
 import camber.metric;
 import camber.edge_optimisation;
+import camber.transfer;
+import :json;
 
 namespace camber::run {
 
@@ -84,198 +90,17 @@ std::string cad_rows(const CadReport& c) {
 
 namespace {
 
-std::string join_before_after(double before, const double* after, std::string_view format) {
-    std::string text = fmt::format(fmt::runtime(format), before);
-    if (after != nullptr && *after != before) text += " -> " + fmt::format(fmt::runtime(format), *after);
-    return text;
-}
-
-/// The option's word for a metric, with the field's beside it.
-std::string name_metric(const std::string& source) { return source == "natural" ? "natural (mesh-implied)" : source; }
-
-std::string mesh_rows(const Report& report) {
-    const MeshReport& m = report.mesh;
-    std::string text = table_row("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
-                       table_row("vertices", m.vertices);
-    if (m.is_surface_alone())
-        text += table_row("triangles, a surface alone", m.facets);
-    else
-        text += table_row(m.dimension == 2 ? "triangles" : "tetrahedra", m.elements) +
-                table_row(m.dimension == 2 ? "boundary edges" : "boundary triangles", m.facets);
-    if (report.reordered)
-        text += table_row("order of vertices and elements",
-                          fmt::format("scattered ({:.2g}): another while working", report.reordered->scatter));
-    if (report.solution_metric) text += solution_metric_row(*report.solution_metric);
-    if (report.metric) {
-        text += table_row("metric", name_metric(report.metric->source)) +
-                table_row("largest anisotropy", fmt::format("{:.4g}", report.metric->largest_anisotropy)) +
-                table_row("complexity", fmt::format("{:.6g}", report.metric->complexity));
-        for (const GradationReport& g : report.metric->gradations)
-            text += table_row("gradation: sweeps, vertices", fmt::format("{}, {}", g.sweeps, grouped(g.changed)));
-        if (report.metric->floored > 0) text += table_row("metrics raised from rounding", report.metric->floored);
-    }
-    return text;
-}
-
-std::string remesh_rows(const RemeshReport& r) {
-    const auto changed = [](std::size_t before, std::size_t after) {
-        return grouped(before) + " -> " + grouped(after);
-    };
-    const auto share = [](const UnitMeshReport& u) {
-        return u.edges == 0 ? 100.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
-    };
-    std::string text =
-        table_row("edges of the mesh", changed(r.before.edges, r.after.edges)) +
-        table_row("edges of unit length", fmt::format("{:.2f} % -> {:.2f} %", share(r.before), share(r.after))) +
-        table_row("edge lengths", fmt::format("{:.4g} to {:.4g}, mean {:.4g}", r.after.shortest, r.after.longest,
-                                              r.after.mean_length)) +
-        table_row("mean quality in the metric",
-                  fmt::format("{:.4g} -> {:.4g}", r.before.mean_quality, r.after.mean_quality)) +
-        table_row("smallest quality in the metric",
-                  fmt::format("{:.4g} -> {:.4g}", r.before.worst_quality, r.after.worst_quality));
-    if (r.nodes) text += table_row("inner nodes", "for " + r.nodes->objective);
-    if (const auto& b = r.bounded_facets)
-        text += table_row("facets at the geometry's bound",
-                          fmt::format("{} finer than the metric requests, {} farther as before", grouped(b->limited),
-                                      grouped(b->far)));
-    for (const PassReport& p : r.passes)
-        text += table_row(p.pass + ": accepted, of planned",
-                          fmt::format("{}, {} ({} a second)", grouped(p.accepted), grouped(p.planned),
-                                      grouped(static_cast<std::size_t>(static_cast<double>(p.accepted) /
-                                                                       (p.seconds > 1e-9 ? p.seconds : 1e-9)))));
-    return text;
-}
-
-/// Of how many, where lengths are not those of all.
-std::string longer_edges(const EdgeReport& edges, std::size_t volume_edges) {
-    if (edges.measured == volume_edges) return grouped(edges.longer);
-    return fmt::format("{} of {} measured", grouped(edges.longer), grouped(edges.measured));
-}
-
-/// Of a surface alone: there is nothing inside of which edges could be short.
-std::string surface_curve_rows(const CurveReport& c) {
-    const EdgeReport* after = c.after ? &*c.after : nullptr;
-    const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
-    return table_row("edges (curved)", fmt::format("{} ({})", grouped(c.edges), grouped(c.curved_edges))) +
-           table_row("mean curvature",
-                     join_before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
-           table_row("largest curvature",
-                     join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}"));
-}
-
-std::string nodes_by_row(const NodesByReport& by) {
-    const bool is_natural = by.metric_kind == word_of(MetricKind::natural);
-    std::string text = fmt::format(
-        "{} by walls, {} by the metric ({})", grouped(by.walls), grouped(by.metric),
-        is_natural ? "the mesh's own" : fmt::format("{}, size_share {:.3g}", by.metric_kind, by.size_share));
-    if (is_natural) text += fmt::format(", {} held back for smooth functions", grouped(by.held_back));
-    return table_row("inner nodes moved", text);
-}
-
-std::string curve_rows(const CurveReport& c) {
-    const EdgeReport* after = c.after ? &*c.after : nullptr;
-    const auto pick = [&](double EdgeReport::* field) { return after == nullptr ? nullptr : &(after->*field); };
-    std::string text =
-        table_row("edges", c.edges) +
-        table_row("volume edges (curved)", fmt::format("{} ({})", grouped(c.volume_edges), grouped(c.curved_edges))) +
-        table_row("mean length reduction", join_before_after(c.before.mean_length_reduction,
-                                                             pick(&EdgeReport::mean_length_reduction), "{:.5f}")) +
-        (c.in_straight_field
-             ? table_row("  in the straight field", fmt::format("{:.5f}", c.in_straight_field->mean_length_reduction))
-             : std::string()) +
-        table_row("largest length reduction",
-                  join_before_after(c.before.largest_length_reduction, pick(&EdgeReport::largest_length_reduction),
-                                    "{:.4f}")) +
-        table_row("mean curvature",
-                  join_before_after(c.before.mean_curvature, pick(&EdgeReport::mean_curvature), "{:.4f}")) +
-        table_row("largest curvature",
-                  join_before_after(c.before.largest_curvature, pick(&EdgeReport::largest_curvature), "{:.4f}")) +
-        table_row("edges longer than straight", longer_edges(after == nullptr ? c.before : *after, c.volume_edges)) +
-        table_row("edges per second", grouped(static_cast<std::size_t>(c.edges_per_second)));
-    if (c.by) text += nodes_by_row(*c.by);
-    if (c.expected)
-        text += table_row("expected error of the solution",
-                          fmt::format("{:.3g} by shape, {:.3g} in {} rounds", c.expected->before, c.expected->after,
-                                      c.expected->rounds));
-    if (c.drawn_back > 0) text += table_row("nodes drawn back", c.drawn_back);
-    if (c.outside > 0) text += table_row("edges that leave the back mesh", c.outside);
-    if (c.lost > 0) text += table_row("edges with samples not located", c.lost);
-    return text;
-}
-
-std::string validity_rows(const Report& report) {
-    std::string text;
-    if (!report.validity) return text;
-    const ValidityReport& before = report.validity_before ? *report.validity_before : *report.validity;
-    const ValidityReport& v = *report.validity;
-    const bool changed = report.relax.has_value();
-    const auto counts = [&](std::size_t was, std::size_t is) {
-        return changed && was != is ? grouped(was) + " -> " + grouped(is) : grouped(is);
-    };
-    const auto smallest = [](const ValidityReport& of) {
-        return scaled_jacobian_text(of.smallest, of.invalid == 0 && of.undecided == 0);
-    };
-    const std::string_view judged = report.mesh.is_surface_alone() ? "triangles" : "elements";
-    text +=
-        table_row(fmt::format("invalid {}", judged), counts(before.invalid, v.invalid)) +
-        table_row(fmt::format("undecided {}", judged), counts(before.undecided, v.undecided)) +
-        (v.bound > 0 ? table_row(fmt::format("{} below {:g}{}", judged, v.bound, v.is_asked ? "" : " (recommended)"),
-                                 counts(before.below_bound, v.below_bound))
-                     : std::string()) +
-        table_row("smallest scaled Jacobian",
-                  v.worst == 0 && report.mesh.is_surface_alone()
-                      ? std::string("none: all flat")
-                      : smallest(before) + (changed && v.smallest != before.smallest ? " -> " + smallest(v) : "") +
-                            " (1: as straight)");
-    if (v.straight_inverted > 0) text += table_row("inverted or flat when straight", v.straight_inverted);
-    if (const auto& r = report.relax)
-        text +=
-            table_row(fmt::format("corrected {}", judged), r->corrected_elements) +
-            (r->raised_elements > 0 ? table_row(fmt::format("raised {}", judged), r->raised_elements) : std::string()) +
-            (report.mesh.is_surface_alone() ? std::string()
-                                            : table_row("relaxed volume edges", r->relaxed_volume_edges)) +
-            table_row("relaxed surface edges", r->relaxed_surface_edges) +
-            (r->slid_surface_edges > 0 ? table_row("surface edges slid on geometry", r->slid_surface_edges)
-                                       : std::string()) +
-            (r->moved_vertices > 0 ? table_row("moved vertices", r->moved_vertices) : std::string()) +
-            (r->slid_vertices > 0 ? table_row("of these slid on geometry", r->slid_vertices) : std::string()) +
-            (r->given_up > 0 ? table_row("given up (work is spent)", r->given_up) : std::string());
-    if (const auto& r = report.reinsert)
-        text += table_row("cavities committed (sweeps)", fmt::format("{} ({})", grouped(r->patches), r->sweeps));
-    return text;
-}
-
-std::string kept_boundary_rows(const Report& report) {
-    const KeptBoundaryReport& k = *report.kept_boundary;
-    std::string moved = fmt::format("{} (tolerance {:g})", grouped(k.moved_nodes), k.tolerance);
-    if (k.moved_nodes > 0)
-        moved += fmt::format(", by at most {:.4g}, {:.4g} of the edge", k.largest_shift, k.largest_relative_shift);
-    return table_row("moved boundary nodes", moved);
-}
-
-std::string remaining_rows(const Report& report) {
-    std::string text;
-    constexpr std::size_t shown = 10;
-    for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
-        text += fmt::format("  ! {} {}: {}\n",
-                            report.mesh.dimension == 2 || report.mesh.is_surface_alone() ? "triangle" : "tetrahedron",
-                            called(report.remaining[i].element, report.remaining[i].tag), report.remaining[i].reason);
-    if (report.remaining.size() > shown)
-        text += fmt::format("  ! and {} more, all of them in the report\n", report.remaining.size() - shown);
-    return text;
-}
-
-/// The surfaces that the distance is from: those that the nodes were put on, and not what a CAD model may have been.
-std::string_view name_distance(const Report& report) {
+/// The geometry that the distance is from.
+std::string name_distance(const Report& report) {
     const std::string_view geometry = report.origin ? report.origin->geometry : std::string_view();
-    if (geometry == "surrogate") return "largest distance to surrogate";
-    if (geometry == "straight") return "largest distance to facets";
     const auto& cad = report.boundary->cad;
-    if (cad && cad->analytic_facets + cad->surrogate_facets > 0) return "largest distance to geometry";
-    if (geometry == "cad") return "largest distance to CAD model";
-    if (geometry == "mesh") return "largest distance to its mesh";
-    if (geometry == "analytic") return "largest distance to surfaces";
-    return "largest distance to geometry";
+    if (cad && cad->analytic_facets + cad->surrogate_facets > 0) return "distance from the geometry";
+    if (geometry == "surrogate") return "distance from the surrogate";
+    if (geometry == "straight") return "distance from the facets";
+    if (geometry == "cad") return "distance from the CAD model";
+    if (geometry == "mesh") return "distance from the other mesh";
+    if (geometry == "analytic") return "distance from the surfaces";
+    return "distance from the geometry";
 }
 
 /// "(0.5, 0.25, 1)".
@@ -285,35 +110,178 @@ std::string place_text(const ReportedPlace& place) {
     return "(" + text + ")";
 }
 
+/// "1 141 tetrahedra": the elements that are judged.
+std::string count_of_judged(const MeshReport& m) {
+    const std::string_view name = m.dimension == 2 || m.is_surface_alone() ? "triangles" : "tetrahedra";
+    return fmt::format("{} {}", grouped(m.judged()), name);
+}
+
+std::string validity_row(const Report& report) {
+    const ValidityReport& v = *report.validity;
+    if (report.has_valid_elements() && v.is_asked && v.bound > 0)
+        return table_row("valid", fmt::format("yes: all {}, above {:g}", count_of_judged(report.mesh), v.bound));
+    if (report.has_valid_elements()) return table_row("valid", "yes: all " + count_of_judged(report.mesh));
+    std::string text = "NO:";
+    const auto add = [&](std::size_t count, std::string_view what) {
+        if (count > 0) text += fmt::format("{} {} {}", text.size() > 3 ? "," : "", grouped(count), what);
+    };
+    add(v.invalid, "invalid");
+    add(v.undecided, "undecided");
+    if (v.is_asked) add(v.below_bound, fmt::format("below {:g}", v.bound));
+    return table_row("valid", text + " of " + count_of_judged(report.mesh));
+}
+
+std::string jacobian_row(const Report& report) {
+    const ValidityReport& v = *report.validity;
+    if (v.worst == 0) return {};
+    const auto text_of = [](const ValidityReport& of) {
+        return scaled_jacobian_text(of.smallest, of.invalid == 0 && of.undecided == 0);
+    };
+    const auto& before = report.validity_before;
+    const bool changed = report.relax && before && before->smallest != v.smallest;
+    return table_row("smallest scaled Jacobian",
+                     (changed ? text_of(*before) + " -> " : std::string()) +
+                         fmt::format("{}, of element {} (1: as straight)", text_of(v), v.worst));
+}
+
+std::string distance_row(const Report& report) {
+    const BoundaryReport& b = *report.boundary;
+    if (!b.straight_distance || !b.curved_distance) return {};
+    std::string text = fmt::format("{:.4g}", *b.straight_distance);
+    if (*b.curved_distance != *b.straight_distance) text += fmt::format(" -> {:.4g}", *b.curved_distance);
+    if (*b.curved_distance > 0 && !b.curved_distance_near.empty())
+        text += ", near " + place_text(b.curved_distance_near);
+    return table_row(name_distance(report), text);
+}
+
 std::string boundary_rows(const Report& report) {
     const BoundaryReport& b = *report.boundary;
-    std::string text =
-        table_row("surface edges, ridges, corners",
-                  fmt::format("{}, {}, {}", grouped(b.surface_edges), grouped(b.ridge_edges), grouped(b.corners)));
-    if (b.cad) text += cad_rows(*b.cad);
-    if (const auto& of = b.curved_patches)
-        text += table_row("patches through the nodes, as read",
-                          fmt::format("{}, {}; angles of {:.2g} degrees at most", grouped(of->smooth),
-                                      grouped(of->as_read), of->largest_angle));
+    std::string text = distance_row(report);
+    if (b.node_deviation) text += deviation_row("nodes off the geometry", *b.node_deviation);
+    if (b.vertex_deviation) text += deviation_row("vertices off the geometry", *b.vertex_deviation);
     if (b.off_surfaces && b.off_surfaces->vertices > 0)
         text +=
             table_row("vertices off analytic surfaces",
                       fmt::format("{}, by up to {:.4g}", grouped(b.off_surfaces->vertices), b.off_surfaces->largest));
-    if (b.nodes)
-        text += table_row("boundary nodes by " + b.nodes->by,
-                          fmt::format("{} of {}, fell back {}, mean reduction {:.4g}", grouped(b.nodes->placed),
-                                      grouped(b.nodes->edges), grouped(b.nodes->off + b.nodes->far + b.nodes->elements),
-                                      b.nodes->mean_reduction));
-    if (b.straight_distance && b.curved_distance)
-        text +=
-            table_row(name_distance(report), join_before_after(*b.straight_distance, &*b.curved_distance, "{:.4g}"));
-    if (b.geometry_error)
-        text += table_row("geometry error", fmt::format("{:.4g} reached, {:.4g} required", b.geometry_error->reached,
-                                                        b.geometry_error->required));
-    if (b.distances) text += table_row("geometry, both ways", b.distances->geometry) + distance_rows(*b.distances);
-    if (b.node_deviation) text += deviation_row("nodes off the geometry", *b.node_deviation);
-    if (b.vertex_deviation) text += deviation_row("vertices off the geometry", *b.vertex_deviation);
-    if (b.walls) text += walls_rows(*b.walls);
+    return b.walls ? text + walls_rows(*b.walls) : text;
+}
+
+/// Lengths and shapes in the metric, before and after the passes.
+std::string remesh_rows(const RemeshReport& r) {
+    const auto share = [](const UnitMeshReport& u) {
+        return u.edges == 0 ? 0.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
+    };
+    return table_row("edges of unit length", fmt::format("{:.1f} % -> {:.1f} %", share(r.before), share(r.after))) +
+           table_row("smallest quality in the metric",
+                     fmt::format("{:.3g} -> {:.3g}, of element {}", r.before.worst_quality, r.after.worst_quality,
+                                 r.after.worst_element));
+}
+
+std::string mesh_row(const MeshReport& m) {
+    std::string text = fmt::format("degree {}, {} vertices, {}", m.degree, grouped(m.vertices), count_of_judged(m));
+    if (!m.is_surface_alone())
+        text += fmt::format(", {} boundary {}", grouped(m.facets), m.dimension == 2 ? "edges" : "triangles");
+    return table_row("mesh", text);
+}
+
+std::string cost_row(const Report& report) {
+    double seconds = 0;
+    std::size_t peak = 0;
+    for (const StageTime& t : report.times) {
+        seconds += t.seconds;
+        peak = std::max(peak, t.peak_bytes);
+    }
+    return table_row("time, memory",
+                     fmt::format("{:.3g} s, {:.1f} MiB, {} {}", seconds, static_cast<double>(peak) / 1048576,
+                                 report.threads, report.threads == 1 ? "thread" : "threads"));
+}
+
+std::string remaining_rows(const Report& report) {
+    std::string text;
+    constexpr std::size_t shown = 3;
+    for (std::size_t i = 0; i < report.remaining.size() && i < shown; ++i)
+        text += fmt::format("  ! {} {}: {}\n",
+                            report.mesh.dimension == 2 || report.mesh.is_surface_alone() ? "triangle" : "tetrahedron",
+                            called(report.remaining[i].element, report.remaining[i].tag), report.remaining[i].reason);
+    if (report.remaining.size() > shown)
+        text += fmt::format("  ! and {} more, all of them in the report (--report FILE)\n",
+                            report.remaining.size() - shown);
+    return text;
+}
+
+// ---------------------------------------------------------------- all fields
+
+constexpr std::size_t shown_items = 10;
+
+std::string title_of(std::string_view key) {
+    std::string title(key);
+    std::ranges::replace(title, '_', ' ');
+    return title;
+}
+
+template <class T>
+concept Scalar = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::convertible_to<T, std::string_view>;
+
+template <Scalar T>
+std::string text_of(const T& value) {
+    if constexpr (std::same_as<T, bool>)
+        return value ? "yes" : "no";
+    else if constexpr (std::is_enum_v<T>)
+        return std::string(word_of(value));
+    else if constexpr (std::is_floating_point_v<T>)
+        return fmt::format("{:.6g}", value);
+    else if constexpr (std::unsigned_integral<T>)
+        return grouped(value);
+    else
+        return fmt::format("{}", value);
+}
+
+std::string row_at(std::size_t depth, std::string_view name, const std::string& value) {
+    return fmt::format("  {:<36}{}\n", std::string(2 * depth, ' ') + std::string(name), value);
+}
+
+template <class S>
+std::string rows_of_fields(const S& report, Reported of, std::size_t depth);
+
+/// Rows of one field: of a list of numbers its first items, of a list of structs one block each.
+template <class T>
+std::string rows_of(std::string_view key, std::string_view unit, const T& value, Reported of, std::size_t depth) {
+    const std::string suffix = unit.empty() || unit == "1" ? "" : " " + std::string(unit);
+    if constexpr (Scalar<T>) {
+        return row_at(depth, title_of(key), text_of(value) + suffix);
+    } else if constexpr (is_optional<T>) {
+        return value ? rows_of(key, unit, *value, of, depth) : std::string();
+    } else if constexpr (HasFields<T>) {
+        return row_at(depth, title_of(key), {}) + rows_of_fields(value, of, depth + 1);
+    } else if constexpr (is_map<T>) {
+        std::string text = value.empty() ? std::string() : row_at(depth, title_of(key), {});
+        for (const auto& [name, item] : value) text += rows_of(name, unit, item, of, depth + 1);
+        return text;
+    } else if constexpr (requires { requires HasFields<typename T::value_type>; }) {
+        std::string text;
+        for (std::size_t i = 0; i < value.size() && i < shown_items; ++i)
+            text +=
+                row_at(depth, fmt::format("{} {}", title_of(key), i + 1), {}) + rows_of_fields(value[i], of, depth + 1);
+        if (value.size() > shown_items)
+            text += row_at(depth, title_of(key), fmt::format("{} more: --report FILE", value.size() - shown_items));
+        return text;
+    } else if constexpr (requires { requires Scalar<typename T::value_type>; }) {
+        std::string items;
+        for (std::size_t i = 0; i < value.size() && i < shown_items; ++i)
+            items += (i > 0 ? ", " : "") + text_of(value[i]);
+        if (value.size() > shown_items) items += fmt::format(" and {} more", value.size() - shown_items);
+        return row_at(depth, title_of(key), (items.empty() ? "none" : items) + (items.empty() ? "" : suffix));
+    } else {
+        return {};
+    }
+}
+
+template <class S>
+std::string rows_of_fields(const S& report, Reported of, std::size_t depth) {
+    std::string text;
+    each_shown_field(report, of, [&](const auto& field, const auto& value) {
+        text += rows_of(field.key, field.unit_name, value, of, depth);
+    });
     return text;
 }
 
@@ -381,18 +349,23 @@ std::string sentence_of(const GeometryErrorReport& g) {
         g.reached, g.required, grouped(g.far_facets), g.facet, fmt::join(g.at, ", "));
 }
 
-std::string table(const Report& report) {
-    std::string text = mesh_rows(report);
-    if (report.remesh) text += remesh_rows(*report.remesh);
+std::string summary(const Report& report) {
+    std::string text;
+    if (report.validity) text += validity_row(report) + jacobian_row(report);
     if (report.boundary) text += boundary_rows(report);
-    if (report.curve)
-        text += report.mesh.is_surface_alone() ? surface_curve_rows(*report.curve) : curve_rows(*report.curve);
-    text += validity_rows(report);
-    if (report.kept_boundary) text += kept_boundary_rows(report);
+    if (report.remesh) text += remesh_rows(*report.remesh);
     text += remaining_rows(report);
     if (report.transfer) text += carried_rows(*report.transfer);
-    if (!report.times.empty()) text += time_rows(report);
-    return text;
+    return text + mesh_row(report.mesh) + cost_row(report);
+}
+
+std::string full_table(const Report& report) {
+    Report shown = report;  // notices and reasons are printed beside it, times as a table, bins by --histogram
+    shown.notices.clear();
+    shown.times.clear();
+    shown.histograms.clear();
+    const Reported of = report.mesh.is_surface_alone() ? Reported::surface : Reported::volume;
+    return rows_of_fields(shown, of, 0) + (report.times.empty() ? std::string() : time_rows(report));
 }
 
 }  // namespace camber::run

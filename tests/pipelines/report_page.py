@@ -1,0 +1,67 @@
+"""The tables of keys in docs/report.md, from `camber schema report`.
+
+    python3 tests/pipelines/report_page.py build/bin/camber --write
+"""
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "report.md"
+BEGIN, END = "<!-- keys of report.json -->\n", "<!-- end of the keys -->\n"
+
+
+def rows_of(properties, path, known):
+    """(key, unit, meaning) of all leaves below; of an object that came before one row."""
+    rows = []
+    for key, schema in properties.items():
+        name, meaning = f"{path}{key}", schema.get("description", "")
+        inner = schema
+        if schema.get("type") == "array" and schema["items"].get("type") == "object":
+            name, inner = name + "[]", schema["items"]
+        if "additionalProperties" in inner:
+            inner = inner["additionalProperties"]
+            name += ".NAME"
+        if not inner.get("properties"):
+            rows.append((name, schema.get("unit", ""), meaning))
+            continue
+        shape = json.dumps(inner["properties"])
+        if shape in known:
+            rows.append((f"{name}.KEY", "", f"{meaning}: keys as those of `{known[shape]}`"))
+            continue
+        known[shape] = name
+        rows += rows_of(inner["properties"], f"{name}.", known)
+    return rows
+
+
+def table(rows):
+    return "| key | unit | meaning |\n|---|---|---|\n" + "".join(f"| `{key}` | {unit} | {meaning} |\n" for key, unit, meaning in rows)
+
+
+def tables(camber):
+    """The run and its lists first; then a section for each part that is an object of its own."""
+    properties = json.loads(subprocess.run([camber, "schema", "report"], check=True, capture_output=True, text=True).stdout)["properties"]
+    properties.pop("histograms")
+    few = 4
+    known, run, parts = {}, [], []
+    for key, schema in properties.items():
+        rows = rows_of({key: schema}, "", known)
+        is_part = schema.get("type") == "object" and (len(rows) > few or rows[0][0].endswith(".KEY"))
+        if is_part:
+            parts.append(f"\n### `{key}`\n\n{schema['description'][0].upper()}{schema['description'][1:]}.\n\n{table(rows)}")
+        else:
+            run += rows
+    return f"### The run\n\n{table(run)}{''.join(parts)}\n"
+
+
+def page(camber):
+    text = PAGE.read_text(encoding="utf-8")
+    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
+    return text[:begin] + "\n" + tables(camber) + text[end:]
+
+
+if __name__ == "__main__":
+    if "--write" in sys.argv:
+        PAGE.write_text(page(sys.argv[1]), encoding="utf-8")
+    else:
+        print(tables(sys.argv[1]))
