@@ -264,3 +264,64 @@ TEST_CASE("associations of which something is not known: GMF has no word for it,
         CHECK(not_in_gmf(as_mesh(testing::mesh_in<LinearMesh<3>>(back->mesh))).empty());
     }
 }
+
+namespace {
+
+Buffer<VertexId> numbered(std::size_t count) {
+    Buffer<VertexId> vertices;
+    for (std::size_t v = 0; v < count; ++v) vertices.emplace_back(v);
+    return vertices;
+}
+
+/// A unit cube of one hexahedron.
+Mesh<3> hexahedron() {
+    Mesh<3> mesh;
+    mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{1, 1, 0}}, {{0, 1, 0}},
+                                 {{0, 0, 1}}, {{1, 0, 1}}, {{1, 1, 1}}, {{0, 1, 1}}};
+    mesh.point_references = Buffer<Reference>(8, 0);
+    ShapeVertices<Shape::hexahedron> corners;
+    std::ranges::copy(numbered(8), corners.begin());
+    mesh.elements.of<Shape::hexahedron>().vertices = Buffer<ShapeVertices<Shape::hexahedron>>{corners};
+    mesh.elements.of<Shape::hexahedron>().references = Buffer<Reference>{1};
+    return mesh;
+}
+
+/// A square in space, of one quadrilateral at z = 2.
+Mesh<3> square_in_space() {
+    Mesh<3> mesh;
+    mesh.points = Buffer<Vec<3>>{{{0, 0, 2}}, {{1, 0, 2}}, {{1, 1, 2}}, {{0, 1, 2}}};
+    mesh.point_references = Buffer<Reference>(4, 0);
+    ShapeVertices<Shape::quadrilateral> corners;
+    std::ranges::copy(numbered(4), corners.begin());
+    mesh.facets.of<Shape::quadrilateral>().vertices = Buffer<ShapeVertices<Shape::quadrilateral>>{corners};
+    mesh.facets.of<Shape::quadrilateral>().references = Buffer<Reference>{3};
+    return mesh;
+}
+
+}  // namespace
+
+TEST_CASE("a format refuses other shapes and degrees, and names them") {
+    const Mesh<3> cubic = *elevate(as_mesh(generated::mesh<3>(3, 5)), 3, {});
+    for (const MeshFormat& format : mesh_formats()) {
+        if (format.encode == nullptr || (format.name == "cgns" && !knows_cgns())) continue;
+        CAPTURE(format.name);
+        const auto shapes = format.encode(hexahedron(), {}, {}, {});
+        REQUIRE_FALSE(shapes);
+        CHECK(shapes.error().kind == ErrorKind::unsupported);
+        CHECK(shapes.error().what.find("1 hexahedron") != std::string::npos);
+        const auto degree = format.encode(cubic, {}, {}, {});
+        REQUIRE_FALSE(degree);
+        CHECK(degree.error().what.find("degree 3") != std::string::npos);
+    }
+}
+
+TEST_CASE("a flat square of quadrilaterals is a mesh in 2D, and returns to its plane") {
+    const auto flat = with_flat_in_2d({square_in_space(), {}}, {});
+    REQUIRE((flat.has_value() && flat->lift.has_value()));
+    CHECK(flat->lift->z == 2);
+    CHECK(std::get<Mesh<2>>(flat->mesh).elements.of<Shape::quadrilateral>().size() == 1);
+    CHECK(*raised(flat->mesh, *flat->lift, {}) == AnyMesh(square_in_space()));
+    const auto curved = elevate(square_in_space(), 2, {});
+    REQUIRE(curved);
+    CHECK(with_flat_in_2d({*curved, {}}, {}).error().kind == ErrorKind::unsupported);
+}

@@ -152,6 +152,10 @@ class Report(unittest.TestCase):
         self.run_camber("repair", "broken.mesh", "-o", "r.mesh", "--report", "r.json", "--set",
                         "stages/relax/vertices=keep", codes=(0, 1))
         yield report_of(self.folder.path / "r.json")
+        self.run_camber("convert", "broken.mesh", "-o", "broken.msh")  # whose elements have tags of their own
+        self.run_camber("repair", "broken.msh", "-o", "r.mesh", "--report", "r.json", "--set",
+                        "stages/relax/vertices=keep", codes=(0, 1))
+        yield report_of(self.folder.path / "r.json")
 
     def checks(self):
         straight = cube(1)

@@ -533,3 +533,15 @@ TEST_CASE("the highest reference in use leaves a free one below") {
     REQUIRE(prepared.has_value());
     CHECK(prepared->mesh.facets.references[prepared->mesh.facets.size() - 1] == 5);
 }
+
+TEST_CASE("other shapes and degrees are refused, and named") {
+    const Mesh<2> cubic = *elevate(as_mesh(lattice_mesh<2>(2)), 3, alone);
+    CHECK(examine(cubic, alone).error().kind == ErrorKind::unsupported);
+    CHECK(prepare(cubic, alone).error().what.find("degree 3") != std::string::npos);
+    Mesh<2> quadrilateral;
+    quadrilateral.points = Buffer<Vec<2>>{{{0, 0}}, {{1, 0}}, {{1, 1}}, {{0, 1}}};
+    quadrilateral.elements.of<Shape::quadrilateral>().vertices =
+        Buffer<ShapeVertices<Shape::quadrilateral>>{{VertexId(0U), VertexId(1U), VertexId(2U), VertexId(3U)}};
+    quadrilateral.elements.of<Shape::quadrilateral>().references = Buffer<Reference>{1};
+    CHECK(examine(quadrilateral, alone).error().what.find("1 quadrilateral") != std::string::npos);
+}
