@@ -112,8 +112,7 @@ Outcome<config::Pipeline> adapting(const app::Verb& verb) {
     if (!pipeline) return pipeline;
     if (!pipeline->adapt.solve.empty())
         return fail(ErrorKind::usage, "is a command, which the program runs", "--solve", {}, "use camber adapt");
-    if (auto read = config::read_pipeline(config::write_pipeline(*pipeline), "words"); !read) return read;
-    return pipeline;
+    return config::with_values(*pipeline, {}, "words");
 }
 
 Outcome<config::Pipeline> pipeline_of(const app::Verb& verb, const std::string& name) {

@@ -24,15 +24,6 @@ namespace camber::app {
 
 namespace {
 
-constexpr const char* by_the_solution =
-    R"({"input": {"mesh": "-"}, "metric": {"solution": {}}, "stages": ["elevate", "remesh",
-        {"curve": {"objective": "solution"}}, "validate", "relax", "commit"]})";
-constexpr const char* by_the_metric =
-    R"({"input": {"mesh": "-"}, "stages": ["elevate", "remesh", "curve", "validate", "relax", "commit"]})";
-constexpr const char* straight = R"({"input": {"mesh": "-"}, "metric": {"solution": {}}, "stages": ["remesh"]})";
-/// An expression has values at all nodes: its degree says nothing of the elements that it is for.
-constexpr const char* straight_by_expression =
-    R"({"input": {"mesh": "-"}, "metric": {"solution": {"degree": 1}}, "stages": ["remesh"]})";
 constexpr int usual_cycles = 8;
 
 Outcome<Done> check_given(const AdaptArguments& a) {
@@ -63,11 +54,23 @@ void put_given(const config::SolutionMetric& given, config::SolutionMetric& metr
 }
 
 /// The pipeline of a cycle: nodes are placed by the solution where the metric is made of it, too.
-const char* cycle_of(const AdaptArguments& a) {
-    const std::string& given = a.solution.given;
-    const bool is_expression = a.adapt.solve.empty() && (given.empty() || !names_a_file(given));
-    if (a.degree == 1) return is_expression ? straight_by_expression : straight;
-    return a.metric.metric ? by_the_metric : by_the_solution;
+config::Pipeline cycle_of(const AdaptArguments& a) {
+    config::SolutionMetric by_solution;
+    if (a.degree == 1) {
+        // An expression has values at all nodes: its degree says nothing of the elements that it is for.
+        const std::string& given = a.solution.given;
+        const bool is_expression = a.adapt.solve.empty() && (given.empty() || !names_a_file(given));
+        if (is_expression) by_solution.degree = 1;
+        config::Pipeline straight = with_stages({config::Remesh{}});
+        straight.metric = by_solution;
+        return straight;
+    }
+    config::Curve curve;
+    if (!a.metric.metric) curve.objective = Objective::solution;
+    config::Pipeline curved = with_stages(
+        {config::Elevate{}, config::Remesh{}, curve, config::Validate{}, config::Relax{}, config::Commit{}});
+    if (!a.metric.metric) curved.metric = by_solution;
+    return curved;
 }
 
 }  // namespace
@@ -92,8 +95,7 @@ int adapt_command(const AdaptArguments& arguments) {
     if (!pipeline) return report_error(pipeline.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     // What arguments gave is as sound as what a config says.
-    if (auto read = config::read_pipeline(config::write_pipeline(*pipeline), "command line"); !read)
-        return report_error(read.error());
+    if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return report_error(sound.error());
     return run_or_plan_cycles(*pipeline, files_of(*pipeline, words_of_options),
                               {.from = arguments.from, .degree = arguments.degree == 1 ? 1 : 0}, arguments.dry_run);
 }

@@ -217,7 +217,8 @@ namespace camber::app {
 
 /// The pipeline that a verb stands for (`base`, JSON without an input) with what the arguments say, but for metric and
 /// geometry.
-[[nodiscard]] Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments);
+[[nodiscard]] config::Pipeline with_stages(std::vector<config::Stage> stages);
+[[nodiscard]] Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArguments& arguments);
 
 /// Puts a verb's metric, where there is one, into its pipeline.
 [[nodiscard]] Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline);

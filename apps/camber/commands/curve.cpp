@@ -79,7 +79,7 @@ bool is_for_solution(const CurveArguments& arguments) {
 }  // namespace
 
 Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
-    auto pipeline = pipeline_of(R"({"input": {"mesh": "-"}})", arguments);
+    auto pipeline = pipeline_of(config::Pipeline{}, arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
@@ -156,14 +156,8 @@ int curve_command(const CurveArguments& arguments, Host host) {
     return run_verb(pipeline_of(arguments), arguments, std::move(host));
 }
 
-namespace {
-
-constexpr const char* remesh_alone = R"({"input": {"mesh": "-"}, "stages": ["remesh"]})";
-
-}  // namespace
-
 Outcome<config::Pipeline> pipeline_of(const RemeshArguments& arguments) {
-    auto pipeline = pipeline_of(remesh_alone, arguments);
+    auto pipeline = pipeline_of(with_stages({config::Remesh{}}), arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_metric(arguments.metric, *pipeline); !set) return fail(set.error());
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
@@ -184,15 +178,9 @@ int remesh_command(const RemeshArguments& arguments, Host host) {
     return run_verb(pipeline_of(arguments), arguments, std::move(host));
 }
 
-namespace {
-
-/// Nothing is elevated and nothing is curved: the mesh brings its own nodes.
-constexpr const char* repair_pipeline = R"({"input": {"mesh": "-"}, "stages": ["validate", "relax", "commit"]})";
-
-}  // namespace
-
 Outcome<config::Pipeline> pipeline_of(const RepairArguments& arguments) {
-    auto pipeline = pipeline_of(repair_pipeline, arguments);
+    // Without elevate and curve: the mesh has its own nodes.
+    auto pipeline = pipeline_of(with_stages({config::Validate{}, config::Relax{}, config::Commit{}}), arguments);
     if (!pipeline) return pipeline;
     if (auto set = set_geometry(arguments.geometry, *pipeline); !set) return fail(set.error());
     if (!arguments.boundary_tolerance) return pipeline;
@@ -292,15 +280,21 @@ int run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& 
 
 }  // namespace
 
-Outcome<config::Pipeline> pipeline_of(std::string_view base, const PipelineArguments& arguments) {
+config::Pipeline with_stages(std::vector<config::Stage> stages) {
+    config::Pipeline pipeline;
+    pipeline.stages = std::move(stages);
+    return pipeline;
+}
+
+Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArguments& arguments) {
     // Settings are made on the default pipeline; the arguments of their own come after.
     for (const std::string& setting : arguments.settings)
         if (setting.starts_with("input") || setting.starts_with("output/mesh"))
             return fail(ErrorKind::usage, in_quotes(setting) + " is the verb's own argument", "--set", {},
                         "give the mesh, --flat and -o, or use camber run");
-    auto pipeline = config::read_pipeline(base, "command line", arguments.settings);
+    base.input = {config::FilePath{arguments.input}, arguments.flat};
+    auto pipeline = config::with_values(base, arguments.settings, "command line");
     if (!pipeline) return pipeline;
-    pipeline->input = {config::FilePath{arguments.input}, arguments.flat};
     if (arguments.min_scaled_jacobian) {
         for (config::Stage& stage : pipeline->stages) {
             if (auto* validate = std::get_if<config::Validate>(&stage))

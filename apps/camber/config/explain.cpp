@@ -211,6 +211,13 @@ Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name, st
     return read<Pipeline>(*json, {std::string(name), ""});
 }
 
+Outcome<Pipeline> with_values(const Pipeline& pipeline, std::span<const std::string> overrides, std::string_view name) {
+    Json json = written(pipeline);
+    for (const std::string& assignment : overrides)
+        if (auto done = override_value(json, assignment); !done) return fail(done.error());
+    return read<Pipeline>(json, {std::string(name), ""});
+}
+
 Outcome<Metric> read_metric(std::string_view text, std::string_view name) {
     // A file is meant by what has an ending or a folder, and by a word that is not near to one of the metric's own.
     const bool is_json = text.find_first_of("{\"") != std::string_view::npos;

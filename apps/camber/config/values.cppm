@@ -624,6 +624,10 @@ struct Pipeline {
 [[nodiscard]] Outcome<Pipeline> read_pipeline(std::string_view text, std::string_view name,
                                               std::span<const std::string> overrides = {});
 
+/// The pipeline with other values, as `overrides` of read_pipeline; also checks all values by their limits.
+[[nodiscard]] Outcome<Pipeline> with_values(const Pipeline& pipeline, std::span<const std::string> overrides,
+                                            std::string_view name);
+
 /// One part alone, as an argument gives it: JSON, a bare word of the part's own (`natural`, `surrogate`), and for a
 /// metric else a file's path.
 [[nodiscard]] Outcome<Metric> read_metric(std::string_view text, std::string_view name);

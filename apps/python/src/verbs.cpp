@@ -80,9 +80,7 @@ Outcome<config::Pipeline> pipeline_of(const Words& words, int& degree) {
     auto pipeline = app::pipeline_of(v.adapt);
     if (!pipeline) return pipeline;
     // What arguments gave is as sound as what a config says.
-    if (auto read = config::read_pipeline(config::write_pipeline(*pipeline), "arguments"); !read)
-        return fail(read.error());
-    return pipeline;
+    return config::with_values(*pipeline, {}, "arguments");
 }
 
 py::dict run_pipeline(config::Pipeline pipeline, app::Given given, const py::object& progress) {
