@@ -35,7 +35,7 @@ Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
     std::vector<NamedFile> files{{a.input, "the input", solution ? Role::input : Role::input_mesh}};
     if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
     files.push_back({a.output, "-o", solution ? Role::output : Role::output_mesh});
-    return check_named_files(files);
+    return check_named_files(files, a.force);
 }
 
 /// Fields with values that are not 0 along z.
