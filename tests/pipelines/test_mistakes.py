@@ -38,6 +38,7 @@ MISTAKES = [
     "remesh wing.mesh -o out.mesh --size wall=0.1",
     # files
     "curve my wing.mesh -o out.mesh",
+    "curve wing.mesh out.mesh",
     "check wind.mesh",
     "curve wing.mesh -o out/deep/out.mesh",
     "curve wing.mesh -o out.msg",
@@ -140,6 +141,13 @@ class Mistakes(unittest.TestCase):
             self.assertEqual(len(message), 1, answer)
             self.assertRegex(message[0], r"^camber: .*\(.*\)$")
             self.assertIn(code, ("[2]", "[3]"))
+
+    def test_no_answer_advises_the_command_that_was_typed(self):
+        for answer in TRANSCRIPT.read_text().split("\n$ camber ")[1:]:
+            command, message, *_ = answer.splitlines()
+            verb = command.partition(" ")[0]
+            if verb:
+                self.assertNotRegex(message, rf"camber {verb}[),;]", answer)
 
 
 if __name__ == "__main__":

@@ -248,7 +248,7 @@ Outcome<Done> check_on_ranks(const ConvertArguments& a) {
                     {}, "camber, or mpirun -n 1");
     if (!a.input.ends_with(".meshb") || !a.metric.empty() || a.elevate || a.straighten || !a.format.empty())
         return fail(ErrorKind::usage, "several ranks take a .meshb as it is", a.input, {},
-                    "camber convert brings it into that form");
+                    "convert it to that form on one rank first");
     return Done{};
 }
 
