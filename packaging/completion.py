@@ -41,6 +41,13 @@ def words_of(entry):
     return listed.group(1).split(", ") if argument == "NAME" and listed else []
 
 
+def explained_words(program):
+    """The words that `camber explain` lists, but for those with blanks."""
+    lines = help_text.said(program, "explain").split("\n")
+    words = ", ".join(line.strip().rstrip(",") for line in lines if line.startswith("  ")).split(", ")
+    return [word for word in words if re.fullmatch(r"[A-Za-z0-9_-]+", word)]
+
+
 def case(patterns, words):
     return f"        {'|'.join(patterns)}) words='{' '.join(words)}' ;;"
 
@@ -56,8 +63,7 @@ def script(program):
                 values.append(case([f"{verb}:{spelling}" for spelling in entry.options], words_of(entry)))
         spellings = [spelling for entry in shown.options for spelling in entry.options if spelling.startswith("--")]
         options.append("    " + case([f"{verb}:-*"], spellings))
-    topics = help_text.said(program, "explain").strip().removeprefix("Topics: ").split(", ")
-    positionals = ["    " + case(["explain:*"], topics)]
+    positionals = ["    " + case(["explain:*"], explained_words(program)), "    " + case(["help:*"], list(verbs))]
     return SCRIPT.format(version=version, top=" ".join(top), values="\n".join(values), options="\n".join(options),
                          positionals="\n".join(positionals))
 

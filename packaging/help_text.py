@@ -4,7 +4,8 @@ import re
 import subprocess
 
 COLUMN = 30  # where the texts of entries begin
-SECTION = re.compile(r"^(Positionals|Options|Subcommands):$")
+OPTIONS = ("Options", "Input", "Geometry", "Metric", "Quality", "Output", "Run")  # titles of lists of options
+SECTION = re.compile(rf"^(Positionals|Subcommands|{'|'.join(OPTIONS)}):$")
 
 
 @dataclasses.dataclass
@@ -36,7 +37,7 @@ class Help:
 
     @property
     def options(self):
-        return self.lists.get("Options", [])
+        return [entry for title in OPTIONS for entry in self.lists.get(title, [])]
 
 
 def split_entry(line):
@@ -81,5 +82,5 @@ def said(program, *arguments):
 def of_program(program):
     """The Help of the program, and that of each of its verbs by name."""
     whole = parsed(said(program, "--help"))
-    verbs = {entry.name: parsed(said(program, entry.name, "--help")) for entry in whole.lists["Subcommands"]}
+    verbs = {entry.name: parsed(said(program, entry.name, "--help-all")) for entry in whole.lists["Subcommands"]}
     return whole, verbs

@@ -19,7 +19,9 @@ import camber.io;
 namespace camber::app {
 
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& text) {
-    return app.add_subcommand(name, text);
+    CLI::App* const verb = app.add_subcommand(name, text);
+    verb->set_help_all_flag("--help-all", "Print the help with all options and exit");
+    return verb;
 }
 
 template <class T>

@@ -106,13 +106,22 @@ void add_pipeline(CLI::App* verb, PipelineArguments& a) {
     add_settings(verb, a.settings, a.threads, a.print_config, a.dry_run);
 }
 
-void add_quiet(CLI::App& app) {
-    const std::vector<std::string> give_data{"info", "explain", "schema"};
+void add_force(CLI::App* verb, bool& force) {
+    add_flag(verb, "--force", force, "Replace the input if the output is the same file");
+}
+
+void add_voice(CLI::App& app) {
+    const std::vector<std::string> give_data{"info", "explain", "help", "schema"};
     for (CLI::App* verb : app.get_subcommands({}))
-        if (std::ranges::find(give_data, verb->get_name()) == give_data.end())
-            verb->add_flag_callback(
+        if (std::ranges::find(give_data, verb->get_name()) == give_data.end()) {
+            CLI::Option* const quiet = verb->add_flag_callback(
                 "--quiet", [] { set_voice(Voice::quiet); },
-                "Say nothing but errors and what is missed: no table, no notes, no progress");
+                "Print errors, and why the result is not the requested one, only: no table, no notes, no progress");
+            verb->add_flag_callback(
+                    "--verbose", [] { set_voice(Voice::verbose); },
+                    "Also print details: data other than names and fields that the output's format cannot store")
+                ->excludes(quiet);
+        }
 }
 
 void add_verbs(CLI::App& app, Verb& verb) {

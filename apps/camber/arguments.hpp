@@ -25,7 +25,7 @@ struct Verb {
     MetricArguments metric;
     TransferArguments transfer;
     InfoArguments info;
-    std::string topic, schema;
+    std::string topic, help_of, schema;
 };
 
 /// Options of several verbs.
@@ -62,8 +62,9 @@ void add_plot(CLI::App& app, Verb& verb);
 /// info, explain, schema.
 void add_others(CLI::App& app, Verb& verb);
 
-/// --quiet of the verbs that say something beside the data that they are asked for.
-void add_quiet(CLI::App& app);
+/// --quiet and --verbose of the verbs that print something beside the data that is their result.
+void add_voice(CLI::App& app);
+void add_force(CLI::App* verb, bool& force);
 
 /// The verbs and what they take.
 void add_verbs(CLI::App& app, Verb& verb);

@@ -45,6 +45,7 @@ void add_convert(CLI::App& app, Verb& verb) {
         ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 20U));
     add_read(convert, a.read);
     add_threads(convert, a.threads);
+    add_force(convert, a.force);
 }
 
 void add_generate(CLI::App& app, Verb& verb) {
@@ -87,8 +88,17 @@ void add_others(CLI::App& app, Verb& verb) {
     add_option(info, "input", verb.info.input, mesh_or_solution())->required();
     add_read(info, verb.info.read);
     add_flag(info, "--json", verb.info.json, "One JSON object instead of a table");
-    CLI::App* explain = add_verb(app, "explain", "What a stage or a source does, and its options");
-    add_option(explain, "topic", verb.topic, "Such as curve, relax, shell; none: list them");
+    CLI::App* explain = add_verb(app, "explain",
+                                 "Explain a word: a section, stage or source of configs, an option, a word of the "
+                                 "tables.\n\n"
+                                 "  camber explain                       lists all words by group\n"
+                                 "  camber explain relax                 a stage and its options\n"
+                                 "  camber explain --geometry-error      an option\n"
+                                 "  camber explain 'scaled Jacobian'     a word of the tables");
+    add_option(explain, "topic", verb.topic,
+               "The word, such as curve, --geometry-error, complexity. Default: list all");
+    CLI::App* help = add_verb(app, "help", "Print this text, or the help of a command");
+    add_option(help, "command", verb.help_of, "The command, such as curve. Default: the program");
     CLI::App* schema = add_verb(app, "schema", "The JSON Schema of a pipeline, for editors, or of report.json");
     add_option(schema, "of", verb.schema, "config or report. Default: config");
 }

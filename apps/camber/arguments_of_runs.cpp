@@ -31,6 +31,7 @@ void add_run(CLI::App& app, Verb& verb) {
     add_option(run, "--from", verb.run.from, "Of a config with cycles: go on from this one of an earlier run")
         ->check(at_least<int>(0));
     add_settings(run, verb.run.settings, verb.run.threads, verb.run.print_config, verb.run.dry_run);
+    add_force(run, verb.run.force);
     add_histogram(run, verb.run.histogram);
 }
 
@@ -55,6 +56,7 @@ void add_curve(CLI::App& app, Verb& verb) {
     add_solution_along(curve, a.solution);
     add_partition(curve, a);
     add_pipeline(curve, a);
+    add_force(curve, a.force);
     add_histogram(curve, a.histogram);
 }
 
@@ -84,6 +86,7 @@ void add_repair(CLI::App& app, Verb& verb) {
     add_bound(repair, a);
     add_solution_along(repair, a.solution);
     add_pipeline(repair, a);
+    add_force(repair, a.force);
     add_histogram(repair, a.histogram);
 }
 
@@ -123,6 +126,7 @@ void add_remesh(CLI::App& app, Verb& verb) {
     add_solution_along(remesh, a.solution);
     add_partition(remesh, a);
     add_pipeline(remesh, a);
+    add_force(remesh, a.force);
     add_histogram(remesh, a.histogram);
 }
 

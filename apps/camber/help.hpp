@@ -13,6 +13,8 @@ class Help : public CLI::Formatter {
     std::string make_footer(const CLI::App* app) const override;
     std::string make_subcommand(const CLI::App* verb) const override;
     std::string make_option(const CLI::Option* option, bool is_positional) const override;
+    /// Common options by group; in the mode `All` every option.
+    std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override;
 };
 
 }  // namespace camber::app

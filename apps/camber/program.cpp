@@ -10,10 +10,12 @@
 #include <span>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 #include <CLI/CLI.hpp>
 
 #include "arguments.hpp"
+#include "explanations.hpp"
 #include "usage.hpp"
 import camber.core;
 import camber.app_shell;
@@ -26,6 +28,8 @@ namespace {
 
 /// Verbs that go by blocks of the mesh, which several ranks may share.
 const std::vector<std::string> verbs_by_blocks{"curve", "remesh", "generate", "convert"};
+
+int print_or_report(const Outcome<std::string>& text) { return text ? end_with(*text) : report_error(text.error()); }
 
 int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>& ranks,
              const GraphPartitioner& partition) {
@@ -44,7 +48,10 @@ int dispatch(const CLI::App& app, const Verb& verb, const std::shared_ptr<Ranks>
     if (app.got_subcommand("metric")) return metric_command(verb.metric);
     if (app.got_subcommand("transfer")) return transfer_command(verb.transfer);
     if (app.got_subcommand("info")) return info_command(verb.info);
-    if (app.got_subcommand("explain")) return explain_command(verb.topic);
+    if (app.got_subcommand("explain"))
+        return verb.topic.empty() ? end_with(list_explained_words(app))
+                                  : print_or_report(explanation_of(app, verb.topic));
+    if (app.got_subcommand("help")) return print_or_report(help_text_of(app, verb.help_of));
     return schema_command(verb.schema);
 }
 
@@ -63,8 +70,11 @@ int run_line(std::span<char*> arguments, const std::shared_ptr<Ranks>& ranks, co
     Verb verb;
     const auto made = program_of(verb);
     CLI::App& app = *made;
+    std::vector<std::string> words(arguments.begin() + (arguments.empty() ? 0 : 1), arguments.end());
+    if (const auto unknown = check_words(app, words)) return report_error(*unknown);
     try {
-        app.parse(static_cast<int>(arguments.size()), arguments.data());
+        std::ranges::reverse(words);  // the parser takes them from the end
+        app.parse(std::move(words));
     } catch (const CLI::Success& asked) {
         std::ostringstream text;
         app.exit(asked, text);

@@ -2,17 +2,23 @@
 #include "usage.hpp"
 
 #include <algorithm>
+#include <cctype>
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 #include <CLI/CLI.hpp>
 
 #include "arguments.hpp"
+#include "foreign_options.hpp"
 #include "help.hpp"
+#include "option_groups.hpp"
 #include "parts.hpp"
 import camber.core;
 import camber.commands;
+import camber.config;
 
 namespace camber::app {
 
@@ -50,11 +56,57 @@ std::vector<std::string> verbs_of(const CLI::App& app) {
     return names;
 }
 
+/// Long names, without dashes.
 std::vector<std::string> options_of(const CLI::App& app) {
     std::vector<std::string> names;
     for (const CLI::Option* option : app.get_options())
-        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+        for (const std::string& name : option->get_lnames()) names.push_back(name);
     return names;
+}
+
+/// The command line as it stands before an option: "camber curve".
+std::string called(const CLI::App& app, const CLI::App& verb) {
+    return (&verb != &app ? app.get_name() + " " : "") + verb.get_name();
+}
+
+std::vector<std::string> verbs_with(const CLI::App& app, const std::string& option) {
+    std::vector<std::string> verbs;
+    for (const CLI::App* const verb : app.get_subcommands({})) {
+        const CLI::Option* const found = verb->get_option_no_throw("--" + option);
+        if (found != nullptr && !found->get_positional()) verbs.push_back(verb->get_name());
+    }
+    return verbs;
+}
+
+/// An option that the verb does not have: one of another program, one of other verbs, or a misspelt one.
+camber::Error unknown_option(const CLI::App& app, const CLI::App& verb, const std::string& word) {
+    constexpr std::size_t most_suggestions = 3;
+    const std::string where = shortened(word), here = called(app, verb);
+    const auto dashes = word.find_first_not_of('-');
+    const std::string name = dashes == std::string::npos ? word : word.substr(dashes, word.find('=') - dashes);
+    const auto error = [&](const std::string& what, const std::string& remedy) {
+        return camber::Error{camber::ErrorKind::usage, what, where, {}, remedy};
+    };
+    const auto own = options_of(verb);
+    if (dashes == 1 && std::ranges::find(own, name) != own.end()) return error("has one dash", "write --" + name);
+    if (const auto foreign = find_foreign_option(word))
+        return error(foreign->program.empty() ? "is not an option of " + here
+                                              : "is an option of " + foreign->program + ", not of " + here,
+                     foreign->remedy);
+    auto near = config::nearest_words(name, own, most_suggestions);
+    for (std::string& option : near) option.insert(0, "--");
+    std::string remedy;
+    for (const std::string& other : verbs_with(app, name))
+        remedy += (remedy.empty() ? "it is one of camber " : ", ") + other;
+    if (!near.empty())
+        remedy += (remedy.empty() ? "did you mean " : "; did you mean ") + config::alternatives_text(near) + "?";
+    if (!remedy.empty()) return error("is not an option of " + here, remedy);
+    return error("is not an option of " + here, "see " + here + (&verb == &app ? " --help" : " --help-all"));
+}
+
+/// True for one dash and more than one letter.
+bool has_one_dash(const std::string& word) {
+    return word.size() > 2 && word[0] == '-' && std::isalpha(static_cast<unsigned char>(word[1])) != 0;
 }
 
 /// The parser's error in its parts: the option, what is wrong, what to do.
@@ -93,7 +145,40 @@ camber::Error error_of(const CLI::ParseError& error, const std::string& help) {
     return {camber::ErrorKind::usage, what, where, {}, remedy};
 }
 
+camber::Error unknown_command(const CLI::App& app, const std::string& word) {
+    constexpr std::size_t most_suggestions = 3;
+    const auto foreign = find_foreign_command(word);
+    const auto verbs = verbs_of(app);
+    const auto near = config::nearest_words(word, verbs, most_suggestions);
+    return {camber::ErrorKind::usage,
+            "is not a command",
+            shortened(word),
+            {},
+            foreign        ? foreign->remedy
+            : near.empty() ? suggestion("", verbs)
+                           : "did you mean " + config::alternatives_text(near) + "?"};
+}
+
 }  // namespace
+
+std::optional<camber::Error> check_words(const CLI::App& app, std::vector<std::string>& words) {
+    const CLI::App* verb = &app;
+    for (const CLI::App* const known : app.get_subcommands({}))
+        if (!words.empty() && known->get_name() == words.front()) verb = known;
+    if (verb->get_name() == "explain") {
+        if (words.size() == 2 && words[1].starts_with('-') && words[1] != "-h" && !words[1].starts_with("--help"))
+            words = {"explain", "--", words[1]};
+        return std::nullopt;
+    }
+    const auto own = options_of(*verb);
+    const auto is_own = [&](const std::string& word) {
+        return std::ranges::find(own, word.substr(1, word.find('=') - 1)) != own.end();
+    };
+    for (const std::string& word : words)
+        if (has_one_dash(word) && (word[1] == 'h' || is_own(word) || find_foreign_option(word)))
+            return unknown_option(app, *verb, word);
+    return std::nullopt;
+}
 
 std::unique_ptr<CLI::App> program_of(Verb& verb) {
     auto app = std::make_unique<CLI::App>(description, "camber");
@@ -109,7 +194,8 @@ std::unique_ptr<CLI::App> program_of(Verb& verb) {
     });
     app->require_subcommand(1);
     add_verbs(*app, verb);
-    add_quiet(*app);
+    add_voice(*app);
+    set_groups(*app);
     app->footer(exit_codes);  // not the verbs', which take theirs when they are made
     return app;
 }
@@ -117,32 +203,22 @@ std::unique_ptr<CLI::App> program_of(Verb& verb) {
 camber::Error usage_error(const CLI::App& app, const CLI::ParseError& error) {
     const CLI::App& verb = app.get_subcommands().empty() ? app : *app.get_subcommands().front();
     const bool has_verb = &verb != &app;
-    const std::string help = (has_verb ? app.get_name() + " " : "") + verb.get_name() + " --help";
+    const std::string help = called(app, verb) + " --help";
     const std::vector<std::string> words = app.remaining(true);
     const auto kind = static_cast<CLI::ExitCodes>(error.get_exit_code());
     const bool about_words = kind == CLI::ExitCodes::RequiredError || kind == CLI::ExitCodes::ExtrasError;
     if (about_words && !has_verb && words.empty())
-        return {camber::ErrorKind::usage, "what is to be done?", {}, {}, suggestion("", verbs_of(app))};
+        return {camber::ErrorKind::usage, "a command is missing", {}, {}, suggestion("", verbs_of(app))};
     if (!about_words || words.empty()) return error_of(error, help);
     const auto option =
-        std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with("--"); });
-    if (!has_verb && !words.front().starts_with('-'))
-        return {camber::ErrorKind::usage,
-                "is no command",
-                shortened(words.front()),
-                {},
-                suggestion(words.front(), verbs_of(app))};
-    if (option != words.end())
-        return {camber::ErrorKind::usage,
-                "is no option",
-                shortened(*option),
-                {},
-                suggestion(option->substr(0, option->find('=')), options_of(verb))};
+        std::ranges::find_if(words, [](const auto& word) { return word.starts_with('-') && word.size() > 1; });
+    if (!has_verb && !words.front().starts_with('-')) return unknown_command(app, words.front());
+    if (option != words.end()) return unknown_option(app, verb, *option);
     return {camber::ErrorKind::usage,
             "is one argument too many",
             shortened(words.front()),
             {},
-            "quote what has spaces; see " + help};
+            "name an output with -o, quote a name with blanks; see " + help};
 }
 
 }  // namespace camber::app

@@ -38,6 +38,7 @@ Json described(const CLI::Option& option) {
 camber::Outcome<std::unique_ptr<Verb>> verb_of(std::vector<std::string> words) {
     auto verb = std::make_unique<Verb>();
     const auto app = program_of(*verb);
+    if (const auto unknown = check_words(*app, words)) return camber::fail(*unknown);
     try {
         std::ranges::reverse(words);  // the parser takes them from the end
         app->parse(std::move(words));
@@ -56,7 +57,7 @@ std::string arguments_json() {
     for (const CLI::App* sub : app->get_subcommands({})) {
         Json arguments = Json::array();
         for (const CLI::Option* option : sub->get_options())
-            if (option->get_single_name() != "help") arguments.push_back(described(*option));
+            if (!option->get_single_name().starts_with("help")) arguments.push_back(described(*option));
         json[sub->get_name()] = {{"about", sub->get_description()}, {"arguments", std::move(arguments)}};
     }
     return json.dump(1);

@@ -35,7 +35,7 @@ Progress = Callable[[str, float], Any]
 
 # What the program writes to files or says on a terminal, and what has another form here.
 NOT_HERE = {
-    "input", "output", "format", "partition", "quiet", "print-config", "dry-run", "histogram", "json", "flat", "report",
+    "input", "output", "format", "partition", "quiet", "verbose", "force", "print-config", "dry-run", "histogram", "json", "flat", "report",
     "output-solution", "output-metric", "solve", "shape", "old_mesh", "new_mesh", "old", "new",
 }
 OF_FILES = {"folder", "from", "mesh-file", "solution-file", "seconds", "vtu", "plots", "page"}

@@ -266,7 +266,7 @@ Outcome<Done> QuadraticRows<D>::find_vertices(std::string_view name, Ranks& rank
     if (own.of_vertices > own.of_nodes)
         return fail(ErrorKind::unsupported,
                     "several ranks read a mesh of degree 2 whose vertices come before the nodes of edges",
-                    std::string(name), {}, "camber convert writes it so");
+                    std::string(name), {}, "camber convert on one rank writes it so");
     vertices_ = own.of_nodes;
     return Done{};
 }

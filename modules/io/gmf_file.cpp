@@ -181,7 +181,7 @@ namespace gmf {
 
 namespace {
 
-constexpr const char* straighten = "read it as a whole, or convert it: camber convert IN.mesh OUT.meshb --straighten";
+constexpr const char* straighten = "read it as a whole, or convert it: camber convert IN.mesh -o OUT.meshb --straighten";
 constexpr const char* rewrite = "read it as a whole, or convert it: camber convert IN.mesh -o OUT.meshb";
 
 std::size_t count_of(const File& file, Keyword keyword) {
@@ -215,7 +215,7 @@ Outcome<Done> check_blocks(const File& file) {
     for (const Block& block : file.blocks)
         if (block.info->content == Content::foreign_elements)
             return fail(ErrorKind::unsupported, std::string(block.info->name) + " are no simplices",
-                        place(file, block.start), {}, "convert it: camber convert");
+                        place(file, block.start), {}, "convert it to simplices in the program that made it");
     const Block* const points = file.find(Keyword::vertices);
     if (!points) return fail_at(file, 0, "the file has no Vertices", "give a mesh");
     if (Degree == 2 && file.bezier_basis == 1)

@@ -90,10 +90,12 @@ std::vector<Notice> not_in_gmf(const Mesh<D>& all) {
         mesh, {.associations = true, .corners = true, .ridges = true, .required = true, .directions = true}, "GMF");
     if (no_parameters > 0)
         losses.push_back({"GMF has no place for " + std::to_string(no_parameters) +
-                          " associations with curves and surfaces whose parameters are not known"});
+                              " associations with curves and surfaces whose parameters are not known",
+                          true});
     if (no_distance > 0)
         losses.push_back({"GMF has no word for the distances from curves and surfaces that are not known: " +
-                          std::to_string(no_distance) + " are written as 0"});
+                              std::to_string(no_distance) + " are written as 0",
+                          true});
     return losses;
 }
 

@@ -36,6 +36,7 @@ struct Loss {
     bool held;
     std::size_t count;
     const char* what;
+    bool is_detail = true;
 };
 
 }  // namespace
@@ -58,14 +59,15 @@ std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string
              without_zeros(mesh.elements.entities) + without_zeros(mesh.facets.entities) +
                  without_zeros(mesh.edges.entities),
              "entities that simplices lie on"},
-        Loss{holds.groups, mesh.groups.size(), "names of references"},
+        Loss{holds.groups, mesh.groups.size(), "names of references", false},
         Loss{holds.feature_edges, D == 3 ? mesh.edges.size() : 0, "edges"},
         Loss{holds.point_references, without_zeros(mesh.point_references), "references of vertices"}};
     std::vector<Notice> notices;
     for (const Loss& loss : losses)
         if (!loss.held && loss.count > 0)
             notices.push_back(
-                {std::string(format) + " has no place for " + std::to_string(loss.count) + " " + loss.what});
+                {std::string(format) + " has no place for " + std::to_string(loss.count) + " " + loss.what,
+                 loss.is_detail});
     return notices;
 }
 
@@ -121,7 +123,8 @@ void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& no
                            " the reference " + listed_changes(changed)});
     if (entities > 0)
         notices.push_back({std::to_string(entities) + " " + of +
-                           " get another entity: one has one reference in the file, and a positive number"});
+                               " get another entity: one has one reference in the file, and a positive number",
+                           true});
 }
 
 /// What of the places of vertices is not written.
@@ -143,12 +146,14 @@ void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
     const std::string name = version == MshVersion::v4 ? "MSH" : "MSH 2.2";
     if (kept < all)
         notices.push_back({name + " has no place for " + std::to_string(all - kept) + " places on CAD entities" +
-                           (version == MshVersion::v4 ? ": one a vertex, the lowest, is kept" : "")});
+                               (version == MshVersion::v4 ? ": one a vertex, the lowest, is kept" : ""),
+                           true});
     if (distances > 0)
         notices.push_back(
-            {name + " has no place for the distances of " + std::to_string(distances) + " vertices from CAD entities"});
+            {name + " has no place for the distances of " + std::to_string(distances) + " vertices from CAD entities",
+             true});
     if (renumbered > 0)
-        notices.push_back({std::to_string(renumbered) + " vertices are on entities that get a positive number"});
+        notices.push_back({std::to_string(renumbered) + " vertices are on entities that get a positive number", true});
 }
 
 /// References of vertices that are no point elements.
@@ -159,7 +164,8 @@ void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<
         references.size() - static_cast<std::size_t>(std::count(references.begin(), references.end(), 0));
     if (given > numbers.points.size())
         notices.push_back({"MSH has no place for " + std::to_string(given - numbers.points.size()) +
-                           " references of vertices: those of vertices on CAD points are kept if they are positive"});
+                               " references of vertices: those of vertices on CAD points are kept if they are positive",
+                           true});
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ export namespace camber {
 /// Something of a file that the value made from it does not hold: one sentence without a full stop.
 struct Notice {
     std::string what;
+    bool is_detail = false;  ///< printed with --verbose only: neither a name nor a field is lost
     friend bool operator==(const Notice&, const Notice&) = default;
 };
 

@@ -166,7 +166,7 @@ class Help(unittest.TestCase):
 
     def test_nothing_of_it_is_lost(self):
         for verb, shown in self.verbs.items():
-            text = run(CAMBER, verb, "--help").stdout
+            text = run(CAMBER, verb, "--help-all").stdout
             parts = [shown.description, "Usage:", shown.usage, shown.footer]
             for title, entries in shown.lists.items():
                 parts += [title + ":", *(word for entry in entries for word in (entry.name, entry.text))]

@@ -138,9 +138,6 @@ class CommandLine(unittest.TestCase):
         self.fails(2, "curve", "explain", "curv")
         self.assertIn("largest sizes that both allow", self.camber("explain", "intersect").stdout)
         self.assertIn(".solb file", self.camber("explain", "file").stdout)
-        topics = self.camber("explain").stdout.removeprefix("Topics: ").strip().split(", ")
-        for topic in topics[::5] if SANITIZED else topics:
-            self.assertEqual(self.camber("explain", topic).returncode, 0, topic)
 
     def test_wrong_configs(self):
         config = {"input": {"mesh": "two.mesh"}, "output": {"mesh": "out.mesh"}}
@@ -319,11 +316,11 @@ class CommandLine(unittest.TestCase):
                     self.fails(2, message, *arguments, "--dry-run")
                 self.assertEqual({path: (self.folder.path / path).read_bytes() for path in self.folder.files()}, before)
 
-    def test_the_mesh_that_is_made_may_take_the_place_of_the_one_it_is_made_from(self):
+    def test_with_force_the_output_replaces_the_input(self):
         (self.folder.path / "link.mesh").symlink_to("two.mesh")
-        done = self.camber("convert", "two.mesh", "-o", "two.mesh", "--elevate")
+        done = self.camber("convert", "two.mesh", "-o", "two.mesh", "--elevate", "--force")
         self.assertEqual(done.returncode, 0, done.stderr)
-        done = self.camber("repair", "two.mesh", "-o", "./link.mesh", "--report", "/dev/stdout")
+        done = self.camber("repair", "two.mesh", "-o", "./link.mesh", "--report", "/dev/stdout", "--force")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertTrue((self.folder.path / "link.mesh").is_symlink())
         self.assertEqual(json.loads(self.camber("info", "two.mesh", "--json").stdout)["degree"], 2)
@@ -461,7 +458,7 @@ class CommandLine(unittest.TestCase):
         verbs = re.findall(r"^  ([a-z]+)  ", self.folder.camber("--help").stdout.split("Subcommands:")[1], flags=re.M)
         self.assertIn("remesh", verbs)
         for verb in verbs:
-            text = self.folder.camber(verb, "--help").stdout
+            text = self.folder.camber(verb, "--help-all").stdout
             options = re.findall(r"--([a-z-]+)(?= [A-Za-z]+[^a-z])", "\n".join(
                 line for line in text.splitlines() if line.startswith("  -")))
             values = {"metric": ['{"' + long + '": 1}', '{"file": "' + long + '"}'], "geometry": ['{"' + long + '": 1}'],
@@ -475,10 +472,10 @@ class CommandLine(unittest.TestCase):
 
     # Guards against a misspelt command without a suggestion.
     def test_misspelt_words_are_explained(self):
-        self.fails(2, 'camber: cuvre: is no command (did you mean "curve"?)', "cuvre", "two.mesh", "-o", "o.mesh")
-        self.fails(2, "camber: fly: is no command (known: run, curve,", "fly")
-        self.fails(2, 'camber: --jsn: is no option (did you mean "--json"?)', "check", "two.mesh", "--jsn")
-        self.fails(2, 'camber: --ouput=o.mesh: is no option (did you mean "--output"?)', "curve", "two.mesh", "--ouput=o.mesh")
+        self.fails(2, 'camber: cuvre: is not a command (did you mean "curve"?)', "cuvre", "two.mesh", "-o", "o.mesh")
+        self.fails(2, "camber: fly: is not a command (known: run, curve,", "fly")
+        self.fails(2, 'camber: --jsn: is not an option of camber check (did you mean "--json"?)', "check", "two.mesh", "--jsn")
+        self.fails(2, 'camber: --ouput=o.mesh: is not an option of camber curve (did you mean "--output"?)', "curve", "two.mesh", "--ouput=o.mesh")
         self.fails(2, 'did you mean "--boundary-tolerance"?', "repair", "two.mesh", "-o", "o.mesh", "--boundary", "0.1")
         self.fails(2, "camber: -o, --output: is missing (see camber curve --help)", "curve", "two.mesh")
 

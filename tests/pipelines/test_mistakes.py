@@ -38,6 +38,7 @@ MISTAKES = [
     "remesh wing.mesh -o out.mesh --size wall=0.1",
     # files
     "curve my wing.mesh -o out.mesh",
+    "curve wing.mesh out.mesh",
     "check wind.mesh",
     "curve wing.mesh -o out/deep/out.mesh",
     "curve wing.mesh -o out.msg",
@@ -55,6 +56,57 @@ MISTAKES = [
     "picture wing.mesh -o wing.png --colour solution",
     "picture wing.mesh -o wing.png --field u",
     "metric wing.mesh --solution other.sol -o m.sol --complexity 10 --elements 20",
+    "curve wing.mesh -o out.mesh --objective shape --size 1=0.1",
+    "curve wing.mesh -o out.mesh --verbose --quiet",
+    "remesh wing.mesh -o out.mesh --memory 2G",
+    # options of Mmg
+    "remesh -in wing.mesh -out out.mesh",
+    "remesh wing.mesh out.mesh -o new.mesh",
+    "remesh wing.mesh -o out.mesh -hausd 0.01",
+    "remesh wing.mesh -o out.mesh --hausd 0.01",
+    "remesh wing.mesh -o out.mesh --hsiz 0.1",
+    "remesh wing.mesh -o out.mesh -hmax 0.1",
+    "remesh wing.mesh -o out.mesh -hmin 0.01",
+    "remesh wing.mesh -o out.mesh -hgrad 1.3",
+    "remesh wing.mesh -o out.mesh -ar 30",
+    "remesh wing.mesh -o out.mesh -nr",
+    "remesh wing.mesh -o out.mesh -optim",
+    "remesh wing.mesh -o out.mesh -sol other.sol",
+    "remesh wing.mesh -o out.mesh -m 2000",
+    "remesh wing.mesh -o out.mesh -v 5",
+    # options of Gmsh
+    "curve wing.mesh -o out.mesh --order 3",
+    "curve wing.mesh -o out.mesh -order 2",
+    "curve wing.mesh -o out.mesh --degree 3",
+    "adapt wing.mesh -o out.mesh --metric 0.5 --degree 3",
+    "curve wing.mesh -o out.mesh --optimize",
+    "curve wing.mesh -o out.mesh -optimize_ho",
+    "remesh wing.mesh -o out.mesh -clmax 0.1",
+    "remesh wing.mesh -o out.mesh -clscale 0.5",
+    "curve wing.mesh -o out.mesh -3",
+    "curve wing.mesh -o out.msh -format msh41",
+    "curve wing.mesh -o out.mesh -nt 4",
+    "curve wing.mesh -output out.mesh",
+    # habits from other programs
+    "mesh wing.mesh -o out.mesh",
+    "optimize wing.mesh -o out.mesh",
+    "view wing.mesh",
+    "elevate wing.mesh -o out.mesh",
+    "help curv",
+    "explain --hausd",
+    "convert wing.mesh -o out.vtu --binary",
+    "convert wing.mesh -o out.msh --overwrite",
+    "curve wing.mesh --out out.mesh",
+    "curve wing.mesh -o out.mesh --cat wing.step",
+    "check wing.mesh --field 'x=0.5 ? 1 : 0'",
+    # files that are not what the command takes
+    "curve wing.mesh -o wing.mesh",
+    "convert wing.mesh -o wing.mesh",
+    "curve wing.mesh -o 'my results/out.mesh'",
+    "run wing.mesh",
+    "run wrong.json",
+    "curve wrong.json -o out.mesh",
+    "info abaqus.inp",
 ]
 
 
@@ -64,6 +116,8 @@ def transcript():
         (folder.path / "wing.mesh").write_text(lattice(3, 1).text())
         (folder.path / "wing.step").write_text("ISO-10303-21;\n")
         (folder.path / "other.sol").write_text(OTHER_SIZES)
+        (folder.path / "wrong.json").write_text("$x\n")
+        (folder.path / "abaqus.inp").write_text("*HEADING\n*NODE\n1, 0, 0, 0\n")
         text = HEAD
         for mistake in MISTAKES:
             before = folder.files()
@@ -87,6 +141,13 @@ class Mistakes(unittest.TestCase):
             self.assertEqual(len(message), 1, answer)
             self.assertRegex(message[0], r"^camber: .*\(.*\)$")
             self.assertIn(code, ("[2]", "[3]"))
+
+    def test_no_answer_advises_the_command_that_was_typed(self):
+        for answer in TRANSCRIPT.read_text().split("\n$ camber ")[1:]:
+            command, message, *_ = answer.splitlines()
+            verb = command.partition(" ")[0]
+            if verb:
+                self.assertNotRegex(message, rf"camber {verb}[),;]", answer)
 
 
 if __name__ == "__main__":

@@ -198,13 +198,13 @@ class Cycles {
 
   private:
     void say(std::string_view text) {
-        if (voice() == Voice::usual) out_.print(text);
+        if (prints_notes()) out_.print(text);
     }
 
     /// What is worth knowing of the result, and what it misses; the exit code.
     int end(int code) {
         for (const Notice& notice : losses_)
-            if (told_.insert(notice.what).second) tell_note(notice.what);
+            if (told_.insert(notice.what).second) tell_notice(notice);
         if (code == 0) {
             const auto& rows = folders_.rows();
             for (const std::string& note : run::notes_on_result(rows, pipeline_.adapt)) tell_note(note);

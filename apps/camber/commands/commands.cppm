@@ -26,6 +26,7 @@ struct RunArguments {
     std::optional<int> threads;
     bool print_config = false, histogram = false, dry_run = false;
     bool allow_commands = false;  ///< that the config names
+    bool force = false;           ///< the output may replace the input
     std::optional<int> from;      ///< of its cycles: the one of an earlier run that is gone on from
 };
 [[nodiscard]] int run_command(const RunArguments& arguments);
@@ -47,6 +48,7 @@ struct PipelineArguments {
     std::optional<int> threads;
     std::optional<double> min_scaled_jacobian;
     std::optional<int> partition;  ///< parts; none: those of the settings
+    bool force = false;            ///< the output may replace the input
     bool print_config = false, histogram = false, dry_run = false;
 };
 
@@ -119,6 +121,7 @@ struct ConvertArguments {
     std::size_t partition = 0;      ///< parts that it is written in; 0: it is not
     DecodeOptions read = {};        ///< how the input is read
     int threads = 0;
+    bool force = false;  ///< the output may replace the input
 };
 [[nodiscard]] int convert_command(const ConvertArguments& arguments, const Host& host = {});
 
@@ -203,7 +206,6 @@ struct InfoArguments {
 };
 [[nodiscard]] int info_command(const InfoArguments& arguments);
 
-[[nodiscard]] int explain_command(const std::string& topic);
 [[nodiscard]] int schema_command(const std::string& of);
 
 /// Sizes by reference, as arguments give them: [KIND:]REFERENCE,…=SIZE. Errors: usage.

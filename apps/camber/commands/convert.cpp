@@ -35,7 +35,7 @@ Outcome<Done> check_names(const ConvertArguments& a, bool solution) {
     std::vector<NamedFile> files{{a.input, "the input", solution ? Role::input : Role::input_mesh}};
     if (!a.metric.empty()) files.push_back({a.metric, "--metric", Role::input});
     files.push_back({a.output, "-o", solution ? Role::output : Role::output_mesh});
-    return check_named_files(files);
+    return check_named_files(files, a.force);
 }
 
 /// Fields with values that are not 0 along z.
@@ -248,7 +248,7 @@ Outcome<Done> check_on_ranks(const ConvertArguments& a) {
                     {}, "camber, or mpirun -n 1");
     if (!a.input.ends_with(".meshb") || !a.metric.empty() || a.elevate || a.straighten || !a.format.empty())
         return fail(ErrorKind::usage, "several ranks take a .meshb as it is", a.input, {},
-                    "camber convert brings it into that form");
+                    "convert it to that form on one rank first");
     return Done{};
 }
 

@@ -7,6 +7,7 @@ module;
 #include <filesystem>
 #include <iterator>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -19,6 +20,7 @@ import camber.core;
 import camber.solution_metric;
 import camber.cad;
 import camber.config;
+import camber.io;
 import camber.app_shell;
 import camber.run;
 import :execution;
@@ -67,6 +69,28 @@ void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, conf
     std::ranges::move(sizes, std::back_inserter(metric.sizes));
 }
 
+/// Refuses options of the metric where no stage reads one. Errors: usage.
+Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pipeline& pipeline) {
+    const char* const option = !choice.sizes.empty()     ? "--size"
+                               : choice.gradation        ? "--gradation"
+                               : choice.complexity       ? "--complexity"
+                               : bounds_geometry(choice) ? "--geometry-error"
+                                                         : nullptr;
+    if (option == nullptr) return Done{};
+    std::string objective;
+    for (const config::Stage& stage : pipeline.stages) {
+        const auto* const curve = std::get_if<config::Curve>(&stage);
+        if (curve != nullptr && (curve->objective == Objective::shape || curve->objective == Objective::solution))
+            objective = word_of(curve->objective);
+        else if (!std::holds_alternative<config::Elevate>(stage) && !std::holds_alternative<config::Validate>(stage) &&
+                 !std::holds_alternative<config::Relax>(stage) && !std::holds_alternative<config::Commit>(stage))
+            return Done{};
+    }
+    if (objective.empty()) return Done{};
+    return fail(ErrorKind::usage, "has no effect: curve does not use a metric with the objective " + objective, option,
+                {}, "use camber remesh to change sizes, or another --objective");
+}
+
 /// Whether a solution was given, and nothing else that edges are curved for. Fields of the input's own file go along.
 bool is_for_solution(const CurveArguments& arguments) {
     const auto says = [](const std::string& setting) {
@@ -92,6 +116,7 @@ Outcome<config::Pipeline> pipeline_of(const CurveArguments& arguments) {
             curve->blocks = arguments.blocks.value_or(curve->blocks);
             if (arguments.memory) curve->memory = static_cast<double>(*arguments.memory);
         }
+    if (auto used = check_metric_is_used(arguments.metric, *pipeline); !used) return fail(used.error());
     return pipeline;
 }
 
@@ -242,7 +267,7 @@ Outcome<config::SizesMetric> read_sizes(const std::vector<std::string>& texts) {
 namespace {
 
 std::string text_of(const run::Run& run, const config::Output& output, bool histogram) {
-    std::string text = run::summary(run.report);
+    std::string text = voice() == Voice::verbose ? run::full_table(run.report) : run::summary(run.report);
     if (histogram)
         for (const run::Histogram& h : run.report.histograms) text += run::bars(h);
     text += "\n";
@@ -262,7 +287,8 @@ int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
     Written written;
     const auto run = execute(pipeline, written, {}, std::move(host));
     if (!run) return report_error(run.error());
-    for (const std::string& notice : run->report.notices) tell_note(notice);
+    for (const std::string& notice : run->report.notices)
+        tell_notice({notice, std::ranges::find(run->details, notice) != run->details.end()});
     if (const std::string note = run::recommended_bound_note(run->report); !note.empty()) tell_note(note);
     const int said = end_with(text_of(*run, pipeline.output, histogram), written);
     const int held = run->report.holds_what_was_asked() ? 0 : report_misses(run->report);
@@ -270,10 +296,11 @@ int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
 }
 
 /// What became of the arguments of a verb: a pipeline, whose files are named so.
-int run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files, bool dry_run, bool histogram,
+template <class Arguments>
+int run_or_plan(const config::Pipeline& pipeline, const std::vector<NamedFile>& files, const Arguments& arguments,
                 Host host = {}) {
-    if (auto distinct = check_named_files(files); !distinct) return report_error(distinct.error());
-    if (!dry_run) return finish(pipeline, histogram, std::move(host));
+    if (auto distinct = check_named_files(files, arguments.force); !distinct) return report_error(distinct.error());
+    if (!arguments.dry_run) return finish(pipeline, arguments.histogram, std::move(host));
     const auto text = plan(pipeline);
     return text ? end_with(*text + "\n  nothing was done\n") : report_error(text.error());
 }
@@ -329,9 +356,25 @@ Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArgum
 int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments, Host host) {
     if (!pipeline) return report_error(pipeline.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
-    return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments.dry_run, arguments.histogram,
-                       std::move(host));
+    return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments, std::move(host));
 }
+
+namespace {
+
+/// An error if the file of a config is a mesh or a solution, by its first bytes or its ending. Errors: usage.
+Outcome<Done> check_is_config(const std::string& path, std::span<const std::byte> bytes) {
+    if (as_text(bytes).starts_with('{')) return Done{};
+    const bool is_mesh = format_with_content(mesh_formats(), bytes) || format_with_ending(mesh_formats(), path);
+    const bool is_solution = format_with_content(solution_formats(), bytes) || is_solution_file(path);
+    if (!is_mesh && !is_solution) return Done{};
+    return fail(ErrorKind::usage,
+                std::string(is_mesh ? "is a mesh" : "is a solution") + ", but run takes a config in JSON",
+                called_input(path), {},
+                is_mesh ? "for a mesh use camber curve, remesh, adapt, repair, check or convert"
+                        : "for a solution use camber metric, transfer or convert");
+}
+
+}  // namespace
 
 int run_command(const RunArguments& arguments) {
     auto text = read_file(arguments.config);
@@ -340,6 +383,7 @@ int run_command(const RunArguments& arguments) {
         if (error.kind == ErrorKind::input) error.kind = ErrorKind::usage;
         return report_error(error);
     }
+    if (auto is_config = check_is_config(arguments.config, *text); !is_config) return report_error(is_config.error());
     auto pipeline = config::read_pipeline(as_text(*text), called_input(arguments.config), arguments.settings);
     if (!pipeline) return report_error(pipeline.error());
     if (arguments.threads) pipeline->threads = *arguments.threads;
@@ -350,7 +394,7 @@ int run_command(const RunArguments& arguments) {
     files.insert(files.begin(), NamedFile{arguments.config, "the config", Role::input});
     if (!below.adapt.is_asked() && arguments.from)
         return report_error({ErrorKind::usage, "the config has no cycles to go on from", "--from", {}, "leave it out"});
-    if (!below.adapt.is_asked()) return run_or_plan(below, files, arguments.dry_run, arguments.histogram);
+    if (!below.adapt.is_asked()) return run_or_plan(below, files, arguments);
     if (!below.adapt.solve.empty() && !arguments.allow_commands)
         return report_error({ErrorKind::usage,
                              fmt::format("the config runs a command: {}", fmt::join(below.adapt.solve, " ")),
@@ -364,12 +408,6 @@ int run_command(const RunArguments& arguments) {
                              {},
                              "give \"output\": {\"plots\": …}, or leave it out"});
     return run_or_plan_cycles(below, files, {.from = arguments.from}, arguments.dry_run);
-}
-
-int explain_command(const std::string& topic) {
-    if (topic.empty()) return end_with(fmt::format("Topics: {}\n", fmt::join(config::topics(), ", ")));
-    const auto text = config::explain(topic);
-    return text ? end_with(*text) : report_error(text.error());
 }
 
 int schema_command(const std::string& of) {

@@ -183,19 +183,27 @@ bool is_special(const std::string& path) {
     return fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status);
 }
 
-bool may_be_one(const NamedFile& a, const NamedFile& b) {
+/// True if `a` is the mesh that is read and `b` the one that is written.
+bool replaces_input(const NamedFile& a, const NamedFile& b) {
+    return a.role == Role::input_mesh && b.role == Role::output_mesh;
+}
+
+bool may_be_one(const NamedFile& a, const NamedFile& b, bool force) {
     if (is_standard(a.path) && is_standard(b.path)) return is_read(a.role) != is_read(b.role);
     if (is_read(a.role) && is_read(b.role)) return true;
-    if (a.role == Role::input_mesh && b.role == Role::output_mesh) return true;
+    if (force && replaces_input(a, b)) return true;
     return is_read(a.role) && is_special(a.path);
 }
 
-Outcome<Done> check_pair(const NamedFile& earlier, const NamedFile& later) {
-    if (may_be_one(earlier, later) || !same_file(earlier.path, later.path)) return Done{};
+Outcome<Done> check_pair(const NamedFile& earlier, const NamedFile& later, bool force) {
+    if (may_be_one(earlier, later, force) || !same_file(earlier.path, later.path)) return Done{};
     if (is_standard(later.path) && is_read(later.role))
         return fail(ErrorKind::usage, later.word + " and " + earlier.word + " are both read from it", "standard input",
                     {}, "give one of them as a file");
     const std::string other = earlier.word + (earlier.path == later.path ? "" : " " + earlier.path);
+    if (replaces_input(earlier, later))
+        return fail(ErrorKind::usage, later.word + " is the same file as " + other, called_output(later.path), {},
+                    "name another output, or replace the input with --force");
     return fail(ErrorKind::usage, later.word + " is the same file as " + other, called_output(later.path), {},
                 (is_read(earlier.role) ? "what is read is not overwritten: give " : "give ") + later.word +
                     " a file of its own");
@@ -210,11 +218,11 @@ Outcome<Done> check_path(const NamedFile& file) {
 
 }  // namespace
 
-Outcome<Done> check_named_files(const std::vector<NamedFile>& files) {
+Outcome<Done> check_named_files(const std::vector<NamedFile>& files, bool force) {
     for (std::size_t j = 0; j < files.size(); ++j) {
         if (auto path = check_path(files[j]); !path) return path;
         for (std::size_t i = 0; i < j; ++i)
-            if (auto distinct = check_pair(files[i], files[j]); !distinct) return distinct;
+            if (auto distinct = check_pair(files[i], files[j], force); !distinct) return distinct;
     }
     return Done{};
 }

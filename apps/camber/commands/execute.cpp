@@ -298,7 +298,11 @@ void tell(const std::string& line) {
 }
 
 void tell_note(const std::string& note) {
-    if (voice() == Voice::usual) tell("note: " + note);
+    if (prints_notes()) tell("note: " + note);
+}
+
+void tell_notice(const Notice& notice) {
+    if (!notice.is_detail || voice() == Voice::verbose) tell_note(notice.what);
 }
 
 std::optional<Error> error_not_said() { return not_said(); }
@@ -328,7 +332,7 @@ int end_with(std::string_view text) {
 }
 
 int end_with(std::string_view text, const Written& written) {
-    if (voice() != Voice::usual) return 0;
+    if (!prints_notes()) return 0;
     StandardOutput out = written.takes_standard_output() ? StandardOutput::beside_a_file() : StandardOutput();
     out.print(text);
     const auto said = out.finish();

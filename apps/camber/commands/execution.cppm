@@ -103,9 +103,9 @@ struct NamedFile {
     Role role;
 };
 
-/// Whether every path can be one, and no output is also an input or another output, by whatever path or link. Only the
-/// mesh that is made may take the place of the one it is made from. Asked before any work is done. Errors: usage.
-[[nodiscard]] Outcome<Done> check_named_files(const std::vector<NamedFile>& files);
+/// Checks that every path is possible, and that no output is an input or another output, by any path or link. With
+/// `force` the mesh that is written may replace the one that is read. Called before any work. Errors: usage.
+[[nodiscard]] Outcome<Done> check_named_files(const std::vector<NamedFile>& files, bool force = false);
 
 /// How a pipeline's files were named.
 struct PipelineWords {

@@ -148,7 +148,7 @@ Outcome<Made> generate_and_write(const config::Shape& shape, const MeshFormat& f
     auto done = written.add(a.output, write_mesh(format, mesh->mesh, {}, EncodeOptions{}, a.output, execution));
     if (!done) return fail(std::move(done.error()));
     progress.wipe();
-    for (const Notice& notice : format.losses(mesh->mesh)) tell_note(notice.what);
+    for (const Notice& notice : format.losses(mesh->mesh)) tell_notice(notice);
     return Made{run::plan_size(mesh->mesh), generated, writing.read()};
 }
 

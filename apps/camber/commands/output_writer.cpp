@@ -92,8 +92,10 @@ struct OutputWriter {
         }
         if (!output.mesh.empty())
             if (const auto format = format_of(output.mesh))
-                for (Notice& notice : losses_in(**format, mesh_for(**format), names))
+                for (Notice& notice : losses_in(**format, mesh_for(**format), names)) {
+                    if (notice.is_detail) run.details.push_back(notice.what);
                     run.report.notices.push_back(std::move(notice.what));
+                }
         if (run.metric && !output.metric.empty())
             if (auto done = write_metric(*run.metric, output.metric); !done) return done;
         if (!run.solution.empty() && !output.solution.empty())

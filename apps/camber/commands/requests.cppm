@@ -31,6 +31,9 @@ void tell(const std::string& line);
 /// The same of what is worth knowing and no error; not said where the program is to be quiet.
 void tell_note(const std::string& note);
 
+/// The same of a notice; of a detail with --verbose only.
+void tell_notice(const Notice& notice);
+
 /// `camber: where: entity: what (remedy)` on standard error, and the exit code of the error's kind.
 int report_error(const Error& error);
 

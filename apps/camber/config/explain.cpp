@@ -139,6 +139,25 @@ std::vector<std::string> topics() {
     return names;
 }
 
+std::vector<TopicGroup> topic_groups() {
+    std::vector<TopicGroup> groups{
+        {"Sections of a config", {}},
+        {"Stages", Described<Stage>::get().keys()},
+        {"Shapes", {"shell", "annulus", "box", "rectangle", "bump", "layer"}},
+        {"Metrics",
+         {"natural", "constant", "sizes", "geometry-sizes", "metric-of-solution", "field", "linear", "polar-1",
+          "polar-2", "planar-shock", "spherical-shock", "rotating", "expression"}},
+        {"Operations on metrics", Described<MetricOperation>::get().keys()},
+        {"Geometries", {"surrogate", "straight", "analytic", "cad", "plane", "sphere", "cylinder", "torus"}}};
+    const auto has = [](const TopicGroup& group, const std::string& topic) {
+        return std::ranges::find(group.topics, topic) != group.topics.end();
+    };
+    for (const std::string& topic : topics())
+        if (std::ranges::none_of(groups, [&](const TopicGroup& group) { return has(group, topic); }))
+            groups.front().topics.push_back(topic);
+    return groups;
+}
+
 Outcome<std::string> explain(std::string_view topic) {
     for (const Topic& t : all_topics())
         if (t.name == topic) return t.text;

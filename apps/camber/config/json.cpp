@@ -81,14 +81,22 @@ std::string line_and_column(std::string_view text, std::size_t byte) {
     return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-/// The parser's sentence without its own account of the place. It ends with the text that was read last.
-std::string reason(std::string_view message) {
+/// The parser's message without the text that it read last: the place says where that is.
+std::string without_last_read(std::string message) {
+    const auto begin = message.find("; last read: ");
+    if (begin == std::string::npos) return message;
+    const auto end = message.rfind("; expected ");
+    return message.erase(begin, end == std::string::npos || end < begin ? std::string::npos : end - begin);
+}
+
+/// The parser's sentence without its own account of the place.
+std::string reason(const std::string& whole) {
+    const std::string message = without_last_read(whole);
     constexpr std::size_t longest = 200;
     for (const std::string_view mark : {"syntax error", "number overflow", "invalid string"})
-        if (const auto at = message.find(mark); at != std::string_view::npos)
-            return shortened(message.substr(at), longest);
+        if (const auto at = message.find(mark); at != std::string::npos) return shortened(message.substr(at), longest);
     const auto at = message.find("] ");
-    return shortened(at == std::string_view::npos ? message : message.substr(at + 2), longest);
+    return shortened(at == std::string::npos ? message : message.substr(at + 2), longest);
 }
 
 /// Letters to insert, delete, replace or swap (optimal string alignment).
@@ -162,7 +170,8 @@ Outcome<Json> parse_json(std::string_view text, std::string_view name) {
         if (keys.fault()) return bad({std::string(name), keys.fault()->pointer}, keys.fault()->what);
         return json;
     } catch (const nlohmann::json::parse_error& e) {
-        return fail(ErrorKind::usage, reason(e.what()), std::string(name) + ": " + line_and_column(text, e.byte));
+        return fail(ErrorKind::usage, reason(e.what()), std::string(name) + ": " + line_and_column(text, e.byte), {},
+                    "check quotes, commas and brackets there");
     } catch (const nlohmann::json::exception& e) {
         return fail(ErrorKind::usage, reason(e.what()), std::string(name));
     }
@@ -208,6 +217,33 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
         best = candidate;
     }
     return best;
+}
+
+std::vector<std::string> nearest_words(std::string_view word, const std::vector<std::string>& candidates,
+                                       std::size_t most) {
+    constexpr std::size_t shortest_part = 4;  // letters of a beginning or of a part
+    constexpr std::size_t more_edits = 1;     // than the best candidate
+    const std::size_t most_edits = std::max<std::size_t>(1, word.size() / 3);
+    std::vector<std::pair<std::size_t, std::string>> near;
+    for (const std::string& candidate : candidates) {
+        const bool is_part = word.size() >= shortest_part && candidate.find(word) != std::string::npos;
+        const std::size_t gap = std::max(word.size(), candidate.size()) - std::min(word.size(), candidate.size());
+        if (!is_part && gap > most_edits) continue;  // at least as many edits as the lengths differ by
+        const std::size_t edits = is_part ? (candidate.starts_with(word) ? 0 : 1) : edit_distance(word, candidate);
+        if (edits <= most_edits && edits < candidate.size()) near.emplace_back(edits, candidate);
+    }
+    std::ranges::stable_sort(near, {}, [](const auto& one) { return std::pair(one.first, one.second.size()); });
+    std::vector<std::string> words;
+    for (const auto& [edits, candidate] : near)
+        if (words.size() < most && edits <= near.front().first + more_edits) words.push_back(candidate);
+    return words;
+}
+
+std::string alternatives_text(const std::vector<std::string>& words) {
+    std::string text;
+    for (std::size_t i = 0; i < words.size(); ++i)
+        text += (i == 0 ? "\"" : i + 1 == words.size() ? " or \"" : ", \"") + words[i] + "\"";
+    return text;
 }
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {

@@ -1,5 +1,6 @@
 module;
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -656,8 +657,23 @@ struct Parts {
 /// What `explain` knows: pipeline, the stages, sources of mesh, metric and geometry.
 [[nodiscard]] std::vector<std::string> topics();
 
+/// Topics of one kind.
+struct TopicGroup {
+    std::string title;
+    std::vector<std::string> topics;
+};
+/// Returns all topics by kind: stages, shapes, metrics, geometries, and the sections of a config.
+[[nodiscard]] std::vector<TopicGroup> topic_groups();
+
 /// A topic's meaning and options: names, types, defaults, units. Error (usage): unknown topic, with the nearest.
 [[nodiscard]] Outcome<std::string> explain(std::string_view topic);
+
+/// Returns the candidates that are most like the word, best first, at most `most`: those at a small edit distance, that
+/// begin with it or contain it.
+[[nodiscard]] std::vector<std::string> nearest_words(std::string_view word, const std::vector<std::string>& candidates,
+                                                     std::size_t most = 3);
+/// Returns `"a", "b" or "c"`.
+[[nodiscard]] std::string alternatives_text(const std::vector<std::string>& words);
 
 /// The same pipeline with its relative input paths (mesh, metric file) put below the folder: a config finds its data
 /// beside it, wherever the program is started. Outputs stay relative to the working directory.

@@ -261,6 +261,7 @@ struct Run {
     MeshFields fields;                    ///< empty unless the config's output shows them
     std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
     std::vector<NamedField> solution = {};  ///< the input's fields, if the config's output has a place for them
+    std::vector<std::string> details = {};  ///< notices of the report that are printed with --verbose only
     /// Of a run that ends in rows, those of this rank: the mesh is empty then.
     std::variant<std::monostate, FinishedRows<2>, FinishedRows<3>> rows = {};
 };

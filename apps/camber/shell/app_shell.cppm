@@ -264,12 +264,14 @@ class StandardOutput {
 [[nodiscard]] std::string wrapped(std::string_view text, std::size_t width, std::size_t indent = 0);
 
 /// What the program says beside its errors and the data that is asked for: tables, notes and progress, or none of them
-/// (quiet). None: nothing at all, where another process says it.
-enum class Voice : std::uint8_t { usual, quiet, none };
+/// (quiet). Verbose: also details. None: nothing at all, where another process says it.
+enum class Voice : std::uint8_t { usual, verbose, quiet, none };
 
 /// Set before a verb begins; who has none gets none back.
 void set_voice(Voice voice);
 [[nodiscard]] Voice voice();
+/// True if tables, notes and progress are printed: the voice is usual or verbose.
+[[nodiscard]] bool prints_notes();
 
 /// What stands for standard input and standard output in place of a file's name.
 inline constexpr std::string_view standard_stream = "-";

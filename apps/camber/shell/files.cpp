@@ -1,6 +1,7 @@
 // Files
 module;
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <chrono>
 #include <climits>
@@ -159,6 +160,17 @@ class Watch {
     std::optional<std::size_t> most_;
 };
 
+/// Returns the path as one word of a shell's command.
+std::string shell_word(const std::string& path) {
+    const auto is_plain = [](unsigned char c) {
+        return std::isalnum(c) != 0 || std::string_view("/._-+").find(static_cast<char>(c)) != std::string_view::npos;
+    };
+    if (std::ranges::all_of(path, is_plain)) return path;
+    std::string word = "'";
+    for (const char c : path) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return word + "'";
+}
+
 /// The folder of a path, told as it was given; fails where it is none.
 Outcome<Done> check_folder_of(const std::string& path) {
     const std::string target = target_of(path);
@@ -170,7 +182,8 @@ Outcome<Done> check_folder_of(const std::string& path) {
     if (is_there || errno == ENOTDIR)
         return fail(ErrorKind::write, "its folder " + folder + (is_there ? " is a file" : " lies below a file"), path,
                     {}, "take another place");
-    return fail(ErrorKind::write, "its folder " + folder + " does not exist", path, {}, "make it: mkdir -p " + folder);
+    return fail(ErrorKind::write, "its folder " + folder + " does not exist", path, {},
+                "make it: mkdir -p " + shell_word(folder));
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ std::string short_count(double count) {
 }  // namespace
 
 Progress::Progress(ProgressTold told)
-    : told_(std::move(told)), terminal_(!told_ && ::isatty(STDERR_FILENO) == 1 && voice() == Voice::usual) {
+    : told_(std::move(told)), terminal_(!told_ && ::isatty(STDERR_FILENO) == 1 && prints_notes()) {
     begin({});
 }
 
@@ -215,6 +215,7 @@ void set_voice(Voice voice) {
     if (of_program != Voice::none) of_program = voice;
 }
 Voice voice() { return of_program; }
+bool prints_notes() { return of_program == Voice::usual || of_program == Voice::verbose; }
 
 Meter::Meter() : start_(std::chrono::steady_clock::now()) {}
 

@@ -1,0 +1,163 @@
+// Words of the tables: names and definitions.
+#include "terms.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+namespace camber::app {
+
+namespace {
+
+constexpr std::array terms{
+    // the mesh
+    Term{"degree",
+         "The degree of the polynomials that map an element: 1, straight; 2, curved (quadratic), with a node on each "
+         "edge. Higher degrees are not made."},
+    Term{"dimension", "2: triangles in a plane. 3: tetrahedra, or triangles in space."},
+    Term{"vertices|vertex|corner of elements", "The corners of the elements."},
+    Term{"nodes|node", "All points that define the elements: the vertices and, with degree 2, one node on each edge."},
+    Term{"elements|element|tetrahedra|triangles",
+         "The cells of the mesh: triangles in 2D, tetrahedra in 3D. Numbers of elements begin with 1, in the order of "
+         "the file."},
+    Term{"facets|facet|boundary triangles|boundary edges",
+         "The edges (2D) or triangles (3D) of the boundary and of interfaces between materials."},
+    Term{"reference|references",
+         "The number that a file gives to an element or a facet: a material, or a part of the boundary. Gmsh calls it "
+         "a physical tag, MFEM an attribute."},
+    Term{"ridge|ridges",
+         "An edge of the boundary where its facets meet at more than the ridge angle, where references change, or that "
+         "the file lists. No smooth surface goes across it."},
+    Term{"corner|corners", "A vertex of the boundary where ridges end, branch or turn."},
+    Term{"patch|patches", "A smooth part of the boundary between ridges."},
+    Term{"interface|interfaces", "Facets between elements with different references."},
+    Term{"inner nodes|inner node", "Nodes that are not on the boundary."},
+    Term{"sound|soundness",
+         "A mesh is sound if its elements fit together: conforming, oriented alike, without duplicate or unused nodes, "
+         "with a closed boundary."},
+    Term{"overlap|overlaps|elements that overlap", "Two elements overlap if they have interior points in common."},
+    Term{"crossing|pairs of facets that cross|cross", "Two facets cross if they pass through each other."},
+    // validity and quality
+    Term{"valid|valid elements|certified",
+         "An element is valid if its Jacobian determinant is certainly positive everywhere, with rounding included."},
+    Term{"invalid|inverted|not valid",
+         "An element is invalid if its Jacobian determinant is certainly not positive at some point."},
+    Term{"undecided", "Neither validity nor invalidity could be proved. An undecided element does not count as valid."},
+    Term{"Jacobian|det j|determinant",
+         "The determinant of the map from the reference element to the element. Where it is not positive the element "
+         "is folded."},
+    Term{"scaled Jacobian|scaled jacobians|smallest scaled jacobian",
+         "The minimum of the Jacobian determinant over an element, divided by that of the straight element with the "
+         "same vertices. 1: as good as straight; 0 or less: invalid. Knupp's scaled Jacobian is another quantity."},
+    Term{"quality|mean ratio|smallest quality",
+         "The mean ratio of a straight element: 1 for an equilateral one, 0 for a flat one, negative for an inverted "
+         "one."},
+    Term{"quality in the metric|distortion",
+         "The mean ratio of an element measured in the metric, along its curves: 1 divided by its mean distortion. 1: "
+         "regular in the metric; 0: folded."},
+    Term{"curvature|mean curvature|largest curvature",
+         "The distance of an edge's node from the middle of its chord, divided by the length of the chord. 0: "
+         "straight."},
+    Term{"repaired elements|repair", "Elements that became valid because nodes were moved."},
+    Term{"raised elements", "Valid elements below the target scaled Jacobian that were improved."},
+    Term{"relaxed edges|relaxed|relaxed volume edges|relaxed surface edges",
+         "Edges whose node is not at its target position, because an element would not be valid or good enough there."},
+    Term{"given up",
+         "Elements that repair left as they are, because the work that the option effort allows was spent."},
+    // metric
+    Term{"metric",
+         "A symmetric positive definite matrix at each point. It defines the requested size of elements in each "
+         "direction: an edge of the requested size has length 1 in it."},
+    Term{"natural|mesh-implied",
+         "The metric in which all edges of a straight element have length 1: the sizes of the mesh as it is."},
+    Term{"complexity",
+         "The integral of the square root of the metric's determinant over the mesh. A mesh of unit edges has about 12 "
+         "tetrahedra, or 2.6 triangles, per unit of complexity."},
+    Term{"anisotropy|largest anisotropy",
+         "The largest size of a metric divided by its smallest at one point. 1: the same in all directions."},
+    Term{"gradation", "The largest ratio of the sizes at the two ends of an edge."},
+    Term{"length in the metric|edge lengths|length",
+         "The length of an edge measured in the metric. 1: the requested size."},
+    Term{"unit length|edges of unit length",
+         "An edge has unit length if its length in the metric is between 1/sqrt(2) and sqrt(2)."},
+    Term{"length reduction|mean length reduction|largest length reduction",
+         "The length of the chord divided by the length of the curved edge, both in the metric, less 1. Positive: the "
+         "curve is shorter."},
+    Term{"expected error|expected error of the solution",
+         "The interpolation error that the metric predicts for the mesh."},
+    Term{"elements expected", "The number of elements that a mesh of the metric has, by its complexity."},
+    // geometry
+    Term{"geometry error|geometry", "The distance between the boundary of the mesh and its geometry."},
+    Term{"distance both ways|geometry, both ways|both ways",
+         "The largest distance from the boundary to its geometry, and from the geometry to the boundary."},
+    Term{"nodes off the geometry|vertices off the geometry|off the geometry",
+         "Nodes or vertices of the boundary farther from the geometry than the tolerance allows."},
+    Term{"surrogate",
+         "The smooth cubic surface through the vertices of the mesh. It is the geometry if no other is specified."},
+    Term{"CAD faces|cad edges|vertices off the cad model|doubtful facets",
+         "Faces and edges of the CAD model that facets and edges of the boundary are associated with. An association "
+         "is doubtful if two faces are about equally near."},
+    Term{"slid on geometry", "Nodes of the boundary that repair moved along the geometry."},
+    Term{"suspicious places|suspicious",
+         "Places where another ridge angle changes the ridges, or that no smooth surface has: knife edges, tips of "
+         "cones."},
+    // solutions and interpolation
+    Term{"interpolant|interpolants",
+         "The polynomial of degree 1 or 2 in each element that agrees with a field at the vertices, or at all nodes."},
+    Term{"L2|error in l2", "The square root of the integral of the squared error."},
+    Term{"H1|error in h1", "The L2 norm of the error of the gradient."},
+    Term{"fields brought along|fields", "Fields of the input that were interpolated or projected onto the new mesh."},
+    // remeshing and runs
+    Term{"committed|commit", "The proposed node positions, or the result of an operation, became part of the mesh."},
+    Term{"cavity|cavities committed",
+         "A group of elements that an operation replaces. A committed cavity was replaced."},
+    Term{"sweep|sweeps", "One pass of a method over all entities that are left to process."},
+    Term{"block|blocks", "A part of the mesh that is processed by itself, so that memory stays bounded."},
+    Term{"rank|ranks", "A process of MPI."},
+    Term{"cycle|cycles", "One iteration of adaptation: metric, remeshing, curving, transfer, and the solver."},
+    Term{"settled", "The error of the cycles no longer decreases by the share of the option --settled."},
+    Term{"threads", "The number of threads that were used. The result does not depend on it."},
+    Term{"time", "Wall-clock time."},
+    Term{"peak memory", "The largest memory that the process had until then."},
+};
+
+char small(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+
+bool is_same(std::string_view name, std::string_view phrase) { return std::ranges::equal(name, phrase, {}, small); }
+
+/// True if the phrase has the name as whole words.
+bool has_words(std::string_view phrase, std::string_view name) {
+    for (std::size_t at = 0; at + name.size() <= phrase.size(); ++at) {
+        const std::size_t end = at + name.size();
+        const bool begins = at == 0 || std::isalnum(static_cast<unsigned char>(phrase[at - 1])) == 0;
+        const bool ends = end == phrase.size() || std::isalnum(static_cast<unsigned char>(phrase[end])) == 0;
+        if (begins && ends && is_same(name, phrase.substr(at, name.size()))) return true;
+    }
+    return false;
+}
+
+}  // namespace
+
+std::span<const Term> all_terms() { return terms; }
+
+const Term* find_term(std::string_view phrase) {
+    const Term* best = nullptr;
+    std::size_t longest = 0;
+    for (const Term& term : terms)
+        for (std::size_t begin = 0; begin < term.names.size();) {
+            const std::size_t end = std::min(term.names.find('|', begin), term.names.size());
+            const std::string_view name = term.names.substr(begin, end - begin);
+            if (is_same(name, phrase)) return &term;
+            if (name.size() > longest && has_words(phrase, name)) {
+                best = &term;
+                longest = name.size();
+            }
+            begin = end + 1;
+        }
+    return best;
+}
+
+}  // namespace camber::app
