@@ -77,7 +77,7 @@ class CommandLine(unittest.TestCase):
     def test_curve_check_info(self):
         done = self.camber("curve", "two.mesh", "-o", "out.meshb", "--report", "report.json")
         self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("mean length reduction", done.stdout)
+        self.assertIn("smallest scaled Jacobian", done.stdout)
         self.assertEqual(self.folder.files(), ["out.meshb", "report.json", "two.mesh"])
         checked = json.loads(self.camber("check", "out.meshb", "--json").stdout)
         self.assertEqual((checked["dimension"], checked["degree"], checked["elements"], checked["invalid"],

@@ -18,17 +18,16 @@ class Order(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
 
     def curved(self, n):
-        """A square of 2 n^2 triangles, what is written of it by `camber curve`, the report and what is printed."""
+        """A square of 2 n^2 triangles, what is written of it by `camber curve`, and the report."""
         mesh = scattered_square(n)
         (self.folder.path / "in.mesh").write_text(mesh.text())
         done = self.folder.camber("curve", "in.mesh", "-o", "out.meshb", "--report", "r.json", "--set", 'stages=["elevate"]')
         self.assertEqual(done.returncode, 0, done.stderr)
-        return mesh, gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json"), done.stdout
+        return mesh, gmf.read(self.folder.path / "out.meshb"), report_of(self.folder.path / "r.json")
 
     def test_a_large_one_is_written_as_it_was_read(self):
-        mesh, out, report, text = self.curved(224)
+        mesh, out, report = self.curved(224)
         self.assertAlmostEqual(report["reordered"]["scatter"], 6 / 28, delta=0.005)
-        self.assertIn("scattered (0.21)", text)
         self.assertIn("renumber", [stage["stage"] for stage in report["stages"]])
         vertices = len(mesh.points)
         np.testing.assert_array_equal(out.points[:vertices], mesh.points)
@@ -41,9 +40,8 @@ class Order(unittest.TestCase):
                 np.testing.assert_array_equal(out.points[nodes[:, column]], middle)
 
     def test_a_small_one_is_left_as_it_is(self):
-        _, _, report, text = self.curved(20)
+        _, _, report = self.curved(20)
         self.assertNotIn("reordered", report)
-        self.assertNotIn("scattered", text)
 
 
 if __name__ == "__main__":

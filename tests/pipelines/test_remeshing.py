@@ -359,7 +359,7 @@ class Remesh(unittest.TestCase):
                 reached = told["geometry_error"]
                 self.assertEqual((reached["required"], reached["far_facets"]), (error, 0))
                 self.assertLessEqual(reached["reached"], error)
-                self.assertRegex(done.stdout, "geometry error +.* reached, .* required")
+                self.assertRegex(done.stdout, "distance bound +.* required, .* reached")
                 measured = json.loads(self.camber("geometry", "out.mesh", "--geometry", geometry, "--json").stdout)
                 largest = max(measured["distances"][way]["largest"] for way in ("to_geometry", "to_boundary"))
                 self.assertAlmostEqual(largest, reached["reached"], delta=1e-6 * error)

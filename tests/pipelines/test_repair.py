@@ -296,7 +296,6 @@ class Repair(unittest.TestCase):
         bound = ("--min-scaled-jacobian", 0.3)
         self.assertEqual(self.repair(*bound)[1]["relax"]["given_up"], 0)
         done, report = self.repair(*bound, "--set", "stages/relax/effort=0", code=1)
-        self.assertIn("given up (work is spent)", done.stdout)
         self.assertGreater(report["relax"]["given_up"], 0)
         self.assertEqual(len(report["remaining_elements"]), report["relax"]["given_up"])
         for entry in report["remaining_elements"]:

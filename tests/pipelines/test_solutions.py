@@ -153,13 +153,13 @@ class Solutions(unittest.TestCase):
     def test_fields_of_the_input_go_along_where_the_output_has_a_place(self):
         self.write("u.sol", "a.meshb", lambda p: np.stack([front(p), quadratic(p)], 1))
         self.camber("convert", "a.meshb", "-o", "u.vtu", "--metric", "u.sol")
-        self.assertIn("fields brought along", self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.vtu"))
+        self.assertIn("fields transferred", self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.vtu"))
         self.assertIn('"field_1"', self.camber("info", "v.vtu"))
         self.assertIn("field_1", self.camber("curve", "u.vtu", "-o", "w.msh"))
         self.assertIn('"field_1"', self.camber("info", "w.msh"))
         told = self.camber("remesh", "u.vtu", "--metric", 0.1, "-o", "v.meshb")
         self.assertIn("not kept", told)
-        self.assertNotIn("fields brought along", told)
+        self.assertNotIn("fields transferred", told)
 
     def test_fields_of_a_surface_alone_are_left_out_and_said(self):
         points = [(x, y, 0.1 * (x * x + y * y)) for y in range(4) for x in range(4)]

@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <functional>
@@ -157,6 +158,10 @@ std::string distance_row(const Report& report) {
 std::string boundary_rows(const Report& report) {
     const BoundaryReport& b = *report.boundary;
     std::string text = distance_row(report);
+    if (b.cad && !b.cad->is_in_file_unit) text += table_row("unit of the mesh", text_of_unit(*b.cad));
+    if (b.distances) text += table_row("geometry, both ways", b.distances->geometry) + distance_rows(*b.distances);
+    if (const auto& g = b.geometry_error)
+        text += table_row("distance bound", fmt::format("{:.4g} required, {:.4g} reached", g->required, g->reached));
     if (b.node_deviation) text += deviation_row("nodes off the geometry", *b.node_deviation);
     if (b.vertex_deviation) text += deviation_row("vertices off the geometry", *b.vertex_deviation);
     if (b.off_surfaces && b.off_surfaces->vertices > 0)
@@ -237,7 +242,8 @@ std::string text_of(const T& value) {
 }
 
 std::string row_at(std::size_t depth, std::string_view name, const std::string& value) {
-    return fmt::format("  {:<36}{}\n", std::string(2 * depth, ' ') + std::string(name), value);
+    const std::string title = std::string(2 * depth + 2, ' ') + std::string(name);
+    return value.empty() ? title + "\n" : fmt::format("{:<38}{}\n", title, value);
 }
 
 template <class S>
@@ -246,7 +252,8 @@ std::string rows_of_fields(const S& report, Reported of, std::size_t depth);
 /// Rows of one field: of a list of numbers its first items, of a list of structs one block each.
 template <class T>
 std::string rows_of(std::string_view key, std::string_view unit, const T& value, Reported of, std::size_t depth) {
-    const std::string suffix = unit.empty() || unit == "1" ? "" : " " + std::string(unit);
+    const bool is_plain = unit.empty() || unit == "1" || unit == "length";  // lengths are those of the mesh
+    const std::string suffix = is_plain ? "" : " " + std::string(unit);
     if constexpr (Scalar<T>) {
         return row_at(depth, title_of(key), text_of(value) + suffix);
     } else if constexpr (is_optional<T>) {
@@ -360,12 +367,14 @@ std::string summary(const Report& report) {
 }
 
 std::string full_table(const Report& report) {
-    Report shown = report;  // notices and reasons are printed beside it, times as a table, bins by --histogram
-    shown.notices.clear();
-    shown.times.clear();
-    shown.histograms.clear();
     const Reported of = report.mesh.is_surface_alone() ? Reported::surface : Reported::volume;
-    return rows_of_fields(shown, of, 0) + (report.times.empty() ? std::string() : time_rows(report));
+    const std::array<std::string_view, 3> beside{"notices", "misses", "stages"};  // printed as sentences and as a table
+    std::string text;
+    each_shown_field(report, of, [&](const auto& field, const auto& value) {
+        if (std::ranges::find(beside, field.key) == beside.end())
+            text += rows_of(field.key, field.unit_name, value, of, 0);
+    });
+    return text + (report.times.empty() ? std::string() : time_rows(report));
 }
 
 }  // namespace camber::run
