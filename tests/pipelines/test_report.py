@@ -207,6 +207,28 @@ class Report(unittest.TestCase):
     def test_every_key_of_a_report_is_documented_and_there(self):
         self.compare("report.json", self.reports())
 
+    def test_a_run_prints_a_short_summary_with_validity_first(self):
+        self.run_camber("generate", "shell", "-o", "ball.mesh", "--elements", "500")
+        for words in (("curve", "ball.mesh", "-o", "round.meshb", "--report", "r.json"),
+                      ("repair", "round.meshb", "-o", "out.meshb"),
+                      ("curve", "ball.mesh", "-o", "out.meshb", "--cad", CAD_MODEL, "--set", "output/distances=both")):
+            if words[-1] != "output/distances=both" or self.reads_cad():
+                done = self.run_camber(*words, codes=(0, 1, 3))
+                lines = [line for line in done.stdout.splitlines() if line]
+                self.assertLessEqual(len(lines), 12, done.stdout)
+                if done.returncode != 3:
+                    self.assertRegex(lines[0], "^  valid +yes: all|^  valid +NO: ")
+                    self.assertTrue(all(len(line) < 130 for line in lines), done.stdout)
+
+    def test_verbose_prints_each_key_of_the_report(self):
+        self.run_camber("generate", "shell", "-o", "ball.mesh", "--elements", "500")
+        done = self.run_camber("curve", "ball.mesh", "-o", "round.meshb", "--report", "r.json", "--verbose")
+        titles = {line.strip().split("  ")[0] for line in done.stdout.splitlines()}
+        hidden = {"format", "program", "input", "config", "units", "histograms", "notices", "misses", "stages"}
+        for path in leaves({k: v for k, v in report_of(self.folder.path / "r.json").items() if k not in hidden}):
+            for key in path.replace("[]", "").split("."):
+                self.assertIn(key.replace("_", " "), titles)
+
     def test_the_page_has_the_descriptions_of_the_program(self):
         self.assertEqual(PAGE.read_text(encoding="utf-8"), report_page.page(CAMBER),
                          "python3 tests/pipelines/report_page.py build/bin/camber --write")

@@ -264,6 +264,7 @@ Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const
     progress.wipe();
     run->report.times = std::move(times);
     run->report.threads = threads_used(pipeline);
+    if (run->report.boundary) run->report.boundary->geometry = origin.geometry;
     run->report.origin = std::move(origin);
     if (const std::string& path = files.report; host.ranks->rank() == 0 && !path.empty())
         if (auto done = written.add(path, write_text(path, run::to_json(run->report))); !done)

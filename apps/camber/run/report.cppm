@@ -490,6 +490,7 @@ struct BoundaryReport {
     std::optional<OffSurfacesReport> off_surfaces = {};
     std::optional<GeometryErrorReport> geometry_error = {};
     std::optional<DeviationReport> node_deviation = {}, vertex_deviation = {};
+    std::string geometry = {};
 
     [[nodiscard]] static constexpr auto fields() {
         using S = BoundaryReport;
@@ -517,7 +518,12 @@ struct BoundaryReport {
             f("distances", &S::distances, "distances both ways, by entity, with `output/distances=both`"),
             f("nodes", &S::nodes, "nodes of boundary edges with a target other than the projected middle"),
             f("curved_patches", &S::curved_patches, "curved patches of the input that passes took"),
-            f.merged(&S::walls));
+            f.merged(&S::walls),
+            f("geometry", &S::geometry,
+              "geometry of the boundary: `surrogate` (made from the mesh), `straight` (its facets), `mesh` (the "
+              "boundary "
+              "of another mesh), `analytic` or `cad`")
+                .unless_empty());
     }
 };
 

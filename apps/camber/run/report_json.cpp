@@ -33,7 +33,6 @@ Json head(const OriginReport& o) {
 std::string to_json(const Report& report) {
     Json j = report.origin ? head(*report.origin) : Json::object();
     add_fields(j, report, report.mesh.is_surface_alone() ? Reported::surface : Reported::volume);
-    if (report.boundary && report.origin) j["boundary"]["geometry"] = report.origin->geometry;
     return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

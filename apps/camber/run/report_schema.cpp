@@ -89,10 +89,6 @@ Json head() {
 std::string report_schema() {
     Json properties = head();
     add_properties<Report>(properties);
-    properties["boundary"]["properties"]["geometry"] =
-        described("string",
-                  "geometry of the boundary: `surrogate` (made from the mesh), `straight` (its facets), `mesh` (the "
-                  "boundary of another mesh), `analytic` or `cad`");
     const Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                       {"title", "Report of a run of Camber"},
                       {"type", "object"},

@@ -93,7 +93,7 @@ namespace {
 
 /// The geometry that the distance is from.
 std::string name_distance(const Report& report) {
-    const std::string_view geometry = report.origin ? report.origin->geometry : std::string_view();
+    const std::string_view geometry = report.boundary->geometry;
     const auto& cad = report.boundary->cad;
     if (cad && cad->analytic_facets + cad->surrogate_facets > 0) return "distance from the geometry";
     if (geometry == "surrogate") return "distance from the surrogate";
