@@ -33,7 +33,7 @@ cmath: abs acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh er
     frexp hypot ilogb isfinite isinf isnan ldexp lerp lgamma llround log log10 log1p log2 logb lround modf nan nearbyint nextafter
     pow remainder rint round scalbn signbit sin sinh sqrt tan tanh tgamma trunc
 compare: partial_ordering strong_ordering weak_ordering
-concepts: convertible_to derived_from floating_point integral invocable same_as signed_integral unsigned_integral
+concepts: convertible_to default_initializable derived_from equality_comparable floating_point integral invocable same_as signed_integral unsigned_integral
 csignal: raise sig_atomic_t signal
 cstddef: byte max_align_t nullptr_t ptrdiff_t size_t
 cstdint: int16_t int32_t int64_t int8_t intptr_t uint16_t uint32_t uint64_t uint8_t uintptr_t uintmax_t intmax_t
