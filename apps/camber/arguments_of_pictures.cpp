@@ -34,9 +34,10 @@ void add_picture(CLI::App& app, Verb& verb) {
                "The plane beyond which elements are left out: x=0.5 keeps what is below, x>0.5 what is above, "
                "A,B,C,D what has A x + B y + C z <= D")
         ->type_name("PLANE");
-    add_option(picture, "--show", a.show,
-               "The only groups that are drawn, by name or reference number: in 3D of boundary facets and of elements, in "
-               "2D of elements. A number means elements if no boundary facet has it")
+    add_option(
+        picture, "--show", a.show,
+        "The only groups that are drawn, by name or reference number: in 3D of boundary facets and of elements, in "
+        "2D of elements. A number means elements if no boundary facet has it")
         ->type_name("GROUP,...");
     add_option(picture, "--hide", a.hide, "The groups that are not drawn, in the same way. What is behind them is seen")
         ->type_name("GROUP,...");
@@ -44,7 +45,8 @@ void add_picture(CLI::App& app, Verb& verb) {
                "Where you look from: front, back, left, right, top, bottom, or a direction X,Y,Z. Default: "
                "obliquely; with --cut onto what is cut")
         ->type_name("FROM");
-    add_option(picture, "--zoom", a.zoom, "Only the box around a point, with this half width: X,Y,Z,RADIUS, in 2D X,Y,RADIUS")
+    add_option(picture, "--zoom", a.zoom,
+               "Only the box around a point, with this half width: X,Y,Z,RADIUS, in 2D X,Y,RADIUS")
         ->type_name("PLACE");
     add_words(picture, "--colour", a.colour,
               "What the colours stand for. Default: what is given by --solution or --metric, else scaled Jacobians, of "
@@ -55,7 +57,9 @@ void add_picture(CLI::App& app, Verb& verb) {
     add_option(picture, "--metric", a.metric, "A metric on the mesh, whose anisotropy is shown");
     add_words(picture, "--background", a.background, "What is behind the mesh");
     add_flag(picture, "--no-edges", a.no_edges, "Leave out the edges of the mesh");
-    add_option(picture, "--worst", a.worst, "The number of worst elements to mark. Elements that cannot be seen are not marked")->check(between<int>(0, 1000));
+    add_option(picture, "--worst", a.worst,
+               "The number of worst elements to mark. Elements that cannot be seen are not marked")
+        ->check(between<int>(0, 1000));
     add_flat(picture, a.flat);
     add_threads(picture, a.threads);
 }

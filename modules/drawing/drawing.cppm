@@ -61,8 +61,8 @@ struct ColourRange {
 /// Kinds without an order, each with a number; their values are 0, 1, 2 …, by their places here.
 struct ColourKinds {
     std::vector<Reference> numbers;
-    std::vector<std::string> names = {};        ///< one per number, empty if it has none; no entries: none has a name
-    std::vector<std::uint8_t> is_listed = {};   ///< one per number, 0 if the legend omits it; no entries: all are listed
+    std::vector<std::string> names = {};       ///< one per number, empty if it has none; no entries: none has a name
+    std::vector<std::uint8_t> is_listed = {};  ///< one per number, 0 if the legend omits it; no entries: all are listed
 };
 struct OneColour {};
 using Colouring = std::variant<OneColour, ColourRange, ColourKinds>;

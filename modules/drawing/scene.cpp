@@ -10,6 +10,7 @@ module;
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 module camber.drawing;
 import camber.core;
 
@@ -321,8 +322,10 @@ template <int D>
 Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
                           std::span<const std::uint32_t> marked, PictureOptions options, const Execution& execution) {
     if (faces.empty())
-        return fail(ErrorKind::input, "there is nothing to draw: the mesh has no elements, or a cut or hidden groups leave out all of them",
-                    {}, {}, "cut elsewhere or show more groups; camber info prints the mesh's box and groups");
+        return fail(
+            ErrorKind::input,
+            "there is nothing to draw: the mesh has no elements, or a cut or hidden groups leave out all of them", {},
+            {}, "cut elsewhere or show more groups; camber info prints the mesh's box and groups");
     return guarded([&]() -> Outcome<Scene> {
         const View& view = options.view;
         const Box<3> box = options.zoom ? box_of(*options.zoom, view) : box_of(mesh, faces, view);
@@ -350,8 +353,12 @@ Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, cons
         });
         if (!patches) return fail(patches.error());
         const bool is_solid = D == 3 && count_elements(mesh) > 0;
-        return Scene{std::move(options), projection, is_solid ? VisibleSides::outer : VisibleSides::both,
-                     D == 3 ? Lighting::lit : Lighting::flat, std::move(*patches), clip};
+        return Scene{std::move(options),
+                     projection,
+                     is_solid ? VisibleSides::outer : VisibleSides::both,
+                     D == 3 ? Lighting::lit : Lighting::flat,
+                     std::move(*patches),
+                     clip};
     });
 }
 

@@ -131,8 +131,8 @@ double legend_width(const PictureOptions& o) {
     double letters = std::max(7.0, static_cast<double>(o.title.size()));
     if (const auto* kinds = std::get_if<ColourKinds>(&o.colouring); kinds && !kinds->names.empty())
         for (const std::size_t i : listed(*kinds))
-            letters = std::max(letters,
-                               static_cast<double>(text_of_kind(*kinds, i).size()) + text_indent / letter_width);
+            letters =
+                std::max(letters, static_cast<double>(text_of_kind(*kinds, i).size()) + text_indent / letter_width);
     return std::min(letter_width * text_size(o) * (letters + 1.5), 0.3 * static_cast<double>(o.width));
 }
 

@@ -33,6 +33,7 @@ namespace {
 struct Subject {
     std::string mesh, before_and_after;
     std::vector<run::Histogram> histograms;
+    std::optional<run::DistancesReport> distances = {};
 };
 
 /// Where the mesh of a run is: at its path, or beside the report, if both were moved.
@@ -56,7 +57,8 @@ Outcome<Subject> subject_of(const std::string& input) {
                     "give a mesh, or the report.json of a run: camber curve … --report report.json");
     auto mesh = found_mesh(run::mesh_of_report(as_text(*text)), input);
     if (!mesh) return fail(mesh.error());
-    return Subject{std::move(*mesh), run::before_and_after(as_text(*text)), std::move(*histograms)};
+    return Subject{std::move(*mesh), run::before_and_after(as_text(*text)), std::move(*histograms),
+                   run::distances_of_report(as_text(*text))};
 }
 
 /// A metric's rows as a field.
@@ -110,6 +112,7 @@ class Reporter {
         auto report = run::check_mesh(std::move(*decoded_), metric_, arguments_.options, around_);
         if (!report) return fail(of_file(report.error(), subject.mesh));
         source_.histograms = subject.histograms.empty() ? report->histograms : subject.histograms;
+        source_.distances = subject.distances;
         answer_ = run::check_answer(*report);
         source_.numbers = run::check_table(*report);
         if (!subject.before_and_after.empty())

@@ -433,7 +433,8 @@ struct Picture {
     std::vector<std::string> notices = {};
 };
 
-/// Errors: nothing to draw; a group that the mesh does not have (usage); colours by a metric or a solution that is not given (usage); those of metric files.
+/// Errors: nothing to draw; a group that the mesh does not have (usage); colours by a metric or a solution that is not
+/// given (usage); those of metric files.
 [[nodiscard]] Outcome<Picture> picture_of(const PictureInputs& inputs, const PictureChoice& choice,
                                           const Execution& execution);
 

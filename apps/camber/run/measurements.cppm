@@ -131,6 +131,10 @@ template <int D>
 
 /// One object.
 [[nodiscard]] std::string distances_json(const DistancesReport& report);
+/// Reads the object that distances_json writes; the name of the geometry is not in it. None: it is no such object.
+[[nodiscard]] std::optional<DistancesReport> distances_of_json(std::string_view json);
+/// The entities, the farthest first.
+[[nodiscard]] std::vector<const EntityReport*> farthest_first(const DistancesReport& report);
 /// Two lines, the worst entity named; and one for each of the worst entities.
 [[nodiscard]] std::string distance_rows(const DistancesReport& report);
 [[nodiscard]] std::string entity_rows(const DistancesReport& report, std::size_t most);

@@ -234,14 +234,16 @@ Outcome<PictureFaces> picture_faces(const QuadraticMesh<D>& mesh, const PictureC
     });
 }
 
-/// Adds the names of the groups whose faces are drawn. Where groups are hidden, the legend lists the drawn ones alone.
+/// Adds the names of the groups whose faces are drawn. If groups are hidden or have names, the legend lists drawn ones
+/// only.
 template <int D>
 void name_kinds(const Column<Face>& faces, const PictureGroups<D>& groups, bool is_limited, PictureValues& values) {
     auto* kinds = std::get_if<ColourKinds>(&values.colouring);
     if (!kinds) return;
     std::set<std::pair<Reference, int>> drawn;
     for (const Face& face : faces)
-        drawn.emplace(face.reference, face.kind == FaceKind::uncovered || !groups.has_facets() ? groups.dimension() : 2);
+        drawn.emplace(face.reference,
+                      face.kind == FaceKind::uncovered || !groups.has_facets() ? groups.dimension() : 2);
     std::vector<std::string> names(kinds->numbers.size());
     std::vector<std::uint8_t> is_listed(kinds->numbers.size());
     bool has_names = false;
@@ -255,7 +257,7 @@ void name_kinds(const Column<Face>& faces, const PictureGroups<D>& groups, bool 
         if (names[place].empty()) names[place] = name;
         has_names = has_names || !name.empty();
     }
-    if (is_limited) kinds->is_listed = std::move(is_listed);
+    if (is_limited || has_names) kinds->is_listed = std::move(is_listed);
     if (!has_names) return;
     kinds->names = std::move(names);
     values.title = "group";
@@ -269,9 +271,8 @@ std::string cut_beside(const QuadraticMesh<D>& mesh, std::size_t e) {
         for (const VertexId v : vertices) centroid += mesh.linear.points[v] / static_cast<double>(vertices.size());
         return std::pair(centroid, distance(centroid, mesh.linear.points[vertices[0]]));
     };
-    const auto [centroid, size] = is_surface_alone(mesh.linear)
-                                      ? centroid_and_size(mesh.linear.facets.vertices[e])
-                                      : centroid_and_size(mesh.linear.elements.vertices[e]);
+    const auto [centroid, size] = is_surface_alone(mesh.linear) ? centroid_and_size(mesh.linear.facets.vertices[e])
+                                                                : centroid_and_size(mesh.linear.elements.vertices[e]);
     // The next number with few digits, so that rounding does not take the element away.
     const double step = pow(10, std::floor(log10(std::fmax(0.02 * size, 1e-12))));
     return fmt::format("x={:.10g}", (std::floor(centroid[0] / step) + 1) * step);
@@ -284,6 +285,7 @@ Outcome<Done> point_at_worst(const QuadraticMesh<D>& mesh, const std::vector<std
     const auto visible = visible_faces(picture.scene, execution);
     if (!visible) return fail(visible.error());
     std::vector<std::uint32_t> seen;
+    seen.reserve(visible->size());
     for (const std::uint32_t f : *visible) seen.push_back(faces[f].element);
     std::sort(seen.begin(), seen.end());
     std::vector<std::size_t> unseen;
