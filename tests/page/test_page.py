@@ -310,7 +310,7 @@ class InBrowser(Folder):
         switch = lambda group: (self.browser.ask(f"document.getElementById('group-{group}').click()"), self.browser.settle())
         switch("elements-1")
         right = self.browser.silhouette()
-        self.assertAlmostEqual(right[0] / whole[0], 0.5, delta=0.02)
+        self.assertAlmostEqual(right[0] / whole[0], 0.5, delta=0.05)  # in perspective
         switch("elements-2")
         self.assertLess(self.browser.silhouette()[0], 0.01 * whole[0])
         self.browser.ask("document.getElementById('groupsAll').click()")
