@@ -61,6 +61,8 @@ struct ColourRange {
 /// Kinds without an order, each with a number; their values are 0, 1, 2 …, by their places here.
 struct ColourKinds {
     std::vector<Reference> numbers;
+    std::vector<std::string> names = {};       ///< one per number, empty if it has none; no entries: none has a name
+    std::vector<std::uint8_t> is_listed = {};  ///< one per number, 0 if the legend omits it; no entries: all are listed
 };
 struct OneColour {};
 using Colouring = std::variant<OneColour, ColourRange, ColourKinds>;
@@ -82,6 +84,7 @@ enum class FaceKind : std::uint8_t {
     boundary,   ///< no element behind it; of a surface alone all
     uncovered,  ///< the element behind it is left out
     plane,      ///< an element of a 2D mesh, itself
+    facet,      ///< a listed facet of a shown group, whatever is behind it
 };
 
 /// A triangle of degree 2. In 3D its corners turn counter-clockwise seen from outside of its element; in 2D they are
@@ -119,6 +122,18 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::uint8_t> kept,
                                                   const Execution& execution);
+
+/// Groups that a picture of tetrahedra is limited to.
+struct DrawnGroups {
+    std::span<const std::uint8_t> bodies = {};  ///< one per element, 1 if all its faces are drawn; empty: 1 for all
+    std::vector<Reference> shown = {};          ///< rising, of facets that are drawn on other elements too
+    std::vector<Reference> hidden = {};         ///< rising, of facets that are not drawn
+};
+
+/// The faces as above, limited to groups. Of kept elements that are no bodies it draws the facets of shown groups only.
+/// A face of the boundary that is not listed as a facet has the reference 0. Errors: as above.
+[[nodiscard]] Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> kept,
+                                                  const DrawnGroups& groups, const Execution& execution);
 
 /// The edges of the faces, each once, in the order of the mesh's edge set.
 template <int D>
@@ -268,7 +283,8 @@ struct PictureOptions {
     Colouring colouring = OneColour{};
     std::string title = {};  ///< of the legend
     View view = {};
-    /// The middle and the half width of what is shown (model units); none: all.
+    /// The middle and the half width of the box that is shown (model units); none: all. The picture has nothing that
+    /// lies outside of the box on paper.
     struct Zoom {
         Vec<3> centre;
         double radius;
@@ -302,6 +318,7 @@ struct Scene {
     VisibleSides sides = VisibleSides::both;
     Lighting lighting = Lighting::flat;
     Buffer<DrawnFace> patches;
+    std::optional<PaperFrame> clip = {};  ///< outside of it nothing is drawn; none: the whole paper
 };
 
 /// The values of a face at its six nodes.

@@ -6,6 +6,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -164,8 +165,12 @@ inline SampleRange samples_between(double low, double high, std::size_t first, s
 /// hit(sample, Hit) for each sample of the strip that a patch covers and that is nearer than all before.
 class DepthBuffer {
   public:
-    explicit DepthBuffer(const Strip& strip)
-        : strip_(strip), depths_(strip.columns() * strip.rows(), -std::numeric_limits<double>::infinity()) {}
+    DepthBuffer(const Strip& strip, const std::optional<PaperFrame>& clip)
+        : strip_(strip), depths_(strip.columns() * strip.rows(), -std::numeric_limits<double>::infinity()) {
+        if (!clip) return;
+        low_ = {clip->left, clip->top};
+        high_ = {clip->left + clip->width, clip->top + clip->height};
+    }
 
     template <class OnHit>
     void draw(const DrawnFace& patch, VisibleSides sides, OnHit&& hit) {
@@ -183,6 +188,10 @@ class DepthBuffer {
         constexpr double s = samples_per_pixel, slack = -1e-7;  // a little of each neighbour's, so that no gap opens
         Box<3> box;
         for (const SmallCorner& corner : t.c) box.include(corner.point);
+        for (int axis = 0; axis < 2; ++axis) {
+            box.low[axis] = std::fmax(box.low[axis], low_[static_cast<std::size_t>(axis)]);
+            box.high[axis] = std::fmin(box.high[axis], high_[static_cast<std::size_t>(axis)]);
+        }
         const SampleRange rows = samples_between(box.low[1], box.high[1], strip_.first, strip_.rows());
         const SampleRange columns = samples_between(box.low[0], box.high[0], 0, strip_.columns());
         if (rows.begin >= rows.end || columns.begin >= columns.end) return;
@@ -205,6 +214,8 @@ class DepthBuffer {
     }
 
     Strip strip_;
+    /// Limits of x and y (pixels).
+    std::array<double, 2> low_{-HUGE_VAL, -HUGE_VAL}, high_{HUGE_VAL, HUGE_VAL};
     std::vector<double> depths_;
     Subdivision subdivision_;
 };
@@ -262,7 +273,7 @@ Outcome<Done> each_strip(const Scene& scene, const Execution& execution, const S
             [&](std::size_t s) {
                 const std::size_t first = s * rows_of_a_strip;
                 const Strip strip{scene.options.width, first, std::min(first + rows_of_a_strip, scene.options.height)};
-                DepthBuffer depths(strip);
+                DepthBuffer depths(strip, scene.clip);
                 std::vector<Sample> samples(strip.columns() * strip.rows(), none);
                 for (const std::uint32_t p : strips[s])
                     depths.draw(scene.patches[p], scene.sides,

@@ -5,10 +5,12 @@ module;
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 module camber.drawing;
 import camber.core;
 
@@ -130,60 +132,87 @@ Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, 
     return faces;
 }
 
-enum class Seen : std::uint8_t { no, boundary, uncovered };
+enum class Seen : std::uint8_t { no, boundary, uncovered, facet };
 using SeenFaces = std::array<Seen, 4>;  ///< by the local vertex opposite
 
-/// Each face belongs to one call of the visitor, so that none writes where another does.
-Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, std::span<const std::uint8_t> kept,
-                                      const Execution& execution) {
-    const auto balls_of = balls(mesh, part_of(execution, 0, 0.4));
-    if (!balls_of) return fail(balls_of.error());
-    Buffer<SeenFaces> seen(mesh.elements.size());
-    std::fill(seen.begin(), seen.end(), SeenFaces{});
-    const auto is_kept = [&](const FaceAround<3>& f) { return kept.empty() || kept[f.face.element.index()] != 0; };
-    auto done = each_face<3>(mesh, *balls_of, part_of(execution, 0.4, 0.9), [&](std::span<const FaceAround<3>> on) {
-        // More than two elements on a face are a defect, and all of them are shown.
-        if (on.size() == 2 && is_kept(on[0]) == is_kept(on[1])) return;
-        for (const FaceAround<3>& f : on)
-            if (is_kept(f))
-                seen[f.face.element.index()][f.face.opposite] = on.size() == 1 ? Seen::boundary : Seen::uncovered;
-    });
-    if (!done) return fail(done.error());
-    return seen;
-}
-
-/// The reference of the facet with these vertices; 0: there is none.
-Reference reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
-                             std::array<VertexId, 3> vertices) {
+/// The reference of the facet with these vertices; none: no facet is listed there.
+std::optional<Reference> reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
+                                            std::array<VertexId, 3> vertices) {
     std::sort(vertices.begin(), vertices.end());
     for (const FacetId f : facets[vertices[0]]) {
         auto other = mesh.facets.vertices[f];
         std::sort(other.begin(), other.end());
         if (other == vertices) return mesh.facets.references[f];
     }
-    return 0;
+    return {};
+}
+
+bool contains(const std::vector<Reference>& sorted, Reference reference) {
+    return std::binary_search(sorted.begin(), sorted.end(), reference);
+}
+
+std::array<VertexId, 3> vertices_of_face(const LinearMesh<3>& mesh, std::size_t element, int opposite) {
+    const auto local = face_opposite<3>(opposite);
+    const auto& v = mesh.elements.vertices[element];
+    return {v[local[0]], v[local[1]], v[local[2]]};
+}
+
+/// Each face belongs to one call of the visitor, so that none writes where another does.
+Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
+                                      std::span<const std::uint8_t> kept, const DrawnGroups& groups,
+                                      const Execution& execution) {
+    const auto balls_of = balls(mesh, part_of(execution, 0, 0.4));
+    if (!balls_of) return fail(balls_of.error());
+    Buffer<SeenFaces> seen(mesh.elements.size());
+    std::fill(seen.begin(), seen.end(), SeenFaces{});
+    const auto is_kept = [&](const FaceAround<3>& f) { return kept.empty() || kept[f.face.element.index()] != 0; };
+    const auto is_body = [&](const FaceAround<3>& f) {
+        return is_kept(f) && (groups.bodies.empty() || groups.bodies[f.face.element.index()] != 0);
+    };
+    const auto show_facet = [&](std::span<const FaceAround<3>> on) {
+        const auto f = std::find_if(on.begin(), on.end(), is_kept);
+        if (f == on.end()) return;
+        const auto reference =
+            reference_of_facet(mesh, facets, vertices_of_face(mesh, f->face.element.index(), f->face.opposite));
+        if ((reference || on.size() == 1) && contains(groups.shown, reference.value_or(0)))
+            seen[f->face.element.index()][f->face.opposite] = Seen::facet;
+    };
+    auto done = each_face<3>(mesh, *balls_of, part_of(execution, 0.4, 0.9), [&](std::span<const FaceAround<3>> on) {
+        // More than two elements on a face are a defect, and all of them are shown.
+        if (!groups.shown.empty() && std::none_of(on.begin(), on.end(), is_body)) return show_facet(on);
+        if (on.size() == 2 && is_body(on[0]) == is_body(on[1])) return;
+        for (const FaceAround<3>& f : on)
+            if (is_body(f))
+                seen[f.face.element.index()][f.face.opposite] = on.size() == 1 ? Seen::boundary : Seen::uncovered;
+    });
+    if (!done) return fail(done.error());
+    return seen;
 }
 
 Outcome<Column<Face>> faces_of_tetrahedra(const QuadraticMesh<3>& mesh, std::span<const std::uint8_t> kept,
-                                          const Execution& execution) {
+                                          const DrawnGroups& groups, const Execution& execution) {
     const LinearMesh<3>& linear = mesh.linear;
-    const auto seen = seen_faces(linear, kept, part_of(execution, 0, 0.8));
-    if (!seen) return fail(seen.error());
-    const auto facets = facet_balls(linear, part_of(execution, 0.8, 0.9));
+    const auto facets = facet_balls(linear, part_of(execution, 0, 0.1));
     if (!facets) return fail(facets.error());
+    const auto seen = seen_faces(linear, *facets, kept, groups, part_of(execution, 0.1, 0.9));
+    if (!seen) return fail(seen.error());
+    const auto kind_of = [](Seen how) {
+        return how == Seen::boundary ? FaceKind::boundary : how == Seen::facet ? FaceKind::facet : FaceKind::uncovered;
+    };
     Buffer<Face> faces;
     for (std::size_t e = 0; e < seen->size(); ++e)
         for (int i = 0; i < 4; ++i) {
             const Seen how = (*seen)[e][i];
             if (how == Seen::no) continue;
-            const auto local = face_opposite<3>(i);
-            const auto& v = linear.elements.vertices[e];
-            const bool is_boundary = how == Seen::boundary;
-            faces.push_back({nodes_of<3>(v, mesh.edges.of_elements[e], local, linear.points.size()),
+            const bool is_uncovered = how == Seen::uncovered;
+            std::optional<Reference> facet;
+            if (!is_uncovered || !groups.hidden.empty())
+                facet = reference_of_facet(linear, *facets, vertices_of_face(linear, e, i));
+            if ((!is_uncovered || facet) && contains(groups.hidden, facet.value_or(0))) continue;
+            faces.push_back({nodes_of<3>(linear.elements.vertices[e], mesh.edges.of_elements[e], face_opposite<3>(i),
+                                         linear.points.size()),
                              static_cast<std::uint32_t>(e),
-                             is_boundary ? reference_of_facet(linear, *facets, {v[local[0]], v[local[1]], v[local[2]]})
-                                         : linear.elements.references[e],
-                             is_boundary ? FaceKind::boundary : FaceKind::uncovered});
+                             is_uncovered ? linear.elements.references[e] : facet.value_or(0), kind_of(how)});
         }
     return Column<Face>(std::move(faces));
 }
@@ -217,8 +246,15 @@ Outcome<Column<Face>> faces_to_draw(const Mesh<D>& mesh, std::span<const std::ui
             return whole_triangles<2>(linear.facets, quadratic->edges.of_facets, linear.points.size(), kept,
                                       FaceKind::boundary);
         else
-            return faces_of_tetrahedra(*quadratic, kept, execution);
+            return faces_of_tetrahedra(*quadratic, kept, {}, execution);
     });
+}
+
+Outcome<Column<Face>> faces_to_draw(const Mesh<3>& mesh, std::span<const std::uint8_t> kept, const DrawnGroups& groups,
+                                    const Execution& execution) {
+    const auto quadratic = as_quadratic(mesh);
+    if (!quadratic) return fail(quadratic.error());
+    return guarded([&] { return faces_of_tetrahedra(*quadratic, kept, groups, execution); });
 }
 
 template <int D>
@@ -248,6 +284,12 @@ PaperFrame frame_of(const PictureOptions& o) {
 
 Vec<3> in_view(const View& view, const Vec<3>& p) {
     return {{dot(view.right, p), dot(view.up, p), dot(view.towards, p)}};
+}
+
+/// The part of the frame that the zoom's box fills: a square in its middle.
+PaperFrame clip_of(const PaperFrame& frame) {
+    const double side = std::min(frame.width, frame.height);
+    return {frame.left + (frame.width - side) / 2, frame.top + (frame.height - side) / 2, side, side};
 }
 
 /// Of the nodes: the margin has room for what bows beyond them.
@@ -280,12 +322,16 @@ template <int D>
 Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, const FaceValues& values,
                           std::span<const std::uint32_t> marked, PictureOptions options, const Execution& execution) {
     if (faces.empty())
-        return fail(ErrorKind::input, "there is nothing to draw: no element, or the cut takes all of them", {}, {},
-                    "cut elsewhere, or not at all; camber info tells the mesh's box");
+        return fail(
+            ErrorKind::input,
+            "there is nothing to draw: the mesh has no elements, or a cut or hidden groups leave out all of them", {},
+            {}, "cut elsewhere or show more groups; camber info prints the mesh's box and groups");
     return guarded([&]() -> Outcome<Scene> {
         const View& view = options.view;
         const Box<3> box = options.zoom ? box_of(*options.zoom, view) : box_of(mesh, faces, view);
-        const PaperProjection projection = fitted(view, box, frame_of(options));
+        const PaperFrame frame = frame_of(options);
+        const PaperProjection projection = fitted(view, box, frame);
+        const auto clip = options.zoom ? std::optional(clip_of(frame)) : std::nullopt;
         Buffer<std::uint32_t> of_edges(mesh.entities.edges.size());
         std::fill(of_edges.begin(), of_edges.end(), 0U);
         const std::size_t vertices = mesh.points.size();
@@ -307,8 +353,12 @@ Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, cons
         });
         if (!patches) return fail(patches.error());
         const bool is_solid = D == 3 && count_elements(mesh) > 0;
-        return Scene{std::move(options), projection, is_solid ? VisibleSides::outer : VisibleSides::both,
-                     D == 3 ? Lighting::lit : Lighting::flat, std::move(*patches)};
+        return Scene{std::move(options),
+                     projection,
+                     is_solid ? VisibleSides::outer : VisibleSides::both,
+                     D == 3 ? Lighting::lit : Lighting::flat,
+                     std::move(*patches),
+                     clip};
     });
 }
 

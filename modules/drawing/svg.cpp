@@ -33,16 +33,7 @@ Place place_of(const PictureOptions& o) {
     return {static_cast<double>(o.width) - legend_width(o), 0.5 * height - 0.22 * height, 0.44 * height, size};
 }
 
-/// Paper behind the legend: of a part of a mesh the rest goes on to the picture's edge.
-void add_panel(const PictureOptions& o, const Place& p, const Theme& theme, std::vector<PictureMark>& marks) {
-    if (!o.zoom || o.background == Background::transparent) return;
-    const double left = p.x - 0.6 * p.size;
-    marks.emplace_back(
-        BoxMark{{left, 0, static_cast<double>(o.width) - left, static_cast<double>(o.height)}, theme.paper});
-}
-
 void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std::vector<PictureMark>& marks) {
-    add_panel(o, p, theme, marks);
     marks.emplace_back(TextMark{p.x, p.top - 1.2 * p.size, p.size, Anchor::start, theme.ink, o.title});
 }
 
@@ -74,27 +65,60 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     }
 }
 
+/// Width of a letter in the legend, as a share of the text's size, and the room of the colour before a text.
+constexpr double letter_width = 0.66, text_indent = 1.7;
+
+/// The text of a kind: "inlet (3)", or the number alone.
+std::string text_of_kind(const ColourKinds& kinds, std::size_t i) {
+    const std::string number = std::to_string(kinds.numbers[i]);
+    return i < kinds.names.size() && !kinds.names[i].empty() ? kinds.names[i] + " (" + number + ")" : number;
+}
+
+/// The kinds that the legend lists.
+std::vector<std::size_t> listed(const ColourKinds& kinds) {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < kinds.numbers.size(); ++i)
+        if (kinds.is_listed.empty() || kinds.is_listed[i] != 0) places.push_back(i);
+    return places;
+}
+
+/// The text, with an ellipsis if it has more letters than the legend has room for.
+std::string shortened(const std::string& text, double room) {
+    const std::size_t most = static_cast<std::size_t>(std::fmax(room, 4));
+    const auto is_middle = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0U) == 0x80U; };
+    if (text.size() <= most) return text;
+    std::size_t end = most - 3;
+    while (end > 0 && is_middle(end)) --end;  // no part of a UTF-8 sequence
+    return text.substr(0, end) + "...";
+}
+
 void add_kinds(const PictureOptions& o, const ColourKinds& kinds, std::vector<PictureMark>& marks) {
     const Place p = place_of(o);
     const Theme theme = theme_of(o.background);
     add_title(o, p, theme, marks);
-    const std::size_t shown = std::min(kinds.numbers.size(), most_kinds);
+    const std::vector<std::size_t> all = listed(kinds);
+    const std::size_t shown = std::min(all.size(), most_kinds);
+    const double room = (static_cast<double>(o.width) - p.x) / (letter_width * p.size) - text_indent / letter_width;
     for (std::size_t i = 0; i < shown; ++i) {
         const double y = p.top + 1.7 * p.size * static_cast<double>(i);
-        marks.emplace_back(BoxMark{{p.x, y, 1.2 * p.size, 1.2 * p.size}, colour_of_kind(i)});
-        marks.emplace_back(TextMark{p.x + 1.7 * p.size, y + 0.95 * p.size, p.size, Anchor::start, theme.ink,
-                                    std::to_string(kinds.numbers[i])});
+        marks.emplace_back(BoxMark{{p.x, y, 1.2 * p.size, 1.2 * p.size}, colour_of_kind(all[i])});
+        marks.emplace_back(TextMark{p.x + text_indent * p.size, y + 0.95 * p.size, p.size, Anchor::start, theme.ink,
+                                    shortened(text_of_kind(kinds, all[i]), room)});
     }
-    if (shown < kinds.numbers.size())
+    if (shown < all.size())
         marks.emplace_back(TextMark{p.x, p.top + 1.7 * p.size * static_cast<double>(shown) + p.size, p.size,
-                                    Anchor::start, theme.ink, "and " + std::to_string(kinds.numbers.size() - shown)});
+                                    Anchor::start, theme.ink, "and " + std::to_string(all.size() - shown)});
 }
 
 void add_pointers(const Scene& scene, std::vector<PictureMark>& marks) {
     const double size = text_size(scene.options);
     const Colour colour = theme_of(scene.options.background).accent;
     for (const Pointer& pointer : scene.options.pointers) {
-        const Vec<3> at = scene.projection(pointer.at);
+        Vec<3> at = scene.projection(pointer.at);
+        if (const auto& clip = scene.clip) {
+            at[0] = std::clamp(at[0], clip->left, clip->left + clip->width);
+            at[1] = std::clamp(at[1], clip->top, clip->top + clip->height);
+        }
         marks.emplace_back(RingMark{at[0], at[1], 0.8 * size, 0.14 * size, colour});
         marks.emplace_back(
             TextMark{at[0] + 1.1 * size, at[1] + 0.35 * size, 0.85 * size, Anchor::start, colour, pointer.text});
@@ -104,8 +128,12 @@ void add_pointers(const Scene& scene, std::vector<PictureMark>& marks) {
 }  // namespace
 
 double legend_width(const PictureOptions& o) {
-    const double letters = std::max(7.0, static_cast<double>(o.title.size()));
-    return std::min(0.66 * text_size(o) * (letters + 1.5), 0.3 * static_cast<double>(o.width));
+    double letters = std::max(7.0, static_cast<double>(o.title.size()));
+    if (const auto* kinds = std::get_if<ColourKinds>(&o.colouring); kinds && !kinds->names.empty())
+        for (const std::size_t i : listed(*kinds))
+            letters =
+                std::max(letters, static_cast<double>(text_of_kind(*kinds, i).size()) + text_indent / letter_width);
+    return std::min(letter_width * text_size(o) * (letters + 1.5), 0.3 * static_cast<double>(o.width));
 }
 
 std::string short_number(double value) {
@@ -289,7 +317,13 @@ class Writer {
             out_ += "<rect width=\"" + w + "\" height=\"" + h + "\" fill=\"" + hex(theme_.paper) + "\"/>\n";
     }
     void faces(const std::vector<DrawnFace>& patches) {
-        out_ += "<g stroke-linejoin=\"round\" stroke-linecap=\"round\" stroke=\"" + hex(theme_.line) + "\"";
+        if (const auto& clip = scene_.clip) {
+            out_ += "<clipPath id=\"box\"><rect";
+            put_frame(*clip);
+            out_ += "/></clipPath>\n";
+        }
+        out_ += scene_.clip ? "<g clip-path=\"url(#box)\"" : "<g";
+        out_ += " stroke-linejoin=\"round\" stroke-linecap=\"round\" stroke=\"" + hex(theme_.line) + "\"";
         put(out_, "stroke-width", width_);
         put(out_, "stroke-opacity", most_opacity);
         out_ += ">\n";
@@ -298,10 +332,7 @@ class Writer {
     }
     void operator()(const BoxMark& m) {
         out_ += "<rect";
-        put(out_, "x", m.frame.left);
-        put(out_, "y", m.frame.top);
-        put(out_, "width", m.frame.width);
-        put(out_, "height", m.frame.height);
+        put_frame(m.frame);
         out_ += " fill=\"" + hex(m.colour) + "\"/>\n";
     }
     void operator()(const RingMark& m) {
@@ -334,6 +365,12 @@ class Writer {
         Colour colour = colour_of(scene_.options.colouring, value_at(patch.values, middle), theme_);
         if (scene_.lighting == Lighting::lit) colour = scaled(colour, brightness(patch.nodes, middle));
         return hex(colour);
+    }
+    void put_frame(const PaperFrame& frame) {
+        put(out_, "x", frame.left);
+        put(out_, "y", frame.top);
+        put(out_, "width", frame.width);
+        put(out_, "height", frame.height);
     }
     /// Where it is not that of the whole.
     void put_opacity(double opacity) {

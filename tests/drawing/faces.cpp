@@ -129,3 +129,75 @@ TEST_CASE("a surface alone is its facets, with their references") {
     REQUIRE(named);
     CHECK(std::all_of(named->begin(), named->end(), [](const Face& f) { return f.reference == 5; }));
 }
+
+namespace {
+
+/// A block with random references of its elements, and all its outer triangles as facets with random references, with
+/// some inner ones.
+QuadraticMesh<3> block_with_groups(std::uint64_t seed) {
+    auto mesh = block<3>(seed, {3, 2, 2});
+    std::mt19937_64 random(seed);
+    Buffer<Reference> of_elements(mesh.linear.elements.size());
+    for (Reference& r : of_elements) r = static_cast<Reference>(1 + random() % 2);
+    Buffer<SimplexVertices<2>> facets;
+    Buffer<Reference> of_facets;
+    const auto kept = any_of(mesh.linear.elements.size(), seed);
+    for (const bool is_inner : {false, true}) {
+        const auto faces = must(faces_to_draw(
+            as_mesh(mesh), is_inner ? std::span<const std::uint8_t>(kept) : std::span<const std::uint8_t>(),
+            Execution{}));
+        for (const Face& f : faces) {
+            if (is_inner && f.kind != FaceKind::uncovered) continue;
+            facets.push_back({VertexId(f.nodes[0]), VertexId(f.nodes[1]), VertexId(f.nodes[2])});
+            of_facets.push_back(static_cast<Reference>(is_inner ? 6 : 3 + random() % 2));
+        }
+    }
+    mesh.linear.elements.references = std::move(of_elements);
+    mesh.linear.facets.vertices = std::move(facets);
+    mesh.linear.facets.references = std::move(of_facets);
+    return must(elevate(mesh.linear, Execution{}));
+}
+
+std::size_t count_of(const Column<Reference>& references, Reference wanted) {
+    return static_cast<std::size_t>(std::count(references.begin(), references.end(), wanted));
+}
+
+}  // namespace
+
+TEST_CASE("faces to draw are limited to groups") {
+    property("hidden facets are left out, all other faces stay", [](std::uint64_t seed) {
+        const auto mesh = block_with_groups(seed);
+        const auto kept = any_of(mesh.linear.elements.size(), seed + 1);
+        const std::span<const std::uint8_t> mask(kept);
+        const auto all = must(faces_to_draw(as_mesh(mesh), mask, Execution{}));
+        const auto some = must(faces_to_draw(as_mesh(mesh), mask, DrawnGroups{{}, {}, {3}}, Execution{}));
+        std::size_t at = 0;
+        for (const Face& f : all) {
+            if (f.kind == FaceKind::boundary && f.reference == 3) continue;
+            RC_ASSERT(at < some.size());
+            RC_ASSERT(some[at++] == f);
+        }
+        RC_ASSERT(at == some.size());
+    });
+    property("bodies are closed", [](std::uint64_t seed) {
+        const auto mesh = block_with_groups(seed);
+        const auto bodies = any_of(mesh.linear.elements.size(), seed + 1);
+        const auto faces = must(
+            faces_to_draw(as_mesh(mesh), {}, DrawnGroups{std::span<const std::uint8_t>(bodies), {}, {}}, Execution{}));
+        RC_ASSERT(std::abs(enclosed(mesh, faces.view()) - volume(mesh, bodies)) < 1e-12);
+    });
+    property("shown facets alone are drawn, also inside of the mesh", [](std::uint64_t seed) {
+        const auto mesh = block_with_groups(seed);
+        const Buffer<std::uint8_t> none(mesh.linear.elements.size(), 0);
+        const auto faces = must(faces_to_draw(
+            as_mesh(mesh), {}, DrawnGroups{std::span<const std::uint8_t>(none), {4, 6}, {}}, Execution{}));
+        std::array<std::size_t, 2> counts{};
+        for (const Face& f : faces) {
+            RC_ASSERT(f.reference == 4 || f.reference == 6);
+            RC_ASSERT(f.kind == FaceKind::facet);
+            ++counts[f.reference == 4 ? 0 : 1];
+        }
+        RC_ASSERT(counts[0] == count_of(mesh.linear.facets.references, 4));
+        RC_ASSERT(counts[1] == count_of(mesh.linear.facets.references, 6));
+    });
+}

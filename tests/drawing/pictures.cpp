@@ -240,3 +240,49 @@ TEST_CASE("a legend's numbers are as exact as its range") {
         if (const auto* text = std::get_if<TextMark>(&mark)) texts.push_back(text->text);
     CHECK(texts == std::vector<std::string>{"", "-1", "-0.5", "0", "0.5", "1"});
 }
+
+TEST_CASE("a zoomed picture covers its box and nothing else") {
+    property("for any size and legend", [](std::uint64_t seed) {
+        PictureOptions options = clear_of(60);
+        options.width = 60 + seed % 97;
+        options.height = 60 + seed % 71;
+        options.zoom = PictureOptions::Zoom{{{0.1, 0.2, 0}}, 0.05};
+        if (seed % 2 == 0) options.colouring = ColourRange{0, 1};
+        const Scene scene = scene_of(disc(9), options);
+        RC_ASSERT(scene.clip.has_value());
+        const PaperFrame& box = *scene.clip;
+        RC_ASSERT(box.left >= 0 && box.top >= 0);
+        RC_ASSERT(box.left + box.width <=
+                  static_cast<double>(options.width) - (options.has_legend() ? legend_width(options) : 0) + 1e-9);
+        const Image image = must(rasterised(scene, Execution{}));
+        std::size_t outside = 0, gaps = 0;
+        for (std::size_t y = 0; y < image.height; ++y)
+            for (std::size_t x = 0; x < image.width; ++x) {
+                const auto px = static_cast<double>(x), py = static_cast<double>(y);
+                const double right = box.left + box.width, bottom = box.top + box.height;
+                const std::uint8_t opaque = image.bytes[4 * (y * image.width + x) + 3];
+                const bool is_outside = px + 1 <= box.left || px >= right || py + 1 <= box.top || py >= bottom;
+                const bool is_inside = px >= box.left && px + 1 <= right && py >= box.top && py + 1 <= bottom;
+                outside += is_outside && opaque != 0 ? 1 : 0;
+                gaps += is_inside && opaque != 255 ? 1 : 0;
+            }
+        RC_ASSERT(outside == 0U);
+        RC_ASSERT(gaps == 0U);
+        RC_ASSERT(must(svg_of(scene, Execution{})).find("clip-path=\"url(#box)\"") != std::string::npos);
+    });
+}
+
+TEST_CASE("a legend lists the kinds that are drawn by name") {
+    PictureOptions options;
+    options.colouring = ColourKinds{{1, 2, 5, 7}, {"inlet", "", "", std::string(100, 'w')}, {1, 1, 0, 1}};
+    options.title = "group";
+    std::vector<std::string> texts;
+    for (const PictureMark& mark : marks_of(scene_of(disc(5), options)))
+        if (const auto* text = std::get_if<TextMark>(&mark)) texts.push_back(text->text);
+    REQUIRE(texts.size() == 4);
+    CHECK(texts[0] == "group");
+    CHECK(texts[1] == "inlet (1)");
+    CHECK(texts[2] == "2");
+    CHECK(texts[3].ends_with("www..."));
+    CHECK(texts[3].size() < 60);
+}

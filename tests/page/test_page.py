@@ -66,6 +66,28 @@ class Folder(unittest.TestCase):
     def tearDownClass(cls):
         cls.keep.cleanup()
 
+    def two_materials(self, name):
+        """A box whose elements have the reference 1 below x = 1/2 and 2 above, its facets 1 at x = 0 and 5 elsewhere."""
+        camber("generate", "box", "-o", self.folder / "box.mesh", "--set", "cells=[4,4,4]")
+        sections, points, out = iter((self.folder / "box.mesh").read_text().splitlines()), [], []
+        for line in sections:
+            out.append(line)
+            if line.strip() not in ("Vertices", "Tetrahedra", "Triangles"):
+                continue
+            count = next(sections)
+            out.append(count)
+            for _ in range(int(count)):
+                row = next(sections).split()
+                if line.strip() == "Vertices":
+                    points.append([float(x) for x in row[:3]])
+                    out.append(" ".join(row))
+                    continue
+                x = [points[int(v) - 1][0] for v in row[:-1]]
+                middle = sum(x) / len(x)
+                reference = (1 if middle < 0.5 else 2) if line.strip() == "Tetrahedra" else 1 if middle == 0 else 5
+                out.append(" ".join([*row[:-1], str(reference)]))
+        (self.folder / name).write_text("\n".join(out) + "\n")
+
     def page(self, name, *arguments):
         out = self.folder / f"{self.id()}.html"
         camber("report", self.folder / name, "-o", out, *arguments)
@@ -76,11 +98,11 @@ class Text(Folder):
     def test_says_what_check_says(self):
         page = self.page("shell-p2.meshb").read_text()
         table = camber("check", self.folder / "shell-p2.meshb", "--no-histogram").stdout
-        numbers = re.search(r"<h2>Numbers</h2>\n<pre>(.*?)</pre>", page, re.S).group(1)
+        numbers = re.search(r"<h2>Numbers</h2>\n<pre[^>]*>(.*?)</pre>", page, re.S).group(1)
         for line in table.splitlines()[2:]:
             self.assertIn(line.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;"), numbers)
         self.assertIn(table.splitlines()[0], page)
-        self.assertRegex(page, r"<pre>camber report \S*shell-p2.meshb -o \S*.html</pre>")
+        self.assertRegex(page, r"<pre[^>]*>camber report \S*shell-p2.meshb -o \S*.html</pre>")
 
     def test_the_same_bytes_by_any_threads(self):
         a, b = (self.folder / name for name in ("a.html", "b.html"))
@@ -160,6 +182,22 @@ class Text(Folder):
         camber("report", "shell-p2.meshb", "-o", "report.html", cwd=self.folder)
         texts = [(self.folder / name).read_text().split("<h2>Command")[0] for name in ("check.html", "report.html")]
         self.assertEqual(*texts)
+
+    def test_distances_by_face_of_a_run(self):
+        camber("curve", "shell.meshb", "-o", "d.meshb", "--report", "d.json", "--set", "output/distances=both", cwd=self.folder)
+        distances = json.loads((self.folder / "d.json").read_text())["boundary"]["distances"]
+        page = self.page("d.json").read_text()
+        rows = re.findall(r"<tr><th>([^<]*)</th><td>([^<]*)</td>", page)
+        self.assertEqual(len(rows), len(distances["entities"]))
+        largest = max(distances["entities"], key=lambda e: max(e["to_geometry"]["largest"], e["to_boundary"]["largest"]))
+        self.assertEqual(rows[0], (f"{largest['kind']} {largest['number']}", f"{largest['to_geometry']['largest']:.4g}"))
+        self.assertNotIn("Distances by face", self.page("report.json").read_text())
+
+    def test_faces_between_groups_are_in_a_small_page(self):
+        self.two_materials("two.mesh")
+        counts = values_of(self.page("two.mesh", "--inner-faces", 60).read_text())
+        self.assertLessEqual(counts["counts"]["inner"], 60)
+        self.assertGreaterEqual(counts["counts"]["inner"], 32)  # between the materials
 
     def test_names_are_text(self):
         strange = self.folder / "a<b>&'c.meshb"
@@ -263,6 +301,55 @@ class InBrowser(Folder):
             self.browser.press("c")
         self.browser.press("t")
         self.assertEqual(self.browser.ask("document.documentElement.dataset.theme"), "dark")
+
+    def test_groups_are_hidden(self):
+        self.two_materials("two.mesh")
+        self.open("two.mesh")
+        self.browser.press("Y")  # along y: x goes to the right
+        whole = self.browser.silhouette()
+        switch = lambda group: (self.browser.ask(f"document.getElementById('group-{group}').click()"), self.browser.settle())
+        switch("elements-1")
+        right = self.browser.silhouette()
+        self.assertAlmostEqual(right[0] / whole[0], 0.5, delta=0.05)  # in perspective
+        switch("elements-2")
+        self.assertLess(self.browser.silhouette()[0], 0.01 * whole[0])
+        self.browser.ask("document.getElementById('groupsAll').click()")
+        self.browser.settle()
+        self.assertAlmostEqual(self.browser.silhouette()[0], whole[0], delta=2)
+        switch("faces-5")
+        self.assertLess(self.browser.silhouette()[0], 0.05 * whole[0])  # the face at x = 0 is seen edge on
+        self.browser.press("X")
+        self.assertGreater(self.browser.silhouette()[0], 0.5 * whole[0])
+
+    def test_a_mesh_of_one_group_has_no_list(self):
+        self.open("ring-p2.mesh")
+        self.assertTrue(self.browser.ask("document.getElementById('groups').hidden"))
+
+    def test_numbers_are_not_cut_off(self):
+        self.open("report.json")
+        for element in self.browser.ask("[...document.querySelectorAll('pre, .tiles li')].map(p => [p.scrollWidth, p.clientWidth])"):
+            self.assertLessEqual(*element)
+
+    def test_buttons_of_views_and_cuts_differ(self):
+        self.open("shell-p2.meshb")
+        shown = "[...document.querySelectorAll('#tools .axis, [id^=cut-]')].map(b => [b.textContent, getComputedStyle(b).borderRadius])"
+        buttons = self.browser.ask(shown)
+        self.assertEqual([text for text, _ in buttons], ["x", "y", "z", "Cut x", "Cut y", "Cut z"])
+        self.assertEqual([radius for _, radius in buttons], ["50%"] * 3 + ["7px"] * 3)
+
+    def test_one_message_and_the_numbers_without_webgl(self):
+        script = "HTMLCanvasElement.prototype.getContext = () => null"
+        script = self.browser.call("Page.addScriptToEvaluateOnNewDocument", source=script)["identifier"]
+        try:
+            with self.assertRaisesRegex(RuntimeError, "This browser cannot draw the mesh: WebGL 2 is off"):
+                self.open("shell-p2.meshb")
+        finally:
+            self.browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script)
+        self.browser.trouble.clear()
+        text = self.browser.ask("document.getElementById('stage').innerText").strip()
+        self.assertEqual(text, "This browser cannot draw the mesh: WebGL 2 is off. The numbers are below.")
+        self.assertIn("smallest scaled Jacobian", self.browser.ask("document.body.innerText"))
+        self.assertFalse(self.browser.ask("document.getElementById('colour').checkVisibility()"))
 
     def test_the_numbers_are_in_the_text(self):
         self.open("shell-p2.meshb")

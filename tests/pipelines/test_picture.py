@@ -2,7 +2,9 @@
 
     python3 tests/pipelines/test_picture.py build/bin/camber [unittest arguments]
 """
+import itertools
 import json
+import re
 import struct
 import sys
 import unittest
@@ -48,11 +50,49 @@ def pixels(path):
     return np.array(rows).reshape(height, width, size)
 
 
+def two_boxes(path, cells=3):
+    """Two cubes side by side along x: elements `left` (1) and `right` (2); facets `inlet` (1), `outlet` (4), `wall` (5) and,
+    between the cubes, `interface` (6)."""
+    n = cells
+    corner = lambda i, j, k: 1 + i + (2 * n + 1) * (j + (n + 1) * k)
+    points = [(i / n, j / n, k / n) for k in range(n + 1) for j in range(n + 1) for i in range(2 * n + 1)]
+    tetrahedra, faces = [], {}
+    for i, j, k in itertools.product(range(2 * n), range(n), range(n)):
+        for order in itertools.permutations(range(3)):
+            at = [i, j, k]
+            vertices = [corner(*at)]
+            for axis in order:
+                at[axis] += 1
+                vertices.append(corner(*at))
+            if order not in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+                vertices[2:] = vertices[:1:-1]
+            tetrahedra.append((vertices, 1 if i < n else 2))
+    for vertices, reference in tetrahedra:
+        for face in itertools.combinations(vertices, 3):
+            faces.setdefault(tuple(sorted(face)), []).append(reference)
+    triangles = []
+    for face, beside in faces.items():
+        x = {points[v - 1][0] for v in face}
+        if len(beside) == 1:
+            triangles.append((face, 1 if x == {0} else 4 if x == {2} else 5))
+        elif beside[0] != beside[1]:
+            triangles.append((face, 6))
+    names = ((2, 1, "inlet"), (2, 4, "outlet"), (2, 5, "wall"), (2, 6, "interface"), (3, 1, "left"), (3, 2, "right"))
+    rows = [f"{kind} 2 {reference} {reference} {' '.join(map(str, vertices))}"
+            for kind, cells_of in ((2, triangles), (4, tetrahedra)) for vertices, reference in cells_of]
+    path.write_text("\n".join(
+        ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(names))]
+        + [f'{d} {r} "{name}"' for d, r, name in names] + ["$EndPhysicalNames", "$Nodes", str(len(points))]
+        + [f"{i} {x} {y} {z}" for i, (x, y, z) in enumerate(points, 1)] + ["$EndNodes", "$Elements", str(len(rows))]
+        + [f"{i} {row}" for i, row in enumerate(rows, 1)] + ["$EndElements"]) + "\n")
+
+
 class Pictures(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.folder = Folder()
         cls.addClassCleanup(cls.folder.cleanup)
+        two_boxes(cls.folder.path / "two.msh")
         for verb in (("generate", "annulus", "-o", "ring.mesh", "--elements", "200"),
                      ("curve", "ring.mesh", "-o", "ring-p2.mesh", "--objective", "shape"),
                      ("generate", "shell", "-o", "shell.meshb", "--elements", "2000"),
@@ -124,6 +164,77 @@ class Pictures(unittest.TestCase):
         self.camber("picture", "ring.mesh", "-o", "u.svg", "--solution", "u.sol", "--no-edges")
         text = (self.folder.path / "u.svg").read_text()
         self.assertIn("field_1", text)
+
+    def legend(self, *arguments):
+        self.camber("picture", "two.msh", "-o", "l.svg", "--colour", "reference", *arguments)
+        return [text.text for text in xml.parse(self.folder.path / "l.svg").getroot().iter(SVG + "text")]
+
+    def test_legends_have_a_title_and_names_of_groups(self):
+        self.assertEqual(self.legend(), ["group", "inlet (1)", "outlet (4)", "wall (5)"])
+        self.assertEqual(self.legend("--cut", "x=0.4"), ["group", "inlet, left (1)", "wall (5)"])
+        self.assertEqual(self.legend("--hide", "wall"), ["group", "inlet (1)", "outlet (4)"])
+        self.assertEqual(self.legend("--show", "interface"), ["group", "interface (6)"])
+        self.assertEqual(self.legend("--show", "right"), ["group", "right (2)", "outlet (4)", "wall (5)"])
+
+    def area(self, *arguments):
+        """Covered share of the pixels, seen from in front."""
+        image = self.image("two.msh", "--size", "220x120", "--colour", "none", "--background", "transparent", "--view", "front",
+                           "--zoom", "1,0.5,0.5,1", *arguments)
+        return (image[:, :, 3] > 127).mean()
+
+    def test_hidden_groups_are_not_drawn(self):
+        both = self.area()
+        self.assertAlmostEqual(self.area("--hide", "left"), both / 2, delta=0.02 * both)
+        self.assertAlmostEqual(self.area("--show", "right"), both / 2, delta=0.02 * both)
+        self.assertAlmostEqual(self.area("--show", "2"), both / 2, delta=0.02 * both)
+        self.assertEqual(self.area("--show", "left,right"), both)
+        self.assertEqual(self.area("--show", "left,right", "--hide", "right"), self.area("--show", "left"))
+
+    def test_hidden_facets_show_what_is_behind(self):
+        colour = lambda *arguments: self.image("two.msh", "--size", "100x100", "--colour", "reference", "--view", "left",
+                                               "--background", "transparent", *arguments)[50, 20:60, :3].mean(axis=0)
+        front, behind = colour(), colour("--hide", "inlet")
+        self.assertGreater(np.abs(front - behind).max(), 20)
+        np.testing.assert_allclose(behind, colour("--show", "outlet"), atol=12)
+        self.assertGreater(np.abs(behind - colour("--hide", "1,outlet")).max(), 20)  # 1: the facets, not the elements
+
+    def test_groups_of_a_surface_and_in_2d(self):
+        (self.folder.path / "plane.mesh").write_text(
+            "MeshVersionFormatted 2\nDimension 2\nVertices 4\n0 0 0\n1 0 0\n1 1 0\n0 1 0\nTriangles 2\n1 2 3 7\n1 3 4 8\nEnd\n")
+        (self.folder.path / "surface.mesh").write_text(
+            "MeshVersionFormatted 2\nDimension 3\nVertices 4\n0 0 0 0\n1 0 0 0\n1 1 0 0\n0 1 0 1\nTriangles 2\n1 2 3 7\n1 3 4 8\nEnd\n")
+        for name in ("plane.mesh", "surface.mesh"):
+            for choice in (("--show", "8"), ("--hide", "7")):
+                self.camber("picture", name, "-o", "l.svg", "--colour", "reference", *choice)
+                texts = [text.text for text in xml.parse(self.folder.path / "l.svg").getroot().iter(SVG + "text")]
+                self.assertEqual(texts, ["reference", "8"])
+            self.fails(2, 'no group and no reference "9" (there are: 7, 8)', name, "-o", "r.png", "--hide", "9")
+
+    def test_unknown_groups_are_listed(self):
+        self.fails(2, 'camber: --hide: the mesh has no group and no reference "lid" (there are: of boundary facets inlet (1), '
+                      'outlet (4), wall (5), interface (6); of elements left (1), right (2))', "two.msh", "-o", "r.png",
+                   "--hide", "wall,lid")
+        self.fails(3, "there is nothing to draw", "two.msh", "-o", "r.png", "--hide", "left,right")
+
+    def test_worst_elements_that_cannot_be_seen_are_noted(self):
+        done = self.camber("picture", "shell-p2.meshb", "-o", "w.svg", "--worst", "6")
+        circles = lambda: len(list(xml.parse(self.folder.path / "w.svg").getroot().iter(SVG + "circle")))
+        note = re.search(r"note: (\d) of the 6 worst elements cannot be seen and (?:is|are) not marked\. A cut beside an "
+                         r"element shows it: --cut (\S+) for number (\d)", done.stderr)
+        self.assertEqual(circles(), 6 - int(note[1]))
+        self.camber("picture", "shell-p2.meshb", "-o", "w.svg", "--worst", "6", "--cut", note[2])
+        texts = [text.text for text in xml.parse(self.folder.path / "w.svg").getroot().iter(SVG + "text")]
+        self.assertIn(note[3], texts)
+        done = self.camber("picture", "ring-p2.mesh", "-o", "w.svg", "--worst", "4", "--cut", "x=100")
+        self.assertEqual((circles(), done.stderr), (4, ""))
+        done = self.camber("picture", "two.msh", "-o", "w.svg", "--worst", "768", "--hide", "left")
+        self.assertTrue(0 < circles() < 100, circles())
+
+    def test_nothing_is_drawn_outside_of_the_zoom(self):
+        image = self.image("ring-p2.mesh", "--size", "300x200", "--zoom", "3,0,0.4")
+        is_paper = (image == 255).all(axis=2)
+        self.assertTrue(is_paper[:8].all() and is_paper[-8:].all() and is_paper[:, :14].all())
+        self.assertFalse(is_paper[20:180, 30:180].any())
 
     def test_mistakes_are_told(self):
         self.fails(2, "name a .png or a .svg file", "ring.mesh", "-o", "r.jpg")

@@ -114,6 +114,7 @@ struct OutputWriter {
         source.mesh = run.mesh;
         source.fields = fields_at_nodes(made, told_elsewhere);
         source.histograms = run.report.histograms;
+        if (run.report.boundary) source.distances = run.report.boundary->distances;
         return written.add(output.page, around("write page", [&](const Execution& execution) -> Outcome<Done> {
                                auto checked =
                                    run::check_mesh(std::move(made), {}, {}, [&](std::string_view, const auto& body) {

@@ -33,6 +33,7 @@ namespace {
 struct Subject {
     std::string mesh, before_and_after;
     std::vector<run::Histogram> histograms;
+    std::optional<run::DistancesReport> distances = {};
 };
 
 /// Where the mesh of a run is: at its path, or beside the report, if both were moved.
@@ -56,7 +57,8 @@ Outcome<Subject> subject_of(const std::string& input) {
                     "give a mesh, or the report.json of a run: camber curve … --report report.json");
     auto mesh = found_mesh(run::mesh_of_report(as_text(*text)), input);
     if (!mesh) return fail(mesh.error());
-    return Subject{std::move(*mesh), run::before_and_after(as_text(*text)), std::move(*histograms)};
+    return Subject{std::move(*mesh), run::before_and_after(as_text(*text)), std::move(*histograms),
+                   run::distances_of_report(as_text(*text))};
 }
 
 /// A metric's rows as a field.
@@ -110,6 +112,7 @@ class Reporter {
         auto report = run::check_mesh(std::move(*decoded_), metric_, arguments_.options, around_);
         if (!report) return fail(of_file(report.error(), subject.mesh));
         source_.histograms = subject.histograms.empty() ? report->histograms : subject.histograms;
+        source_.distances = subject.distances;
         answer_ = run::check_answer(*report);
         source_.numbers = run::check_table(*report);
         if (!subject.before_and_after.empty())
@@ -272,10 +275,12 @@ Outcome<Done> draw(const PictureArguments& a, Written& written) {
     const Around around = steps_shown(progress, {.threads = a.threads, .stop = stop});
     auto inputs = run_step(around, "read", [&](const Execution& e) { return inputs_of(a, e); });
     if (!inputs) return fail(inputs.error());
-    const auto scene =
+    const auto picture =
         run_step(around, "prepare", [&](const Execution& e) { return run::picture_of(*inputs, *choice, e); });
-    if (!scene) return fail(of_file(scene.error(), a.input));
-    auto done = run_step(around, "draw", [&](const Execution& e) { return write_picture(*scene, a.output, e); });
+    if (!picture) return fail(of_file(picture.error(), a.input));
+    for (const std::string& notice : picture->notices) tell_note(notice);
+    auto done =
+        run_step(around, "draw", [&](const Execution& e) { return write_picture(picture->scene, a.output, e); });
     progress.wipe();
     return written.add(a.output, std::move(done));
 }
@@ -305,6 +310,17 @@ std::optional<std::vector<double>> numbers_in(std::string_view text) {
         if (comma == std::string_view::npos) return numbers;
         text.remove_prefix(comma + 1);
     }
+}
+
+/// The texts between commas; none of an empty text.
+std::vector<std::string> parts_of(std::string_view text) {
+    std::vector<std::string> parts;
+    while (!text.empty()) {
+        const std::size_t comma = text.find(',');
+        parts.emplace_back(text.substr(0, comma));
+        text.remove_prefix(comma == std::string_view::npos ? text.size() : comma + 1);
+    }
+    return parts;
 }
 
 auto no_such(std::string_view option, const std::string& text, std::string remedy) {
@@ -387,6 +403,8 @@ Outcome<run::PictureChoice> choice_of(const PictureArguments& a) {
     choice.background = a.background;
     choice.edges = a.no_edges ? Edges::hidden : Edges::shown;
     choice.worst = static_cast<std::size_t>(a.worst);
+    choice.show = parts_of(a.show);
+    choice.hide = parts_of(a.hide);
     auto read = read_size(a.size, choice)
                     .and_then([&](Done) { return read_cut(a.cut, choice); })
                     .and_then([&](Done) { return read_view(a.view, choice); })

@@ -81,6 +81,7 @@ export namespace camber::app {
 struct PictureArguments {
     std::string input, output;
     std::string size, cut, view, zoom;    ///< "1200x900"; "x=0.5"; "top", "1,-2,1"; "X,Y,Z,RADIUS"; empty: the usual
+    std::string show, hide;               ///< names of groups or reference numbers, separated by commas
     std::string metric, solution, field;  ///< files, and the name of a field of the latter; empty: none, the first
     std::optional<run::PictureColour> colour = {};
     Background background = Background::light;

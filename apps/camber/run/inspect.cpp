@@ -533,6 +533,58 @@ DistancesReport distances_report(const GeometryDistances<D>& distances, const Ge
     return report;
 }
 
+namespace {
+
+OneWayReport one_way_of(const Json& j) {
+    OneWayReport way;
+    way.samples = j.value("samples", std::size_t{0});
+    way.largest = j.value("largest", 0.0);
+    way.mean = j.value("mean", 0.0);
+    way.from = j.value("from", std::vector<double>{});
+    way.to = j.value("to", std::vector<double>{});
+    way.facet = j.value("facet", std::size_t{0});
+    return way;
+}
+
+EntityReport entity_of(const Json& j) {
+    EntityReport entity;
+    entity.kind = j.value("kind", std::string());
+    entity.number = j.value("number", std::size_t{0});
+    entity.sides = j.value("sides", std::vector<std::size_t>{});
+    entity.beside = j.value("beside", std::vector<std::string>{});
+    entity.is_flat = j.value("flat", false);
+    entity.references = j.value("references", std::vector<Reference>{});
+    entity.pieces = j.value("pieces", std::size_t{0});
+    entity.measure = j.value("measure", 0.0);
+    entity.to_geometry = one_way_of(j.at("to_geometry"));
+    entity.to_boundary = one_way_of(j.at("to_boundary"));
+    entity.name = name_of(entity);
+    return entity;
+}
+
+}  // namespace
+
+std::optional<DistancesReport> distances_of_json(std::string_view json) {
+    try {
+        const Json j = Json::parse(json);
+        DistancesReport report{{}, one_way_of(j.at("to_geometry")), one_way_of(j.at("to_boundary")), {}};
+        for (const Json& entity : j.at("entities")) report.entities.push_back(entity_of(entity));
+        return report;
+    } catch (const Json::exception&) {
+        return {};
+    }
+}
+
+std::vector<const EntityReport*> farthest_first(const DistancesReport& report) {
+    std::vector<const EntityReport*> order;
+    order.reserve(report.entities.size());
+    for (const EntityReport& entity : report.entities) order.push_back(&entity);
+    const auto larger = [](const EntityReport* e) { return std::max(e->to_geometry.largest, e->to_boundary.largest); };
+    std::stable_sort(order.begin(), order.end(),
+                     [&](const EntityReport* a, const EntityReport* b) { return larger(a) > larger(b); });
+    return order;
+}
+
 std::string distance_rows(const DistancesReport& report) {
     return table_row("from the boundary to it",
                      one_way(report.to_geometry, worst_of(report, &EntityReport::to_geometry))) +
@@ -541,12 +593,7 @@ std::string distance_rows(const DistancesReport& report) {
 }
 
 std::string entity_rows(const DistancesReport& report, std::size_t most) {
-    std::vector<const EntityReport*> order;
-    order.reserve(report.entities.size());
-    for (const EntityReport& entity : report.entities) order.push_back(&entity);
-    const auto larger = [](const EntityReport* e) { return std::max(e->to_geometry.largest, e->to_boundary.largest); };
-    std::stable_sort(order.begin(), order.end(),
-                     [&](const EntityReport* a, const EntityReport* b) { return larger(a) > larger(b); });
+    const std::vector<const EntityReport*> order = farthest_first(report);
     std::string text =
         fmt::format("  {:<24}{:>10}{:>22}{:>22}\n  {:<24}{:>10}{:>11}{:>11}{:>11}{:>11}\n", "", "", "to the geometry",
                     "to the boundary", "the farthest first", "pieces", "largest", "mean", "largest", "mean");

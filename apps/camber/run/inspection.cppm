@@ -415,6 +415,9 @@ struct PictureChoice {
     Background background = Background::light;
     Edges edges = Edges::shown;
     std::size_t worst = 0;  ///< how many of the worst elements to point at
+    /// Names of groups or reference numbers of boundary facets and of elements; of a 2D mesh of elements, of a
+    /// standalone surface mesh of its facets. Only groups of `show` are drawn (empty: all), and none of `hide`.
+    std::vector<std::string> show = {}, hide = {};
 };
 
 /// What a picture is made from; the metric has rows at the vertices.
@@ -424,9 +427,16 @@ struct PictureInputs {
     std::optional<NamedField> solution = {};
 };
 
-/// Errors: nothing to draw; colours by a metric or a solution that is not given (usage); those of metric files.
-[[nodiscard]] Outcome<Scene> picture_of(const PictureInputs& inputs, const PictureChoice& choice,
-                                        const Execution& execution);
+/// A picture before it is drawn, and notes on it for the user.
+struct Picture {
+    Scene scene;
+    std::vector<std::string> notices = {};
+};
+
+/// Errors: nothing to draw; a group that the mesh does not have (usage); colours by a metric or a solution that is not
+/// given (usage); those of metric files.
+[[nodiscard]] Outcome<Picture> picture_of(const PictureInputs& inputs, const PictureChoice& choice,
+                                          const Execution& execution);
 
 }  // namespace camber::run
 

@@ -177,6 +177,10 @@ template <int D>
 [[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
                                                const config::Geometry& config);
 
+/// Reads the object of distances in report.json; the name of the geometry is not in it. None: it is no such object.
+[[nodiscard]] std::optional<DistancesReport> distances_of_json(std::string_view json);
+/// The entities, the farthest first.
+[[nodiscard]] std::vector<const EntityReport*> farthest_first(const DistancesReport& report);
 /// Two lines, the worst entity named; and one for each of the worst entities.
 [[nodiscard]] std::string distance_rows(const DistancesReport& report);
 [[nodiscard]] std::string entity_rows(const DistancesReport& report, std::size_t most);

@@ -7,6 +7,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <new>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -78,6 +79,29 @@ std::string histogram_section(const std::vector<Histogram>& histograms) {
     return text + "</div>\n</section>\n";
 }
 
+std::string distance_cells(const OneWayReport& way) {
+    if (way.samples == 0) return "<td>-</td><td>-</td>";
+    return fmt::format("<td>{:.4g}</td><td>{:.4g}</td>", way.largest, way.mean);
+}
+
+/// Distances from the geometry, a row per face or edge of it.
+std::string distance_section(const std::optional<DistancesReport>& distances) {
+    constexpr std::size_t most = 100;
+    if (!distances || distances->entities.empty()) return {};
+    std::string text =
+        "<section>\n<h2>Distances by face and edge</h2>\n<div class=\"scroll\"><table>\n"
+        "<thead><tr><th rowspan=\"2\">farthest first</th><th colspan=\"2\">mesh to geometry</th>"
+        "<th colspan=\"2\">geometry to mesh</th></tr>\n"
+        "<tr><th>largest</th><th>mean</th><th>largest</th><th>mean</th></tr></thead>\n<tbody>\n";
+    const std::vector<const EntityReport*> order = farthest_first(*distances);
+    for (std::size_t i = 0; i < std::min(most, order.size()); ++i)
+        text += fmt::format("<tr><th>{}</th>{}{}</tr>\n", escaped(order[i]->name),
+                            distance_cells(order[i]->to_geometry), distance_cells(order[i]->to_boundary));
+    text += "</tbody></table></div>\n";
+    if (order.size() > most) text += fmt::format("<p class=\"note\">and {} more</p>\n", order.size() - most);
+    return text + "</section>\n";
+}
+
 using Placeholders = std::vector<std::pair<std::string_view, std::string>>;
 
 /// The frame with a text for each of its placeholders.
@@ -123,6 +147,7 @@ Outcome<std::string> page_of(const Mesh<D>& mesh, const PageSource& source, cons
                                 {"answer", escaped(check_answer(report))},
                                 {"tiles", tiles(report)},
                                 {"worst", worst_section(report)},
+                                {"distances", distance_section(source.distances)},
                                 {"histograms", histogram_section(source.histograms)},
                                 {"numbers", escaped(source.numbers)},
                                 {"command", escaped(source.command)},
@@ -359,6 +384,13 @@ std::string before_and_after(std::string_view report_json) {
                "/curve/after_correction/mean_length_reduction") +
            row(report, "mean curvature", "/curve/before_correction/mean_curvature",
                "/curve/after_correction/mean_curvature");
+}
+
+std::optional<DistancesReport> distances_of_report(std::string_view report_json) {
+    const SortedJson report = SortedJson::parse(report_json, nullptr, false);
+    const SortedJson::json_pointer pointer("/boundary/distances");
+    if (!report.is_object() || !report.contains(pointer)) return {};
+    return distances_of_json(report[pointer].dump());
 }
 
 std::string mesh_of_report(std::string_view report_json) {

@@ -44,6 +44,7 @@ struct PageSource {
     /// On the mesh: of a vector the length is shown, of a symmetric tensor, a metric, its anisotropy.
     std::vector<NamedField> fields = {};
     std::vector<Histogram> histograms = {};
+    std::optional<DistancesReport> distances = {};  ///< from the geometry, by face and edge; none: not known
     std::string title, version;
     std::string numbers;  ///< lines for a terminal
     std::string command;  ///< that the page is of
@@ -55,6 +56,8 @@ struct PageSource {
 
 /// What a report.json tells of before and after correction, as lines for a terminal; empty: it has no such.
 [[nodiscard]] std::string before_and_after(std::string_view report_json);
+/// The distances from the geometry in a report.json; none: the run did not measure them by entity.
+[[nodiscard]] std::optional<DistancesReport> distances_of_report(std::string_view report_json);
 /// The mesh that a run wrote, by its report.json; empty: none.
 [[nodiscard]] std::string mesh_of_report(std::string_view report_json);
 
@@ -114,8 +117,9 @@ struct InnerFaces {
 };
 /// Every step of the cut, along each axis.
 [[nodiscard]] std::array<std::vector<int>, 3> every_step();
-/// All of them, where they are no more than `budget`; else those of as many places as have room, the middles first,
-/// then the quarters, and so on. Errors: stopped, memory.
+/// All of them, where they are no more than `budget`. Else those between elements of different references, if these
+/// have room, and those of as many places as have room, the middles first, then the quarters, and so on. Errors:
+/// stopped, memory.
 [[nodiscard]] Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
                                               const Execution& execution);
 

@@ -167,14 +167,22 @@ std::array<std::vector<int>, 3> every_step() {
 Outcome<InnerFaces> inner_faces(const Mesh<3>& mesh, const Column<CutKeys>& keys, std::size_t budget,
                                 const Execution& execution) {
     return guarded([&]() -> Outcome<InnerFaces> {
-        const auto across = elements_across(straight_simplices(mesh), execution);
+        const LinearMesh<3> linear = straight_simplices(mesh);
+        const auto across = elements_across(linear, execution);
         if (!across) return fail(across.error());
+        const Column<Reference>& references = linear.elements.references;
+        const auto is_between = [&](std::size_t e, std::uint32_t other) { return references[e] != references[other]; };
         InnerFaces inner;
-        each_inner_face(*across, [&](std::size_t, int, std::uint32_t) { ++inner.all; });
-        const bool has_room = inner.all <= budget;
-        inner.steps = has_room ? every_step() : steps_within(uncovered_by_step(*across, keys), budget);
+        std::size_t between = 0;
+        each_inner_face(*across, [&](std::size_t e, int, std::uint32_t other) {
+            ++inner.all;
+            between += is_between(e, other) ? 1 : 0;
+        });
+        const bool has_room = inner.all <= budget, has_between = between <= budget;
+        inner.steps = has_room ? every_step()
+                               : steps_within(uncovered_by_step(*across, keys), budget - (has_between ? between : 0));
         each_inner_face(*across, [&](std::size_t e, int i, std::uint32_t other) {
-            if (has_room || is_uncovered(inner.steps, keys[e], keys[other]))
+            if (has_room || (has_between && is_between(e, other)) || is_uncovered(inner.steps, keys[e], keys[other]))
                 inner.faces.push_back({nodes_of_face(mesh, e, i), static_cast<std::uint32_t>(e), other});
         });
         return inner;

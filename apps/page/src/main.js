@@ -9,11 +9,12 @@ const root = document.documentElement;
 
 function failed(error) {
   root.dataset.state = "failed";
+  document.getElementById("loading").hidden = true;
   const box = document.getElementById("trouble");
   box.hidden = false;
   box.textContent = /WebGL/i.test(error?.message ?? "")
-    ? "This browser draws no 3D pictures (WebGL 2 is off). The numbers are beside."
-    : `The picture cannot be shown: ${error?.message ?? error}. The numbers are beside.`;
+    ? "This browser cannot draw the mesh: WebGL 2 is off. The numbers are below."
+    : `The mesh cannot be drawn: ${error?.message ?? error}. The numbers are below.`;
   console.error(error);
 }
 

@@ -74,4 +74,22 @@ export function valuesOf(quantity) {
   return read.get(quantity.key);
 }
 
+/// For each face whether the element that it is drawn for, and the one behind it, are drawn: 1 or 0. Of a face of the
+/// boundary the first is 0 also if the face's own group is hidden.
+export async function drawnOwners(mesh, counts, groups) {
+  const elements = new Uint8Array(counts.elements).fill(1);
+  const faces = new Uint8Array(mesh.front.length).fill(1);
+  for (const { quantity, references } of groups) {
+    const values = await valuesOf(quantity);
+    const drawn = quantity.on === "elements" ? elements : faces;
+    values.forEach((reference, i) => {
+      if (references.has(reference)) drawn[i] = 0;
+    });
+  }
+  return {
+    front: Uint8Array.from(mesh.front, (e, f) => elements[e] & faces[f]),
+    back: Uint8Array.from(mesh.back, (e) => (e === noElement ? 0 : elements[e])),
+  };
+}
+
 export { edges };

@@ -1,5 +1,6 @@
 // What is beside the picture and steers it: colours, cut, the worst elements, tools.
 import { drawnRange } from "./view.js";
+import { Groups } from "./groups.js";
 import { showLegend } from "./legend.js";
 
 const $ = (id) => document.getElementById(id);
@@ -13,6 +14,7 @@ export class Panel {
     Object.assign(this, { page, view, whole: true, lines: true, axis: -1, side: 1, chosen: null });
     this.quantity = page.quantities[0] ?? null;
     this.colours();
+    this.groups = new Groups(page, (hidden) => view.setHidden(hidden));
     this.cutting();
     this.worst();
     for (const button of document.querySelectorAll("[data-do]")) button.onclick = () => this[button.dataset.do]();

@@ -76,6 +76,16 @@ export function refine(objects, pixels) {
   });
 }
 
+/// Sets whether the elements of faces are drawn.
+export function setDrawn(objects, drawn) {
+  for (const { geometry, userData } of objects)
+    for (const side of ["front", "back"]) {
+      const attribute = geometry.getAttribute(side);
+      userData.faces.forEach((f, i) => (attribute.array[4 * i + 3] = drawn[side][f]));
+      attribute.needsUpdate = true;
+    }
+}
+
 /// Puts values of elements or of faces, two a face, or of nodes, six a face, on the faces.
 export function setValues(objects, mesh, quantity, values) {
   for (const { geometry, userData } of objects) {

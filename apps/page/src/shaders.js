@@ -8,15 +8,15 @@ uniform int axis;       // of the cut; -1: none
 uniform float cut, side;
 in vec3 position;       // barycentric
 in vec3 p0, p1, p2, d0, d1, d2;
-in vec4 front, back;    // keys of the elements; back.w: is there one?
+in vec4 front, back;    // keys of the elements; w: 1 if there is one and its group is drawn
 ${nodal ? "in vec3 atCorners, atEdges;" : "in vec2 values;"}
 out vec3 place, normal;
 out float value;
 
-bool kept(vec4 key) { return axis < 0 || (side > 0.0 ? key[axis] <= cut : key[axis] > cut); }
+bool kept(vec4 key) { return key.w > 0.5 && (axis < 0 || (side > 0.0 ? key[axis] <= cut : key[axis] > cut)); }
 
 void main() {
-    bool before = kept(front), behind = back.w > 0.5 && kept(back);
+    bool before = kept(front), behind = kept(back);
     if (before == behind) {  // inside of what is kept, or of what is not
         gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
         return;

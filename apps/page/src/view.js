@@ -1,9 +1,9 @@
 // The picture: the faces that there are, how they are coloured and cut, and which of the worst elements stands out.
 import { Color, CustomBlending, DoubleSide, GLSL3, OneFactor, OneMinusSrcAlphaFactor, RawShaderMaterial, Scene, WebGLRenderer } from "three";
 
-import { valuesOf } from "./mesh.js";
+import { drawnOwners, valuesOf } from "./mesh.js";
 import { Orbit } from "./orbit.js";
-import { patches, refine, setValues } from "./patches.js";
+import { patches, refine, setDrawn, setValues } from "./patches.js";
 import { badColour, paletteTexture } from "./palettes.js";
 import { fragmentShader, vertexShader } from "./shaders.js";
 
@@ -23,6 +23,7 @@ export class View {
     this.shared = this.uniforms();
     this.materials = new Map();
     this.chosen = null; // of the worst
+    this.uncovers = false; // true if elements of a group are hidden
     this.drawn = () => {};
     const { faces, inner, worst } = page.counts;
     this.outer = this.add(range(0, faces));
@@ -120,6 +121,14 @@ export class View {
     this.dress();
   }
 
+  /// Hides groups: for each quantity of references, those that are not drawn.
+  async setHidden(groups) {
+    const drawn = await drawnOwners(this.mesh, this.page.counts, groups);
+    this.uncovers = groups.some(({ quantity, references }) => quantity.on === "elements" && references.size > 0);
+    setDrawn([...this.outer, ...this.inner], drawn);
+    this.dress();
+  }
+
   /// Which of the worst stands out, the others of the mesh being seen through; null: none.
   choose(index) {
     this.chosen = index;
@@ -130,7 +139,7 @@ export class View {
   dress() {
     const ghost = this.chosen !== null;
     for (const object of [...this.outer, ...this.inner]) object.material = this.material(this.nodal ?? false, ghost, true);
-    for (const object of this.inner) object.visible = this.cut.axis >= 0 && !ghost;
+    for (const object of this.inner) object.visible = (this.cut.axis >= 0 || this.uncovers) && !ghost;
     this.worst.forEach((objects, i) =>
       objects.forEach((object) => {
         object.visible = i === this.chosen;
