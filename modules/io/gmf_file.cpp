@@ -181,7 +181,8 @@ namespace gmf {
 
 namespace {
 
-constexpr const char* straighten = "read it as a whole, or convert it: camber convert IN.mesh -o OUT.meshb --straighten";
+constexpr const char* straighten =
+    "read it as a whole, or convert it: camber convert IN.mesh -o OUT.meshb --straighten";
 constexpr const char* rewrite = "read it as a whole, or convert it: camber convert IN.mesh -o OUT.meshb";
 
 std::size_t count_of(const File& file, Keyword keyword) {
