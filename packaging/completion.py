@@ -45,7 +45,7 @@ def explained_words(program):
     """The words that `camber explain` lists, but for those with blanks."""
     lines = help_text.said(program, "explain").split("\n")
     words = ", ".join(line.strip().rstrip(",") for line in lines if line.startswith("  ")).split(", ")
-    return [word for word in words if re.fullmatch(r"[A-Za-z0-9_-]+", word)]
+    return list(dict.fromkeys(word for word in words if re.fullmatch(r"[A-Za-z0-9_-]+", word)))
 
 
 def case(patterns, words):

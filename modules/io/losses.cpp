@@ -33,9 +33,9 @@ std::size_t simplices_of(const LinearMesh<D>& mesh, int dimension, Reference ref
 }
 
 struct Loss {
-    bool held;
-    std::size_t count;
-    const char* what;
+    bool held = false;
+    std::size_t count = 0;
+    const char* what = "";
     bool is_detail = true;
 };
 

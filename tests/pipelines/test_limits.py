@@ -41,6 +41,7 @@ COMMANDS = [
     (("plot", "report.json", "-o", "out.svg"), ("out.svg",)),
     (("run", "run.json"), ("out.mesh", "out.json")),
     (("explain", "curve"), ()),
+    (("help", "curve"), ()),
     (("schema",), ()),
 ]
 
