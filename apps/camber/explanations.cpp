@@ -18,6 +18,7 @@ import camber.app_shell;
 import camber.commands;
 import camber.config;
 import camber.core;
+import camber.run;
 
 namespace camber::app {
 
@@ -93,6 +94,22 @@ std::string term_text(const Term& term) {
     return std::string(term.names.substr(0, term.names.find('|'))) + "\n\n" + paragraph(std::string(term.text));
 }
 
+/// Fields of report.json, by their key, the path to it or the words of the table: "min_scaled_jacobian".
+std::string report_key_text(std::string name) {
+    std::ranges::replace(name, ' ', '_');
+    std::map<std::string_view, std::vector<run::ReportKey>> by_meaning;
+    for (const run::ReportKey& key : run::report_keys())
+        if (key.path == name || key.path.ends_with("." + name)) by_meaning[key.meaning].push_back(key);
+    std::string text;
+    for (const auto& [meaning, keys] : by_meaning) {
+        std::vector<std::string> paths;
+        for (const run::ReportKey& key : keys) paths.push_back(key.path);
+        text += (text.empty() ? "" : "\n") + (joined(paths) + " of report.json\n\n") + paragraph(std::string(meaning));
+        if (!keys.front().unit.empty()) text += paragraph("Unit: " + std::string(keys.front().unit));
+    }
+    return text;
+}
+
 std::vector<std::string> all_words(const CLI::App& app) {
     std::vector<std::string> words = config::topics();
     const auto options = option_names(app);
@@ -124,6 +141,7 @@ camber::Outcome<std::string> explanation_of(const CLI::App& app, std::string_vie
     add(option_text(app, name));
     if (!is_option)
         if (const Term* const term = find_term(in_small_letters(name))) add(term_text(*term));
+    if (!is_option) add(report_key_text(in_small_letters(name)));
     if (!text.empty()) return text;
     const auto foreign = is_option ? find_foreign_option(name) : std::nullopt;
     if (foreign)

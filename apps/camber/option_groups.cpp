@@ -23,7 +23,7 @@ struct OptionGroup {
 constexpr std::array option_groups{
     OptionGroup{"Input", "elements structure set", "generate"},
     OptionGroup{"Input", "field solve", "adapt"},
-    OptionGroup{"Output", "size cut view zoom background no-edges worst", "picture"},
+    OptionGroup{"Output", "size cut show hide view zoom background no-edges worst", "picture"},
     OptionGroup{"Output", "elements worst", "check"},
     OptionGroup{"Metric", "degree", "metric"},
     OptionGroup{"Input", "solution fields field flat reference-array zone"},
@@ -47,7 +47,7 @@ constexpr std::array option_groups{
 constexpr std::string_view common_options =
     "solution field solve elements structure geometry cad boundary-tolerance ridge-angle metric size geometry-error "
     "complexity vertices objective min-scaled-jacobian degree method output force format report page partition elevate "
-    "straighten json cut view colour surface threads cycles set allow-commands dry-run verbose quiet help help-all";
+    "straighten json cut show hide view colour surface threads cycles set allow-commands dry-run verbose quiet help help-all";
 
 /// True if the list has that word.
 bool has_word(std::string_view list, std::string_view word) {

@@ -85,8 +85,8 @@ class Help(Messages):
                 self.assertTrue(self.camber("explain", word).stdout.lower().startswith(word.lower()), word)
 
     def test_explain_knows_the_words_of_the_tables(self):
-        text = self.camber("curve", "wing.mesh", "-o", "out.mesh").stdout
-        for row in ("mean length reduction", "smallest scaled Jacobian", "complexity", "largest anisotropy"):
+        text = self.camber("curve", "wing.mesh", "-o", "out.mesh", "--verbose").stdout
+        for row in ("mean length reduction", "min scaled jacobian", "complexity", "largest anisotropy", "moved vertices"):
             self.assertIn(row, text)
             self.assertIn("\n\n  ", self.camber("explain", row).stdout)
         self.assertIn("did you mean", self.camber("explain", "complexty", code=2).stderr)

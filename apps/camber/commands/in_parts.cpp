@@ -127,15 +127,16 @@ struct Writer {
         return written.add(path, write_text(path, *text));
     }
 
-    template <class Mesh>
-    Outcome<Done> write_parts(const Mesh& mesh, const MeshFields& of_mesh, std::size_t count) const {
-        const auto& linear = linear_of(mesh);
+    template <class Simplices>
+    Outcome<Done> write_parts(const Simplices& mesh, const MeshFields& of_mesh, std::size_t count) const {
+        const Mesh<Simplices::dimension> whole = as_mesh(mesh);
+        const auto linear = straight_simplices(whole);
         const auto parts = partition(linear, count, execution);
         if (!parts) return fail(parts.error());
         const MeshFields fields = of_mesh.with(partition_field(*parts));
         const bool listed = names_its_pieces(path);
         if (!listed)
-            if (auto whole = write(as_mesh(mesh), fields, path); !whole) return whole;
+            if (auto done = write(whole, fields, path); !done) return done;
         const std::string ending = listed ? ".vtu" : std::filesystem::path(path).extension().string();
         std::vector<std::string> pieces;
         for (std::size_t p = 0; p < count; ++p) {
@@ -143,19 +144,10 @@ struct Writer {
             if (!piece) return fail(piece.error());
             pieces.push_back(part_name(path, p + 1, ending));
             auto done =
-                write(as_mesh(piece->mesh), fields_of(fields, rows_of(linear, *piece), Mesh::dimension), pieces.back());
+                write(as_mesh(piece->mesh), fields_of(fields, rows_of(linear, *piece), Simplices::dimension), pieces.back());
             if (!done) return done;
         }
         return listed ? write_list(pieces) : Outcome<Done>(Done{});
-    }
-
-  private:
-    template <class Mesh>
-    static const LinearMesh<Mesh::dimension>& linear_of(const Mesh& mesh) {
-        if constexpr (requires { mesh.linear; })
-            return mesh.linear;
-        else
-            return mesh;
     }
 };
 

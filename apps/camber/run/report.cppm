@@ -974,6 +974,13 @@ constexpr auto Report::fields() {
 /// The JSON Schema of report.json: the type, the meaning and the unit of each key.
 [[nodiscard]] std::string report_schema();
 
+/// A key of report.json with the keys that lead to it: "boundary.cad.faces".
+struct ReportKey {
+    std::string path;
+    std::string_view meaning, unit;
+};
+[[nodiscard]] std::vector<ReportKey> report_keys();
+
 }  // namespace camber::run
 
 namespace camber::run {

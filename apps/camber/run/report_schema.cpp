@@ -84,7 +84,26 @@ Json head() {
             {"units", std::move(units)}};
 }
 
+template <class T>
+void add_keys(const std::string& path, std::vector<ReportKey>& keys) {
+    if constexpr (HasFields<T>)
+        each_field<T>([&](const auto& field) {
+            using Value = std::remove_cvref_t<decltype(std::invoke(field.get, std::declval<const T&>()))>;
+            const std::string key = field.key.empty() ? path : path + (path.empty() ? "" : ".") + std::string(field.key);
+            if (!field.key.empty()) keys.push_back({key, field.meaning, field.unit_name});
+            add_keys<Value>(key, keys);
+        });
+    else if constexpr (requires { typename T::value_type; } && !std::convertible_to<T, std::string_view>)
+        add_keys<typename T::value_type>(path, keys);
+}
+
 }  // namespace
+
+std::vector<ReportKey> report_keys() {
+    std::vector<ReportKey> keys;
+    add_keys<Report>({}, keys);
+    return keys;
+}
 
 std::string report_schema() {
     Json properties = head();
