@@ -85,10 +85,13 @@ class Help(Messages):
                 self.assertTrue(self.camber("explain", word).stdout.lower().startswith(word.lower()), word)
 
     def test_explain_knows_the_words_of_the_tables(self):
-        text = self.camber("curve", "wing.mesh", "-o", "out.mesh").stdout
-        for row in ("mean length reduction", "smallest scaled Jacobian", "complexity", "largest anisotropy"):
-            self.assertIn(row, text)
-            self.assertIn("\n\n  ", self.camber("explain", row).stdout)
+        summary = self.camber("curve", "wing.mesh", "-o", "out.mesh").stdout
+        full = self.camber("curve", "wing.mesh", "-o", "out.mesh", "--verbose").stdout
+        for text, rows in ((summary, ("valid", "smallest scaled Jacobian", "distance from the surrogate")),
+                           (full, ("mean length reduction", "complexity", "largest anisotropy"))):
+            for row in rows:
+                self.assertIn(row, text)
+                self.assertIn("\n\n  ", self.camber("explain", row).stdout)
         self.assertIn("did you mean", self.camber("explain", "complexty", code=2).stderr)
 
 
@@ -179,6 +182,12 @@ class Files(Messages):
         self.assertIn("note: MSH has no place for 2 corners", self.camber(*curve, "--verbose").stderr)
         self.assertIn("MSH has no place for 2 corners", json.loads((self.folder.path / "report.json").read_text())["notices"])
         self.assertIn("--quiet", self.camber(*curve, "--verbose", "--quiet", code=2).stderr)
+
+    def test_details_of_the_cycles_are_printed_with_verbose_only(self):
+        self.camber("generate", "annulus", "-o", "ring.msh", "--elements", 60)
+        adapt = ("adapt", "ring.msh", "--solution", "tanh(x)", "--cycles", 1, "-o")
+        self.assertNotIn("GMF has no place for", self.camber(*adapt, "out.mesh").stderr)
+        self.assertIn("note: GMF has no place for", self.camber(*adapt, "again.mesh", "--verbose").stderr)
 
     def test_lost_names_are_always_printed(self):
         self.camber("convert", "wing.mesh", "-o", "in.msh", "--format", "msh2-ascii")
