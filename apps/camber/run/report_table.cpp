@@ -212,10 +212,14 @@ std::string remesh_rows(const RemeshReport& r) {
     const auto share = [](const UnitMeshReport& u) {
         return u.edges == 0 ? 0.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
     };
+    const std::size_t far = r.bounded_facets ? r.bounded_facets->far : 0;
     return table_row("edges of unit length", fmt::format("{:.1f} % -> {:.1f} %", share(r.before), share(r.after))) +
            table_row("smallest quality in the metric",
                      fmt::format("{:.3g} -> {:.3g}, of element {}", r.before.worst_quality, r.after.worst_quality,
-                                 r.after.worst_element));
+                                 r.after.worst_element)) +
+           (far > 0 ? table_row("facets beyond the default bound",
+                                fmt::format("{}, as far from the geometry as facets before", grouped(far)))
+                    : std::string());
 }
 
 std::string mesh_row(const MeshReport& m) {
