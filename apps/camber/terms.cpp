@@ -90,7 +90,8 @@ constexpr std::array terms{
          "The interpolation error that the metric predicts for the mesh."},
     Term{"elements expected", "The number of elements that a mesh of the metric has, by its complexity."},
     // geometry
-    Term{"geometry error|geometry", "The distance between the boundary of the mesh and its geometry."},
+    Term{"geometry error|distance|distance bound|geometry",
+         "The distance between the boundary of the mesh and its geometry."},
     Term{"distance both ways|geometry, both ways|both ways",
          "The largest distance from the boundary to its geometry, and from the geometry to the boundary."},
     Term{"nodes off the geometry|vertices off the geometry|off the geometry",
@@ -109,7 +110,7 @@ constexpr std::array terms{
          "The polynomial of degree 1 or 2 in each element that agrees with a field at the vertices, or at all nodes."},
     Term{"L2|error in l2", "The square root of the integral of the squared error."},
     Term{"H1|error in h1", "The L2 norm of the error of the gradient."},
-    Term{"fields brought along|fields", "Fields of the input that were interpolated or projected onto the new mesh."},
+    Term{"fields transferred|fields", "Fields of the input that were interpolated or projected onto the new mesh."},
     // remeshing and runs
     Term{"committed|commit", "The proposed node positions, or the result of an operation, became part of the mesh."},
     Term{"cavity|cavities committed",

@@ -153,6 +153,19 @@ class Text(Folder):
                 place = [(p + q) / 2 + d for p, q, d in zip(a, b, told[node])]
                 self.assertLess(abs(math.hypot(*place) / 5 - 1), 0.003)
 
+    def test_values_at_vertices_have_their_means_on_curved_edges(self):
+        vertices = json.loads(camber("info", self.folder / "shell-p2.meshb", "--json").stdout)["vertices"]
+        rows = "".join(f"{i * i % 17}\n" for i in range(vertices))
+        (self.folder / "u.sol").write_text(f"MeshVersionFormatted 2\nDimension 3\nSolAtVertices {vertices}\n1 1\n{rows}End\n")
+        page = self.page("shell-p2.meshb", "--solution", self.folder / "u.sol").read_text()
+        data = words(array(page, "field-1"))
+        values = struct.unpack(f"<{len(data)}f", struct.pack(f"<{len(data)}I", *data))
+        faces = ids(array(page, "faces"))
+        for at in range(0, 6 * values_of(page)["counts"]["faces"], 6):
+            corners = [values[node] for node in faces[at : at + 3]]
+            for i, node in enumerate(faces[at + 3 : at + 6]):
+                self.assertEqual(values[node], (corners[i] + corners[(i + 1) % 3]) / 2)
+
     def test_few_inner_faces(self):
         counts = values_of(self.page("shell-p2.meshb", "--inner-faces", 500).read_text())
         self.assertLessEqual(counts["counts"]["inner"], 500)

@@ -180,6 +180,12 @@ class Files(Messages):
         self.assertIn("MSH has no place for 2 corners", json.loads((self.folder.path / "report.json").read_text())["notices"])
         self.assertIn("--quiet", self.camber(*curve, "--verbose", "--quiet", code=2).stderr)
 
+    def test_details_of_the_cycles_are_printed_with_verbose_only(self):
+        self.camber("generate", "annulus", "-o", "ring.msh", "--elements", 60)
+        adapt = ("adapt", "ring.msh", "--solution", "tanh(x)", "--cycles", 1, "-o")
+        self.assertNotIn("GMF has no place for", self.camber(*adapt, "out.mesh").stderr)
+        self.assertIn("note: GMF has no place for", self.camber(*adapt, "again.mesh", "--verbose").stderr)
+
     def test_lost_names_are_always_printed(self):
         self.camber("convert", "wing.mesh", "-o", "in.msh", "--format", "msh2-ascii")
         path = self.folder.path / "in.msh"

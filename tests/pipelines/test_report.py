@@ -266,5 +266,38 @@ class Report(unittest.TestCase):
         self.assertEqual(report_of(self.folder.path / "r.json")["config"], report["config"])
 
 
+class Summary(unittest.TestCase):
+    """The table that a run prints without --verbose."""
+
+    def setUp(self):
+        self.folder = Folder()
+        self.addCleanup(self.folder.cleanup)
+
+    def write(self, name, mesh):
+        (self.folder.path / name).write_text(mesh.text())
+
+    def table(self, *arguments, code=0):
+        done = self.folder.camber(*arguments)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return {line[2:36].strip(): line[36:] for line in done.stdout.splitlines() if line.startswith("  ")}
+
+    def triangle(self, *points):
+        return Mesh([(0, 0), (1, 0), (0, 1), *points], [tuple(range(3 + len(points)))], [], 2 if points else 1)
+
+    def test_one_element_is_singular(self):
+        self.write("one.mesh", self.triangle())
+        self.assertEqual(self.table("curve", "one.mesh", "-o", "out.mesh")["valid"], "yes: 1 triangle")
+
+    def test_elements_that_overlap_have_a_row(self):
+        self.write("two.mesh", joined(lattice(3, 3), moved(lattice(3, 2), (1.13, 1.13, 1.13), 0.2)))
+        table = self.table("curve", "two.mesh", "-o", "out.mesh", code=1)
+        self.assertRegex(table["elements that overlap"], r"^in \d+ places?, one at \(1\.")
+
+    def test_boundary_nodes_that_a_repair_moves_have_a_row(self):
+        self.write("bad.mesh", self.triangle((0.5, 0.9), (0.5, 0.5), (0, 0.5)))
+        table = self.table("repair", "bad.mesh", "-o", "out.mesh", "--boundary-tolerance", 1)
+        self.assertRegex(table["boundary nodes moved by repair"], r"^3, by up to 0\.\d+ \(0\.\d+ of the edge\)$")
+
+
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

@@ -1,5 +1,6 @@
 // The command adapt
 module;
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -268,7 +269,8 @@ class Cycles {
         });
         if (!made) return made;
         for (const std::string& notice : made->run.report.notices)
-            if (told_.insert(notice).second) tell_note(notice);
+            if (told_.insert(notice).second)
+                tell_notice({notice, std::ranges::find(made->run.details, notice) != made->run.details.end()});
         return made;
     }
 

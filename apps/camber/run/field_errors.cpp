@@ -334,7 +334,11 @@ std::string carried_rows(const TransferReport& r) {
     const TransferStatistics& s = r.statistics;
     std::string text = fmt::format("{}", fmt::join(r.names, ", "));
     if (s.outside > 0)
-        text += fmt::format("; {} nodes outside the old mesh, by up to {:.3g}", grouped(s.outside), s.largest_distance);
+        text += fmt::format("; {} {} outside the old mesh, by up to {:.3g}", grouped(s.outside),
+                            s.outside == 1 ? "node" : "nodes", s.largest_distance);
+    if (s.unkept > 0)
+        text += fmt::format("; integrals of {} {} not preserved", grouped(s.unkept),
+                            s.unkept == 1 ? "material" : "materials");
     return table_row("fields transferred", text);
 }
 

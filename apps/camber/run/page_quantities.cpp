@@ -75,7 +75,7 @@ std::vector<double> row_at(const PageMesh<D>& page, const NamedField& field, Nod
     const std::size_t vertices = page.mesh->points.size();
     const double* values = field.field.values.data();
     if (n < vertices || field.field.degree == 2) return {values + n * width, values + (n + 1) * width};
-    const auto& [a, b] = page.mesh->edges.vertices[n - vertices];
+    const auto& [a, b] = page.mesh->entities.edges[n - vertices];
     std::vector<double> row(width);
     for (std::size_t c = 0; c < width; ++c)
         row[c] = 0.5 * (values[a.index() * width + c] + values[b.index() * width + c]);

@@ -52,6 +52,32 @@ std::string joined_text(const std::vector<std::vector<std::size_t>>& lists) {
     return text;
 }
 
+std::string damage_row(const CadReport& c) {
+    if (c.lost_faces + c.failed_entities + c.open_shells == 0) return {};
+    return table_row("CAD faces lost, failures, open shells",
+                     fmt::format("{}, {}, {}: the file may be damaged", grouped(c.lost_faces),
+                                 grouped(c.failed_entities), grouped(c.open_shells)));
+}
+
+std::string across_row(const CadReport& c) {
+    if (c.across.count == 0) return {};
+    return table_row("facets across CAD ridges",
+                     fmt::format("{}, the first is facet {} at ({:.4g})", grouped(c.across.count), c.across.first,
+                                 fmt::join(c.across.place, ", ")));
+}
+
+std::string moves_row(const CadMovesReport& moves) {
+    return table_row(
+        "vertices moved onto the CAD model",
+        fmt::format("{} (held back {}), by up to {:.4g}", grouped(moves.moved), grouped(moves.held), moves.largest));
+}
+
+/// Rows of the summary: an unexpected unit, damage, facets that span ridges, vertices that did not reach the model.
+std::string cad_warning_rows(const CadReport& c) {
+    return (c.is_in_file_unit ? std::string() : table_row("unit of the mesh", text_of_unit(c))) + damage_row(c) +
+           across_row(c) + (c.moves && c.moves->held > 0 ? moves_row(*c.moves) : std::string());
+}
+
 }  // namespace
 
 std::string cad_rows(const CadReport& c) {
@@ -60,10 +86,7 @@ std::string cad_rows(const CadReport& c) {
         table_row("CAD faces, edges, vertices met",
                   fmt::format("{} of {}, {} of {}, {} of {}", grouped(c.faces_met), grouped(c.faces),
                               grouped(c.edges_met), grouped(c.edges), grouped(c.vertices_met), grouped(c.vertices)));
-    if (c.lost_faces + c.failed_entities + c.open_shells > 0)
-        text += table_row("CAD faces lost, failures, open shells",
-                          fmt::format("{}, {}, {}: the file may be damaged", grouped(c.lost_faces),
-                                      grouped(c.failed_entities), grouped(c.open_shells)));
+    text += damage_row(c);
     if (c.analytic_facets + c.surrogate_facets > 0)
         text += table_row(
             "facets: CAD, analytic, surrogate",
@@ -75,14 +98,8 @@ std::string cad_rows(const CadReport& c) {
     if (!c.joined.lists.empty())
         text += table_row(c.joined.are_edges ? "CAD edges joined smoothly" : "CAD faces joined smoothly",
                           joined_text(c.joined.lists));
-    if (c.across.count > 0)
-        text += table_row("facets across CAD ridges",
-                          fmt::format("{}, the first is facet {} at ({:.4g})", grouped(c.across.count), c.across.first,
-                                      fmt::join(c.across.place, ", ")));
-    if (c.moves)
-        text += table_row("vertices moved onto the CAD model",
-                          fmt::format("{} (held back {}), by up to {:.4g}", grouped(c.moves->moved),
-                                      grouped(c.moves->held), c.moves->largest));
+    text += across_row(c);
+    if (c.moves) text += moves_row(*c.moves);
     text += table_row("vertices off the CAD model by", fmt::format("{:.4g}", c.largest_vertex_distance));
     if (c.largest_node_distance)
         text += table_row("nodes off the CAD model by", fmt::format("{:.4g}", *c.largest_node_distance));
@@ -113,15 +130,19 @@ std::string place_text(const ReportedPlace& place) {
 
 /// "1 141 tetrahedra": the elements that are judged.
 std::string count_of_judged(const MeshReport& m) {
-    const std::string_view name = m.dimension == 2 || m.is_surface_alone() ? "triangles" : "tetrahedra";
+    const bool is_one = m.judged() == 1;
+    const std::string_view name = m.dimension == 2 || m.is_surface_alone() ? (is_one ? "triangle" : "triangles")
+                                  : is_one                                 ? "tetrahedron"
+                                                                           : "tetrahedra";
     return fmt::format("{} {}", grouped(m.judged()), name);
 }
 
 std::string validity_row(const Report& report) {
     const ValidityReport& v = *report.validity;
-    if (report.has_valid_elements() && v.is_asked && v.bound > 0)
-        return table_row("valid", fmt::format("yes: all {}, above {:g}", count_of_judged(report.mesh), v.bound));
-    if (report.has_valid_elements()) return table_row("valid", "yes: all " + count_of_judged(report.mesh));
+    if (report.has_valid_elements())
+        return table_row(
+            "valid", fmt::format("yes: {}{}{}", report.mesh.judged() == 1 ? "" : "all ", count_of_judged(report.mesh),
+                                 v.is_asked && v.bound > 0 ? fmt::format(", above {:g}", v.bound) : ""));
     std::string text = "NO:";
     const auto add = [&](std::size_t count, std::string_view what) {
         if (count > 0) text += fmt::format("{} {} {}", text.size() > 3 ? "," : "", grouped(count), what);
@@ -158,7 +179,7 @@ std::string distance_row(const Report& report) {
 std::string boundary_rows(const Report& report) {
     const BoundaryReport& b = *report.boundary;
     std::string text = distance_row(report);
-    if (b.cad && !b.cad->is_in_file_unit) text += table_row("unit of the mesh", text_of_unit(*b.cad));
+    if (b.cad) text += cad_warning_rows(*b.cad);
     if (b.distances) text += table_row("geometry, both ways", b.distances->geometry) + distance_rows(*b.distances);
     if (const auto& g = b.geometry_error)
         text += table_row("distance bound", fmt::format("{:.4g} required, {:.4g} reached", g->required, g->reached));
@@ -171,15 +192,34 @@ std::string boundary_rows(const Report& report) {
     return b.walls ? text + walls_rows(*b.walls) : text;
 }
 
+std::string overlaps_row(const OverlappingReport& o) {
+    if (o.overlapping == 0) return {};
+    return table_row("elements that overlap",
+                     fmt::format("in {} {}, one at {}", grouped(o.overlapping), o.overlapping == 1 ? "place" : "places",
+                                 place_text(o.point)));
+}
+
+/// Nodes of the input's curved boundary that a repair moved.
+std::string kept_boundary_row(const KeptBoundaryReport& k) {
+    if (k.moved_nodes == 0) return {};
+    return table_row("boundary nodes moved by repair",
+                     fmt::format("{}, by up to {:.4g} ({:.2g} of the edge)", grouped(k.moved_nodes), k.largest_shift,
+                                 k.largest_relative_shift));
+}
+
 /// Lengths and shapes in the metric, before and after the passes.
 std::string remesh_rows(const RemeshReport& r) {
     const auto share = [](const UnitMeshReport& u) {
         return u.edges == 0 ? 0.0 : 100 * static_cast<double>(u.unit_edges) / static_cast<double>(u.edges);
     };
+    const std::size_t far = r.bounded_facets ? r.bounded_facets->far : 0;
     return table_row("edges of unit length", fmt::format("{:.1f} % -> {:.1f} %", share(r.before), share(r.after))) +
            table_row("smallest quality in the metric",
                      fmt::format("{:.3g} -> {:.3g}, of element {}", r.before.worst_quality, r.after.worst_quality,
-                                 r.after.worst_element));
+                                 r.after.worst_element)) +
+           (far > 0 ? table_row("facets beyond the default bound",
+                                fmt::format("{}, as far from the geometry as facets before", grouped(far)))
+                    : std::string());
 }
 
 std::string mesh_row(const MeshReport& m) {
@@ -196,9 +236,11 @@ std::string cost_row(const Report& report) {
         seconds += t.seconds;
         peak = std::max(peak, t.peak_bytes);
     }
-    return table_row("time, memory",
-                     fmt::format("{:.3g} s, {:.1f} MiB, {} {}", seconds, static_cast<double>(peak) / 1048576,
-                                 report.threads, report.threads == 1 ? "thread" : "threads"));
+    return table_row(
+        "time, memory",
+        fmt::format("{} s, {:.1f} MiB, {} {}",
+                    seconds < 100 ? fmt::format("{:.3g}", seconds) : fmt::format("{:.0f}", seconds),
+                    static_cast<double>(peak) / 1048576, report.threads, report.threads == 1 ? "thread" : "threads"));
 }
 
 std::string remaining_rows(const Report& report) {
@@ -278,8 +320,11 @@ std::string rows_of(std::string_view key, std::string_view unit, const T& value,
             items += (i > 0 ? ", " : "") + text_of(value[i]);
         if (value.size() > shown_items) items += fmt::format(" and {} more", value.size() - shown_items);
         return row_at(depth, title_of(key), (items.empty() ? "none" : items) + (items.empty() ? "" : suffix));
+    } else if constexpr (std::same_as<T, std::vector<std::vector<std::size_t>>>) {
+        return row_at(depth, title_of(key), value.empty() ? "none" : joined_text(value));
     } else {
-        return {};
+        static_assert(std::same_as<T, std::vector<Histogram>>, "no row for a field of this type");
+        return {};  // printed as bars with --histogram
     }
 }
 
@@ -359,7 +404,9 @@ std::string sentence_of(const GeometryErrorReport& g) {
 std::string summary(const Report& report) {
     std::string text;
     if (report.validity) text += validity_row(report) + jacobian_row(report);
+    text += overlaps_row(report.overlaps);
     if (report.boundary) text += boundary_rows(report);
+    if (report.kept_boundary) text += kept_boundary_row(*report.kept_boundary);
     if (report.remesh) text += remesh_rows(*report.remesh);
     text += remaining_rows(report);
     if (report.transfer) text += carried_rows(*report.transfer);
