@@ -47,7 +47,8 @@ constexpr std::array option_groups{
 constexpr std::string_view common_options =
     "solution field solve elements structure geometry cad boundary-tolerance ridge-angle metric size geometry-error "
     "complexity vertices objective min-scaled-jacobian degree method output force format report page partition elevate "
-    "straighten json cut show hide view colour surface threads cycles set allow-commands dry-run verbose quiet help help-all";
+    "straighten json cut show hide view colour surface threads cycles set allow-commands dry-run verbose quiet help "
+    "help-all";
 
 /// True if the list has that word.
 bool has_word(std::string_view list, std::string_view word) {

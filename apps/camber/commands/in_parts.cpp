@@ -143,8 +143,8 @@ struct Writer {
             const auto piece = piece_of(mesh, *parts, static_cast<std::int32_t>(p), execution);
             if (!piece) return fail(piece.error());
             pieces.push_back(part_name(path, p + 1, ending));
-            auto done =
-                write(as_mesh(piece->mesh), fields_of(fields, rows_of(linear, *piece), Simplices::dimension), pieces.back());
+            auto done = write(as_mesh(piece->mesh), fields_of(fields, rows_of(linear, *piece), Simplices::dimension),
+                              pieces.back());
             if (!done) return done;
         }
         return listed ? write_list(pieces) : Outcome<Done>(Done{});

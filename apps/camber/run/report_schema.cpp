@@ -89,7 +89,8 @@ void add_keys(const std::string& path, std::vector<ReportKey>& keys) {
     if constexpr (HasFields<T>)
         each_field<T>([&](const auto& field) {
             using Value = std::remove_cvref_t<decltype(std::invoke(field.get, std::declval<const T&>()))>;
-            const std::string key = field.key.empty() ? path : path + (path.empty() ? "" : ".") + std::string(field.key);
+            const std::string key =
+                field.key.empty() ? path : path + (path.empty() ? "" : ".") + std::string(field.key);
             if (!field.key.empty()) keys.push_back({key, field.meaning, field.unit_name});
             add_keys<Value>(key, keys);
         });
