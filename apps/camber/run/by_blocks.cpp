@@ -403,9 +403,10 @@ std::string recommended_bound_note(const Report& r) {
     else if (r.curve)
         raise = "; --objective shape, or smaller elements there, raises them";
     return fmt::format(
-        "{} elements are valid, but below the recommended scaled Jacobian {:g}: {} (no failure: "
+        "{} {} valid, but below the recommended scaled Jacobian {:g}: {} (no failure: "
         "--min-scaled-jacobian {:g} would make it one{})",
-        r.elements_below_bound.size(), r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
+        r.elements_below_bound.size(), r.elements_below_bound.size() == 1 ? "element is" : "elements are",
+        r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
 }
 
 }  // namespace camber::run

@@ -382,6 +382,8 @@ void name_places(Report& report, const FileNumbers& numbers) {
         r.reason = r.at > 0 ? sentence_of(left, fmt::format("{}", numbers(r.at - 1))) : sentence_of(nowhere, {});
         r.tag = numbers.tag(dimension, r.element);
     }
+    for (auto* const validity : {&report.validity_before, &report.validity})
+        if (*validity) (*validity)->worst_tag = numbers.tag(dimension, (*validity)->worst);
     if (!report.boundary) return;
     for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
         if (*deviation)

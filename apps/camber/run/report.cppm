@@ -615,6 +615,7 @@ struct ValidityReport {
     std::size_t invalid = 0, undecided = 0, below_bound = 0, straight_inverted = 0;
     double smallest = 1;
     std::size_t worst = 0;
+    std::uint64_t worst_tag = 0;
 
     [[nodiscard]] static constexpr auto fields() {
         using S = ValidityReport;
@@ -630,7 +631,9 @@ struct ValidityReport {
               "number of elements that are inverted or flat with straight edges"),
             f("min_scaled_jacobian", &S::smallest, "lower bound of the scaled Jacobian over all elements, to 10⁻³")
                 .unit("1"),
-            f("worst_element", &S::worst, "its element, from 1; 0: no element"));
+            f("worst_element", &S::worst, "its element, from 1; 0: no element"),
+            f("worst_element_tag", &S::worst_tag, "its number in the input's file, where that is another one")
+                .unless_empty());
     }
 };
 

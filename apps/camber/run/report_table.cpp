@@ -166,7 +166,7 @@ std::string jacobian_row(const Report& report) {
     const bool changed = report.relax && before && before->smallest != v.smallest;
     return table_row("smallest scaled Jacobian",
                      (changed ? text_of(*before) + " -> " : std::string()) +
-                         fmt::format("{}, of element {} (1: as straight)", text_of(v), v.worst));
+                         fmt::format("{} (1: as straight), of element {}", text_of(v), called(v.worst, v.worst_tag)));
 }
 
 std::string distance_row(const Report& report) {
