@@ -57,6 +57,8 @@ MISTAKES = [
     "picture wing.mesh -o wing.png --field u",
     "metric wing.mesh --solution other.sol -o m.sol --complexity 10 --elements 20",
     "curve wing.mesh -o out.mesh --objective shape --size 1=0.1",
+    "curve wing.mesh -o out.mesh --size 1=0.1",
+    "curve wing.mesh -o out.mesh --complexity 500",
     "curve wing.mesh -o out.mesh --verbose --quiet",
     "remesh wing.mesh -o out.mesh --memory 2G",
     # options of Mmg

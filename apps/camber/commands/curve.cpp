@@ -69,26 +69,34 @@ void put_into(const MetricChoice& choice, std::vector<ReferenceSize> sizes, conf
     std::ranges::move(sizes, std::back_inserter(metric.sizes));
 }
 
-/// Refuses options of the metric where no stage reads one. Errors: usage.
+/// Refuses options of the metric where no stage reads one, and sizes where only curving does and no metric is given.
+/// Errors: usage.
 Outcome<Done> check_metric_is_used(const MetricChoice& choice, const config::Pipeline& pipeline) {
     const char* const option = !choice.sizes.empty()     ? "--size"
-                               : choice.gradation        ? "--gradation"
                                : choice.complexity       ? "--complexity"
+                               : choice.gradation        ? "--gradation"
                                : bounds_geometry(choice) ? "--geometry-error"
                                                          : nullptr;
     if (option == nullptr) return Done{};
-    std::string objective;
+    const config::Curve* curve = nullptr;
     for (const config::Stage& stage : pipeline.stages) {
-        const auto* const curve = std::get_if<config::Curve>(&stage);
-        if (curve != nullptr && (curve->objective == Objective::shape || curve->objective == Objective::solution))
-            objective = word_of(curve->objective);
+        if (const auto* const given = std::get_if<config::Curve>(&stage))
+            curve = given;
         else if (!std::holds_alternative<config::Elevate>(stage) && !std::holds_alternative<config::Validate>(stage) &&
                  !std::holds_alternative<config::Relax>(stage) && !std::holds_alternative<config::Commit>(stage))
             return Done{};
     }
-    if (objective.empty()) return Done{};
-    return fail(ErrorKind::usage, "has no effect: curve does not use a metric with the objective " + objective, option,
-                {}, "use camber remesh to change sizes, or another --objective");
+    if (curve == nullptr) return Done{};
+    if (curve->objective == Objective::shape || curve->objective == Objective::solution)
+        return fail(
+            ErrorKind::usage,
+            "has no effect: curve does not use a metric with the objective " + std::string(word_of(curve->objective)),
+            option, {}, "use camber remesh to change sizes, or another --objective");
+    const bool changes_sizes = !choice.sizes.empty() || choice.complexity;
+    if (changes_sizes && std::holds_alternative<config::NaturalMetric>(pipeline.metric))
+        return fail(ErrorKind::usage, "has no effect on the sizes of elements: curve only moves nodes", option, {},
+                    "use camber remesh, or give --metric, which edges are curved for");
+    return Done{};
 }
 
 /// Whether a solution was given, and nothing else that edges are curved for. Fields of the input's own file go along.
