@@ -14,6 +14,7 @@
 
 import camber.core;
 import camber.config;
+import camber.recipes;
 import camber.io;
 
 namespace camber::app {

@@ -11,6 +11,7 @@
 import camber.core;
 import camber.commands;
 import camber.config;
+import camber.recipes;
 import camber.io;
 
 namespace camber::app {

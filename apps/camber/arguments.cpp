@@ -13,6 +13,7 @@ import camber.app_shell;
 import camber.cad;
 import camber.commands;
 import camber.config;
+import camber.recipes;
 import camber.io;
 import camber.surface;
 

@@ -9,6 +9,7 @@
 import camber.core;
 import camber.commands;
 import camber.config;
+import camber.recipes;
 import camber.solution_metric;
 import camber.transfer;
 

@@ -9,7 +9,8 @@ import camber.core;
 import camber.commands;
 import camber.drawing;
 import camber.io;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 namespace camber::app {
 

@@ -7,7 +7,8 @@
 
 import camber.core;
 import camber.commands;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 namespace camber::app {
 

@@ -18,7 +18,8 @@ import camber.app_shell;
 import camber.commands;
 import camber.config;
 import camber.core;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 namespace camber::app {
 

@@ -19,6 +19,7 @@
 import camber.core;
 import camber.commands;
 import camber.config;
+import camber.recipes;
 
 namespace camber::app {
 

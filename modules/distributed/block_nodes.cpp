@@ -14,7 +14,7 @@ import camber.validity;
 import camber.surface;
 import camber.curving;
 import camber.repair;
-import camber.recipes;
+import camber.stages;
 
 namespace camber {
 

@@ -5,10 +5,12 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <tuple>
 #include <utility>
+#include <string_view>
 #include <vector>
 export module camber.distributed:blocks;
 import camber.core;
@@ -21,7 +23,7 @@ import camber.surface;
 import camber.extension;
 import camber.curving;
 import camber.repair;
-import camber.recipes;
+import camber.stages;
 import :parts;
 import :ranks;
 
@@ -199,12 +201,12 @@ struct CurveBlocksOptions {
 
 /// Verdicts of a mesh in blocks, of all ranks.
 struct BlocksValidation {
-    std::size_t invalid = 0, undecided = 0;  ///< to the bound
-    std::size_t not_positive = 0;            ///< of which det J > 0 everywhere is not certified
-    double smallest = 1;                     ///< of the scaled Jacobians
-    GlobalNumber worst = 0;                  ///< the element that has it, where there is one
+    std::size_t invalid = 0, undecided = 0;  ///< elements without a certificate of det J > 0
+    std::size_t below_bound = 0;             ///< other elements that do not reach the bound
+    double smallest = 1;                     ///< smallest scaled Jacobian
+    GlobalNumber worst = 0;                  ///< the element that has it, if there are elements
 
-    [[nodiscard]] bool all_valid() const { return invalid + undecided == 0; }
+    [[nodiscard]] std::size_t not_valid() const { return invalid + undecided + below_bound; }
 };
 
 /// A part that was curved: nodes of its unique edges, those in its rings as their owners have them.
@@ -248,16 +250,6 @@ struct CurvedBlocks {
     std::size_t iterations = 0;  ///< of the extension
 };
 
-/// `curve_mesh` by blocks, each rank its own: the same nodes but for rounding of sums over the mesh. All of a part's
-/// work is done on it and its two rings; what is known of others is brought after each step. The mesh must be sound
-/// (see `check_part`). Steps: split, elevate, surface, extension, metric, curve, validate, relax, uncross, measure.
-/// Errors: as of curve_mesh; objectives without a field, nodes of the boundary elsewhere than projected, metrics made
-/// of the mesh's own (unsupported); of any rank.
-template <int D>
-[[nodiscard]] Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
-                                                    const CurveBlocksOptions& options, Ranks& ranks,
-                                                    const Around& around);
-
 /// The boundary of a mesh in blocks, which each rank has as a whole: features, patches and the surfaces through it are
 /// not found by looking around, and it is small beside what it encloses. A mesh without elements, in the order of the
 /// whole one.
@@ -289,20 +281,21 @@ template <int D>
 struct CurvingBy {
     WholeSurface<D> surface;
     CurveOptions edges;
-    RepairOptions repair;
 };
 
-/// What a rank knows between two steps of curve_blocks.
+/// State of a rank between two steps.
 template <int D>
 struct BlockRun {
+    const MeshRows<D>& rows;
     const BlocksGoal<D>& goal;
-    const CurveBlocksOptions& options;
+    CurveBlocksOptions options;  ///< of the steps so far
     Ranks& ranks;
     CurvedBlocks<D> out = {};
     std::vector<PartState<D>> states = {};  ///< one a part here
     Halo edges = {}, vertices = {};
     std::optional<BetweenRingedParts<D>> between = {};
     std::optional<CurvingBy<D>> by = {};
+    std::optional<RepairOptions> judged_for = {};  ///< options of the last verdicts
     std::vector<GlobalNumber> to_repair = {};  ///< elements of this rank that are not valid or below the target, rising
     bool is_displaced = false;                 ///< so that there is an extension, of whichever parts
 
@@ -330,7 +323,7 @@ struct BlockRun {
     }
 
     /// Rows of edges of the surface from the parts that own them: value_of(part, edge, edge of the surface), if any.
-    Outcome<Done> gather_on_surface(std::span<Vec<D>> rows, const auto& value_of) {
+    Outcome<Done> gather_on_surface(std::span<Vec<D>> values, const auto& value_of) {
         struct Found {
             std::uint64_t at = 0;
             Vec<D> value;
@@ -344,14 +337,14 @@ struct BlockRun {
             }
         const auto all = gather_all(ranks, Outcome<std::vector<Found>>(std::move(found)));
         if (!all) return fail(all.error());
-        for (const Found& f : *all) rows[f.at] = f.value;
+        for (const Found& f : *all) values[f.at] = f.value;
         return Done{};
     }
 };
 
 /// The surface, and what each part has of it.
 template <int D>
-[[nodiscard]] Outcome<Done> find_surface(BlockRun<D>& run, const MeshRows<D>& rows, const Execution& execution);
+[[nodiscard]] Outcome<Done> find_surface(BlockRun<D>& run, const Execution& execution);
 
 /// Extends the displacement of the boundary's curves over its faces (extend_over_faces), then that of the faces into
 /// the volume (extend_boundary).
@@ -397,6 +390,40 @@ template <int D>
 }  // namespace camber
 
 export namespace camber {
+
+/// The steps of a pipeline that curves, on a mesh in blocks: each rank works on its own parts and their two rings, and
+/// rows of other parts are exchanged after each step. The nodes are those of the whole mesh but for rounding of sums
+/// over the mesh. All ranks call each step, in the order of the declarations. The mesh must be sound (check_part).
+/// Errors of all steps: those of the same step of a whole mesh; of any rank.
+template <int D>
+class BlockSteps {
+  public:
+    /// The arguments must outlive it.
+    BlockSteps(const MeshRows<D>& rows, const BlocksGoal<D>& goal, const BlockOptions& blocks, Ranks& ranks);
+    BlockSteps(BlockSteps&&) noexcept;
+    BlockSteps& operator=(BlockSteps&&) noexcept;
+    ~BlockSteps();
+
+    /// Steps: split, elevate.
+    [[nodiscard]] Outcome<Done> elevate(const Around& around);
+    /// Steps: surface, extension, metric, curve. Errors (unsupported): objectives without a metric, other boundary
+    /// nodes than projected ones, metrics made of the mesh's own.
+    [[nodiscard]] Outcome<Done> curve(const ProposeOptions& options, const Around& around);
+    /// Computes the verdicts for the bound of `repair`, and lists the elements that it would repair. Step: validate.
+    [[nodiscard]] Outcome<Done> validate(const RepairOptions& repair, const Around& around);
+    /// Repairs elements, then moves boundary nodes back where walls cross. Steps: relax, uncross.
+    [[nodiscard]] Outcome<Done> relax(const RepairOptions& options, const Around& around);
+    /// Measures the deviation of the boundary from its geometry. Step: measure.
+    [[nodiscard]] Outcome<Done> measure(const BoundaryTolerance& tolerance, const Around& around);
+    /// Ends the run and returns the mesh. Errors: of any rank.
+    [[nodiscard]] Outcome<CurvedBlocks<D>> finish() &&;
+
+  private:
+    [[nodiscard]] Outcome<Done> step(const Around& around, std::string_view name, const auto& function);
+    [[nodiscard]] RepairOptions with_own_target(const RepairOptions& repair) const;
+
+    std::unique_ptr<BlockRun<D>> run_;
+};
 
 /// A curved mesh in blocks as the rows of its file, as they are in that of the straight one: each rank has a run of
 /// each kind, and makes it in pieces, so that little is held at a time. All is asked for by all

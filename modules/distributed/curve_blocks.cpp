@@ -3,6 +3,7 @@ module;
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,7 +19,7 @@ import camber.io;
 import camber.surface;
 import camber.curving;
 import camber.repair;
-import camber.recipes;
+import camber.stages;
 
 namespace camber {
 
@@ -260,8 +261,8 @@ Outcome<QuadraticMesh<D>> joined(const CurvedBlocks<D>& of, LinearMesh<D> linear
 namespace {
 
 template <int D>
-Outcome<Done> split_up(BlockRun<D>& run, const MeshRows<D>& rows, const Execution& execution) {
-    auto parts = split(rows, run.options.blocks, run.ranks, execution);
+Outcome<Done> split_up(BlockRun<D>& run, const Execution& execution) {
+    auto parts = split(run.rows, run.options.blocks, run.ranks, execution);
     if (!parts) return fail(parts.error());
     run.out.parts = std::move(*parts);
     run.states.resize(run.out.parts.own.size());
@@ -326,19 +327,6 @@ Outcome<Done> elevate_blocks(BlockRun<D>& run, const Execution& execution) {
     return connect(run);
 }
 
-template <int D>
-Outcome<CurvedBlocks<D>> finish(BlockRun<D>& run) {
-    const auto of_ranks = gather_all(run.ranks, Outcome<std::vector<CurveStatistics>>({run.out.statistics}));
-    if (!of_ranks) return fail(of_ranks.error());
-    run.out.statistics = {};
-    for (const CurveStatistics& s : *of_ranks) run.out.statistics += s;
-    for (PartState<D>& state : run.states) {
-        state.mesh.mid_nodes = std::move(state.nodes);
-        run.out.curved.push_back({std::move(state.mesh), state.first_edge, state.last_edge});
-    }
-    return std::move(run.out);
-}
-
 Outcome<Done> check_supported(const ProposeOptions& options) {
     if (!has_field(options.objective))
         return fail(ErrorKind::unsupported, "nodes are not found by shape or by a solution by blocks", {}, {},
@@ -352,34 +340,81 @@ Outcome<Done> check_supported(const ProposeOptions& options) {
 }  // namespace
 
 template <int D>
-Outcome<CurvedBlocks<D>> curve_blocks(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
-                                      const CurveBlocksOptions& options, Ranks& ranks, const Around& around) {
-    if (auto supported = check_supported(options.curving.curve); !supported) return fail(supported.error());
-    const auto run_all = [&]() -> Outcome<CurvedBlocks<D>> {
-        BlockRun<D> run{goal, options, ranks};
-        run.out.counts = rows.counts();
-        const auto step = [&](std::string_view name, const auto& f) { return run_step(around, name, f); };
-        auto done = step("split", [&](const Execution& e) { return split_up(run, rows, e); });
-        if (done) done = step("elevate", [&](const Execution& e) { return elevate_blocks(run, e); });
-        if (done) done = step("surface", [&](const Execution& e) { return find_surface(run, rows, e); });
-        if (done) done = step("extension", [&](const Execution& e) { return extend_blocks(run, e); });
-        if (done) done = step("metric", [&](const Execution& e) { return make_metric(run, e); });
-        if (done) done = step("curve", [&](const Execution& e) { return curve_nodes(run, e); });
-        if (done) done = step("validate", [&](const Execution& e) { return judge_blocks(run, e); });
-        if (done) done = step("relax", [&](const Execution& e) { return relax_blocks(run, e); });
-        if (done) done = step("uncross", [&](const Execution& e) { return uncross_blocks(run, e); });
-        if (done) done = step("measure", [&](const Execution& e) { return measure_blocks(run, e); });
-        if (!done) return fail(done.error());
-        return finish(run);
-    };
-    return together(ranks, [&] { return guarded(run_all); });
+BlockSteps<D>::BlockSteps(const MeshRows<D>& rows, const BlocksGoal<D>& goal, const BlockOptions& blocks, Ranks& ranks)
+    : run_(new BlockRun<D>{rows, goal, {blocks}, ranks}) {
+    run_->out.counts = rows.counts();
+}
+template <int D>
+BlockSteps<D>::BlockSteps(BlockSteps&&) noexcept = default;
+template <int D>
+BlockSteps<D>& BlockSteps<D>::operator=(BlockSteps&&) noexcept = default;
+template <int D>
+BlockSteps<D>::~BlockSteps() = default;
+
+template <int D>
+Outcome<Done> BlockSteps<D>::step(const Around& around, std::string_view name, const auto& function) {
+    return run_step(around, name, [&](const Execution& e) { return function(*run_, e); });
+}
+
+template <int D>
+RepairOptions BlockSteps<D>::with_own_target(const RepairOptions& repair) const {
+    return with_target(repair, recommended_target(run_->by->edges));
+}
+
+template <int D>
+Outcome<Done> BlockSteps<D>::elevate(const Around& around) {
+    if (auto done = step(around, "split", split_up<D>); !done) return done;
+    return step(around, "elevate", elevate_blocks<D>);
+}
+
+template <int D>
+Outcome<Done> BlockSteps<D>::curve(const ProposeOptions& options, const Around& around) {
+    if (auto supported = check_supported(options); !supported) return supported;
+    run_->options.curving.curve = options;
+    auto done = step(around, "surface", find_surface<D>);
+    if (done) done = step(around, "extension", extend_blocks<D>);
+    if (done) done = step(around, "metric", make_metric<D>);
+    return done ? step(around, "curve", curve_nodes<D>) : done;
+}
+
+template <int D>
+Outcome<Done> BlockSteps<D>::validate(const RepairOptions& repair, const Around& around) {
+    run_->options.curving.repair = with_own_target(repair);
+    run_->judged_for = run_->options.curving.repair;
+    return step(around, "validate", judge_blocks<D>);
+}
+
+template <int D>
+Outcome<Done> BlockSteps<D>::relax(const RepairOptions& options, const Around& around) {
+    if (run_->judged_for != with_own_target(options))
+        if (auto done = validate(options, around); !done) return done;
+    if (auto done = step(around, "relax", relax_blocks<D>); !done) return done;
+    return step(around, "uncross", uncross_blocks<D>);
+}
+
+template <int D>
+Outcome<Done> BlockSteps<D>::measure(const BoundaryTolerance& tolerance, const Around& around) {
+    run_->options.tolerance = tolerance;
+    return step(around, "measure", measure_blocks<D>);
+}
+
+template <int D>
+Outcome<CurvedBlocks<D>> BlockSteps<D>::finish() && {
+    const auto of_ranks = gather_all(run_->ranks, Outcome<std::vector<CurveStatistics>>({run_->out.statistics}));
+    if (!of_ranks) return fail(of_ranks.error());
+    run_->out.statistics = {};
+    for (const CurveStatistics& s : *of_ranks) run_->out.statistics += s;
+    for (PartState<D>& state : run_->states) {
+        state.mesh.mid_nodes = std::move(state.nodes);
+        run_->out.curved.push_back({std::move(state.mesh), state.first_edge, state.last_edge});
+    }
+    return std::move(run_->out);
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                              \
-    template class QuadraticParts<D>;                                                                      \
-    template Outcome<QuadraticMesh<D>> joined<D>(const CurvedBlocks<D>&, LinearMesh<D>, const Execution&); \
-    template Outcome<CurvedBlocks<D>> curve_blocks<D>(const MeshRows<D>&, const BlocksGoal<D>&,            \
-                                                      const CurveBlocksOptions&, Ranks&, const Around&);
+    template class QuadraticParts<D>; \
+    template class BlockSteps<D>; \
+    template Outcome<QuadraticMesh<D>> joined<D>(const CurvedBlocks<D>&, LinearMesh<D>, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -16,7 +16,7 @@ import camber.crossing;
 import camber.surface;
 import camber.curving;
 import camber.repair;
-import camber.recipes;
+import camber.stages;
 
 namespace camber {
 
@@ -287,21 +287,24 @@ Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart
                          const Execution& execution) {
     QuadraticMesh<D> mesh = state.mesh;
     mesh.mid_nodes = std::move(state.nodes);
-    const auto validation = validate(mesh, run.options.curving.repair.min_scaled_jacobian, execution);
+    const RepairOptions& repair = run.options.curving.repair;
+    const auto validation = validate(mesh, repair.min_scaled_jacobian, execution);
     state.nodes = take(std::move(mesh.mid_nodes));
     if (!validation) return fail(validation.error());
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e) {
         if (!part.owns(mesh.linear.elements.vertices[e])) continue;
         const Verdict verdict = validation->verdicts[e];
-        own.invalid += verdict == Verdict::invalid ? 1 : 0;
-        own.undecided += verdict == Verdict::undecided ? 1 : 0;
+        own.below_bound += verdict != Verdict::valid ? 1 : 0;
         const auto smallest = static_cast<double>(validation->min_scaled_jacobian[e]);
-        const bool is_low = raises(run.by->repair) && smallest < run.by->repair.target;
+        const bool is_low = raises(repair) && smallest < repair.target;
         if (verdict != Verdict::valid || is_low) run.to_repair.push_back(part.elements[e]);
         if (smallest < own.smallest) own.smallest = smallest, own.worst = part.elements[e];
     }
-    for (const auto& [e, verdict] : validation->not_positive)
-        own.not_positive += part.owns(mesh.linear.elements.vertices[e]) ? 1 : 0;
+    for (const auto& [e, verdict] : validation->not_positive) {
+        if (!part.owns(mesh.linear.elements.vertices[e])) continue;
+        ++(verdict == Verdict::invalid ? own.invalid : own.undecided);
+        own.below_bound -= validation->verdicts[e] != Verdict::valid ? 1 : 0;
+    }
     return Done{};
 }
 
@@ -321,7 +324,7 @@ Outcome<BlocksValidation> judged_blocks(BlockRun<D>& run, const Execution& execu
     for (const BlocksValidation& v : *all) {
         sum.invalid += v.invalid;
         sum.undecided += v.undecided;
-        sum.not_positive += v.not_positive;
+        sum.below_bound += v.below_bound;
         if (v.smallest < sum.smallest) sum.smallest = v.smallest, sum.worst = v.worst;
     }
     return sum;
@@ -395,8 +398,7 @@ template <int D>
 Outcome<Done> judge_uncrossed(BlockRun<D>& run, const Execution& execution) {
     auto validation = judged_blocks(run, execution);
     if (!validation) return fail(validation.error());
-    const auto not_valid = [](const BlocksValidation& v) { return v.invalid + v.undecided; };
-    const bool is_worse = not_valid(*validation) > not_valid(run.out.after);
+    const bool is_worse = validation->not_valid() > run.out.after.not_valid();
     run.out.after = std::move(*validation);
     return is_worse ? relax_blocks(run, execution) : Outcome<Done>(Done{});
 }
@@ -417,7 +419,7 @@ Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
     if (!numbers) return fail(numbers.error());
     if (std::ranges::all_of(*numbers, [](std::size_t n) { return n == 0; })) return Done{};
     const RepairedBlocks<D> of{run.out.parts, run.states, run.by->surface, run.by->edges.aim};
-    const auto repaired = repair_blocks(of, run.to_repair, run.by->repair, run.ranks, part_of(execution, 0, 0.9));
+    const auto repaired = repair_blocks(of, run.to_repair, run.options.curving.repair, run.ranks, part_of(execution, 0, 0.9));
     if (!repaired) return fail(repaired.error());
     const auto all = gather_all(run.ranks, Outcome<std::vector<RepairStatistics>>({*repaired}));
     if (!all) return fail(all.error());

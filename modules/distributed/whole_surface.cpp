@@ -17,7 +17,7 @@ import camber.validity;
 import camber.surface;
 import camber.curving;
 import camber.repair;
-import camber.recipes;
+import camber.stages;
 
 namespace camber {
 
@@ -292,12 +292,10 @@ Outcome<Done> extend_on_surface(BlockRun<D>& run, const Execution& execution) {
 }  // namespace
 
 template <int D>
-Outcome<Done> find_surface(BlockRun<D>& run, const MeshRows<D>& rows, const Execution& execution) {
-    auto surface = whole_surface(rows, run.goal, part_of(execution, 0, 0.8));
+Outcome<Done> find_surface(BlockRun<D>& run, const Execution& execution) {
+    auto surface = whole_surface(run.rows, run.goal, part_of(execution, 0, 0.8));
     if (!surface) return fail(surface.error());
-    const CurveOptions edges = edges_by(run);
-    const RepairOptions repair = with_target(run.options.curving.repair, recommended_target(edges));
-    run.by.emplace(CurvingBy<D>{std::move(*surface), edges, repair});
+    run.by.emplace(CurvingBy<D>{std::move(*surface), edges_by(run)});
     return run.each_part(part_of(execution, 0.8, 1),
                          [&](PartState<D>& state, RingedPart<D>& part) { return take_boundary(run, state, part); });
 }
@@ -331,7 +329,7 @@ Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution) {
 #define CAMBER_INSTANTIATE(D)                                                                                       \
     template struct WholeSurface<D>;                                                                                \
     template Outcome<WholeSurface<D>> whole_surface<D>(const MeshRows<D>&, const BlocksGoal<D>&, const Execution&); \
-    template Outcome<Done> find_surface<D>(BlockRun<D>&, const MeshRows<D>&, const Execution&);                     \
+    template Outcome<Done> find_surface<D>(BlockRun<D>&, const Execution&);                     \
     template Outcome<Done> extend_blocks<D>(BlockRun<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -38,7 +38,8 @@ static Outcome<bool> example(const Execution& execution) {
     const Around around = plainly(execution);
     const auto remeshed = remesh_mesh(ring(24), MeshGoal<2>{}, {}, around);
     if (!remeshed) return fail(remeshed.error());
-    MeshGoal<2> goal{.metric = metric_at_vertices<2>(remeshed->log_metrics), .geometry = remeshed->boundary.geometry};
+    MeshGoal<2> goal{.metric = metric_at_vertices<2>(remeshed->remeshed->log_metrics),
+                     .geometry = remeshed->remeshed->geometry};
     goal.boundary.features = listed_breaks<2>;
     const auto curved = curve_mesh(remeshed->mesh, goal, {}, around);
     if (!curved) return fail(curved.error());

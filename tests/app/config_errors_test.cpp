@@ -9,6 +9,7 @@
 
 import camber.core;
 import camber.config;
+import camber.recipes;
 
 using namespace camber;
 using namespace camber::config;

@@ -7,6 +7,7 @@
 import camber.core;
 import camber.fields;
 import camber.config;
+import camber.recipes;
 import camber.metric;
 
 using namespace camber;

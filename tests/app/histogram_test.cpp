@@ -19,7 +19,8 @@
 #include "property.hpp"
 
 import camber.core;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 using namespace camber::run;
 

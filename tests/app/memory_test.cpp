@@ -6,7 +6,8 @@
 
 #include "property.hpp"
 
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 using camber::run::estimated_peak_bytes;
 using camber::run::expected_growth;

@@ -24,7 +24,8 @@ import camber.bezier;
 import camber.config;
 import camber.io;
 import camber.ordering;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 using namespace camber;
 using camber::testing::alone;

@@ -11,7 +11,8 @@
 import camber.core;
 import camber.config;
 import camber.io;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 using namespace camber;
 

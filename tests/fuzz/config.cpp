@@ -6,6 +6,7 @@
 
 import camber.core;
 import camber.config;
+import camber.recipes;
 
 namespace fuzz {
 

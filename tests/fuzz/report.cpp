@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <string>
 
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 namespace fuzz {
 

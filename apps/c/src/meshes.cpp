@@ -20,7 +20,8 @@ import camber.bezier;
 import camber.commands;
 import camber.config;
 import camber.io;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import camber.transfer;
 
 namespace camber::c {

@@ -18,7 +18,8 @@ import camber.core;
 import camber.io;
 import camber.app_shell;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 
 namespace camber::app {

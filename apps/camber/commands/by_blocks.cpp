@@ -4,7 +4,8 @@ module;
 #include <cstdint>
 #include <ctime>
 #include <filesystem>
-#include <functional>
+#include <iterator>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -20,7 +21,8 @@ import camber.io;
 import camber.distributed;
 import camber.app_shell;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 import :output;
 
@@ -30,42 +32,6 @@ namespace {
 
 /// About what working on a part takes for each of its elements: a quarter of a memory is for that.
 constexpr double bytes_of_element = 500;
-
-/// Clocks and progress around the steps of a run.
-class Steps {
-  public:
-    Steps(const config::Pipeline& pipeline, Host& host)
-        : pipeline_(pipeline), host_(host), progress_(std::move(host.told)) {}
-
-    [[nodiscard]] Around around() {
-        return [this](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
-            progress_.begin(std::string(stage));
-            const Meter meter;
-            auto done = guarded([&] {
-                return body(Execution{.threads = pipeline_.threads, .stop = host_.stop, .progress = progress_.ticks()});
-            });
-            if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty())
-                done.error().where = stage;
-            add_time(stage, meter.read());
-            return done;
-        };
-    }
-    void wipe() { progress_.wipe(); }
-    /// Steps of one name are one row.
-    void add_time(std::string_view stage, const Usage& usage) {
-        const auto same = std::ranges::find(times, stage, &run::StageTime::stage);
-        if (same == times.end()) return times.push_back({std::string(stage), usage.seconds, usage.peak_bytes});
-        same->seconds += usage.seconds;
-        same->peak_bytes = usage.peak_bytes;
-    }
-
-    std::vector<run::StageTime> times;
-
-  private:
-    const config::Pipeline& pipeline_;
-    Host& host_;
-    Progress progress_;
-};
 
 bool is_meshb(const std::string& path) { return path.ends_with(".meshb"); }
 
@@ -82,20 +48,18 @@ bool is_written_by_pieces(const config::Output& output) {
 class BlocksRun {
   public:
     BlocksRun(const config::Pipeline& pipeline, Written& written, Host host)
-        : pipeline_(pipeline), written_(written), host_(std::move(host)), steps_(pipeline, host_) {}
-
-    Outcome<run::ByBlocksReport> run() {
-        auto made = together(*host_.ranks, [&] { return run_here(); });
-        steps_.wipe();
-        return made;
+        : pipeline_(pipeline), written_(written), host_(std::move(host)), steps_(pipeline, host_) {
+        sources_.ranks = host_.ranks;
+        if (const auto requested = run::requested_blocks(pipeline)) requested_ = *requested;
+        if (requested_.blocks > 0) sources_.blocks.elements = static_cast<std::size_t>(requested_.blocks);
     }
-    [[nodiscard]] const std::vector<std::string>& notices() const { return notices_; }
+
+    Outcome<run::Run> run() {
+        return together(*host_.ranks, [&] { return run_here(); });
+    }
 
   private:
-    Outcome<run::ByBlocksReport> run_here() {
-        auto options = run::options_by_blocks(pipeline_);
-        if (!options) return fail(options.error());
-        options_ = std::move(*options);
+    Outcome<run::Run> run_here() {
         give_freed_arrays_back();
         if (auto bounded = keep_to_memory(); !bounded) return fail(bounded.error());
         if (auto outputs = check_outputs_here(); !outputs) return fail(outputs.error());
@@ -107,23 +71,23 @@ class BlocksRun {
     /// One rank takes a mesh as it is; what it cannot hold, and several ranks, take it by offsets.
     [[nodiscard]] bool is_mapped() const {
         return host_.ranks->size() > 1 ||
-               (run::memory_by_blocks(pipeline_) > 0 && is_written_by_rows(pipeline_.output));
+               (requested_.memory > 0 && is_written_by_rows(pipeline_.output));
     }
 
     /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the
     /// bound.
     Outcome<Done> keep_to_memory() {
-        const double bound = run::memory_by_blocks(pipeline_);
+        const double bound = requested_.memory;
         if (!(bound > 0)) return Done{};
         const std::filesystem::path beside = std::filesystem::path(pipeline_.output.mesh).parent_path();
         const std::string folder = beside.empty() ? "." : beside.string();
         if (const int error = keep_arrays_in_files(folder); error != 0)
             return fail(ErrorKind::write, "arrays cannot lie in files there: " + std::generic_category().message(error),
                         folder, {}, "write the mesh to a disk of this machine, or leave --memory out");
-        options_.blocks.elements_at_once = static_cast<std::size_t>(bound / (4 * bytes_of_element));
-        options_.blocks.memory.before = [] { (void)keep_arrays_in_files(""); };
-        options_.blocks.memory.after = [folder] { (void)keep_arrays_in_files(folder); };
-        options_.blocks.memory.leave = [bound] {
+        sources_.blocks.elements_at_once = static_cast<std::size_t>(bound / (4 * bytes_of_element));
+        sources_.blocks.memory.before = [] { (void)keep_arrays_in_files(""); };
+        sources_.blocks.memory.after = [folder] { (void)keep_arrays_in_files(folder); };
+        sources_.blocks.memory.leave = [bound] {
             if (static_cast<double>(resident_bytes()) > bound / 2) give_back_arrays();
         };
         return Done{};
@@ -142,7 +106,7 @@ class BlocksRun {
         return host_.ranks->rank() == 0 ? check_outputs(output) : Done{};
     }
 
-    Outcome<run::ByBlocksReport> run_mapped(const std::string& path) {
+    Outcome<run::Run> run_mapped(const std::string& path) {
         auto in_space = mapped<3>(path);
         if (in_space) return run_on(std::move(*in_space));
         if (in_space.error().kind != ErrorKind::unsupported) return fail(in_space.error());
@@ -151,7 +115,7 @@ class BlocksRun {
         return run_on(std::move(*plane));
     }
 
-    Outcome<run::ByBlocksReport> run_in_memory() {
+    Outcome<run::Run> run_in_memory() {
         std::optional<DecodedMesh> decoded;
         const auto* const file = std::get_if<config::FilePath>(&pipeline_.input.source);
         auto read = steps_.around()(file != nullptr ? "read" : "generate", [&](const Execution& e) -> Outcome<Done> {
@@ -163,7 +127,7 @@ class BlocksRun {
         });
         if (!read) return fail(read.error());
         return std::visit(
-            [&]<int D>(Mesh<D> mesh) -> Outcome<run::ByBlocksReport> {
+            [&]<int D>(Mesh<D> mesh) -> Outcome<run::Run> {
                 if (mesh.degree > 1)
                     return fail(ErrorKind::unsupported, "the mesh is curved: blocks take a straight one", {}, {},
                                 "camber convert --straighten makes it one");
@@ -213,66 +177,45 @@ class BlocksRun {
     }
 
     template <int D>
-    Outcome<run::ByBlocksReport> run_on(Opened<D> opened) {
-        std::vector<run::MetricFile> files;
-        run::GeometrySource geometry;
-        auto read = steps_.around()("read", [&](const Execution& e) -> Outcome<Done> {
+    Outcome<run::Run> run_on(Opened<D> opened) {
+        const Around around = steps_.around();
+        auto read = around("read", [&](const Execution& e) -> Outcome<Done> {
             auto metric = metric_files(opened, e);
             if (!metric) return fail(metric.error());
-            files = std::move(*metric);
+            sources_.files = std::move(*metric);
             auto model = read_geometry(pipeline_.geometry, e);
             if (!model) return fail(model.error());
-            geometry = std::move(*model);
+            sources_.geometry = std::move(*model);
             return Done{};
         });
         if (!read) return fail(read.error());
-        const auto goal = run::goal_by_blocks<D>(pipeline_, geometry, files, notices_);
-        auto curved = curve_blocks<D>(*opened.rows, goal, options_, *host_.ranks, steps_.around());
-        if (!curved) return fail(curved.error());
-        auto report = report_of(*curved);
-        if (opened.order) number_as_given(report, opened.order->renumbering.vertices);
+        auto made = run::run_steps<D>(*opened.rows, pipeline_, sources_, around);
+        if (!made) return fail(made.error());
+        run::Run run{.mesh = Mesh<D>{}, .report = std::move(made->report), .fields = {}};
+        std::ranges::copy(notices_, std::back_inserter(run.report.notices));
+        if (opened.order) number_as_given(run.report, opened.order->renumbering.vertices);
         if (!pipeline_.output.mesh.empty()) {
-            auto done =
-                written_.add(pipeline_.output.mesh,
-                             steps_.around()("write", [&](const Execution& e) { return write(opened, *curved, e); }));
+            auto done = written_.add(pipeline_.output.mesh,
+                                     around("write", [&](const Execution& e) { return write(opened, made->curved, e); }));
             if (!done) return fail(done.error());
         }
-        return with_costs(std::move(report));
-    }
-
-    template <int D>
-    run::ByBlocksReport report_of(const CurvedBlocks<D>& curved) const {
-        run::ByBlocksReport report;
-        report.dimension = D;
-        report.ranks = host_.ranks->size();
-        report.blocks = curved.parts.layout.blocks();
-        report.elements_of_block = options_.blocks.elements;
-        report.vertices = curved.counts.points;
-        report.elements = curved.counts.elements;
-        report.facets = curved.counts.facets;
-        report.edges = curved.first_edges.back();
-        report.volume_edges = curved.statistics.volume_edges;
-        report.curved_edges = curved.statistics.curved_edges;
-        report.extension_iterations = curved.iterations;
-        report.before = curved.before;
-        report.after = curved.after;
-        report.repair = curved.repair;
-        report.walls = run::walls_report(curved.walls);
-        run::add(report, curved.deviation, options_.tolerance);
-        report.bound = options_.curving.repair.min_scaled_jacobian;
-        report.is_asked = options_.curving.repair.min_scaled_jacobian.is_asked;
-        return report;
+        if (auto done = add_costs(run.report); !done) return fail(done.error());
+        const RowCounts counts = opened.rows->counts();
+        steps_.add_to(run.report, origin_of(pipeline_, {.dimension = D, .degree = 1, .vertices = counts.points,
+                                                        .elements = counts.elements, .facets = counts.facets}));
+        if (auto done = write_report(run.report, pipeline_.output, host_, written_); !done) return fail(done.error());
+        return run;
     }
 
     /// Gives the places of deviations the numbers that the input has for its vertices.
-    static void number_as_given(run::ByBlocksReport& report, const Permutation<VertexId>& order) {
-        for (auto* const deviation : {&report.nodes, &report.boundary_vertices})
-            for (std::size_t& v : deviation->vertices)
+    static void number_as_given(run::Report& report, const Permutation<VertexId>& order) {
+        for (auto* const deviation : {&report.boundary->node_deviation, &report.boundary->vertex_deviation})
+            for (std::size_t& v : (*deviation)->vertices)
                 if (v != 0) v = order.before[VertexId(v - 1)].index() + 1;
     }
 
-    /// What it cost each rank.
-    Outcome<run::ByBlocksReport> with_costs(run::ByBlocksReport report) {
+    /// Adds the costs of each rank.
+    Outcome<Done> add_costs(run::Report& report) {
         struct Cost {
             std::size_t peak = 0, sent = 0;
             double seconds = 0;
@@ -282,14 +225,15 @@ class BlocksRun {
                        static_cast<double>(std::clock()) / static_cast<double>(CLOCKS_PER_SEC)};
         const auto all = gather_all(*host_.ranks, Outcome<std::vector<Cost>>({own}));
         if (!all) return fail(all.error());
+        run::RanksReport& ranks = report.ranks.emplace();
+        ranks.number = host_.ranks->size();
+        ranks.rounds = traffic.rounds;
         for (const Cost& cost : *all) {
-            report.peak_bytes.push_back(cost.peak);
-            report.processor_seconds.push_back(cost.seconds);
-            report.sent_bytes.push_back(cost.sent);
+            ranks.peak_bytes.push_back(cost.peak);
+            ranks.processor_seconds.push_back(cost.seconds);
+            ranks.sent_bytes.push_back(cost.sent);
         }
-        report.rounds = traffic.rounds;
-        report.times = steps_.times;
-        return report;
+        return Done{};
     }
 
     template <int D>
@@ -354,39 +298,25 @@ class BlocksRun {
     const config::Pipeline& pipeline_;
     Written& written_;
     Host host_;
-    Steps steps_;
-    CurveBlocksOptions options_;
+    TimedSteps steps_;
+    CurveByBlocks requested_ = {};
+    run::BlockSources sources_ = {};
     std::vector<std::string> notices_;
 };
 
 }  // namespace
 
 bool goes_by_blocks(const config::Pipeline& pipeline, const Host& host) {
-    if (run::asks_for_blocks(pipeline)) return true;
+    if (run::requested_blocks(pipeline)) return true;
     if (host.ranks->size() == 1) return false;
     return std::ranges::any_of(pipeline.stages,
                                [](const config::Stage& s) { return std::holds_alternative<config::Curve>(s); });
 }
 
-int finish_by_blocks(const config::Pipeline& pipeline, Host host) {
-    Written written;
-    const bool is_first = host.ranks->rank() == 0;
-    BlocksRun blocks(pipeline, written, std::move(host));
-    auto report = blocks.run();
-    if (!report) {
-        Error error = report.error();
-        const auto* const file = std::get_if<config::FilePath>(&pipeline.input.source);
-        return report_error(of_file(std::move(error), file != nullptr ? file->path : "the generated mesh"));
-    }
-    for (const std::string& notice : blocks.notices()) tell_note(notice);
-    if (const std::string& path = pipeline.output.report; !path.empty() && is_first)
-        if (auto done = written.add(path, write_text(path, run::to_json(*report))); !done)
-            return report_error(done.error());
-    const int said =
-        end_with(run::table(*report) + "\n" + wrote_rows({pipeline.output.mesh, pipeline.output.report}), written);
-    if (report->holds_what_was_asked()) return said;
-    for (const std::string& miss : run::misses(*report)) tell(miss);
-    return said != 0 ? said : 1;
+Outcome<run::Run> execute_by_blocks(const config::Pipeline& pipeline, Written& written, Host host) {
+    auto run = BlocksRun(pipeline, written, std::move(host)).run();
+    if (!run) return fail(of_input(run.error(), pipeline));
+    return run;
 }
 
 }  // namespace camber::app

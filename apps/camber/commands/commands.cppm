@@ -15,7 +15,7 @@ import camber.shapes;
 import camber.cad;
 import camber.recipes;
 import camber.config;
-import camber.run;
+import camber.reports;
 export import :requests;
 
 export namespace camber::app {

@@ -19,7 +19,8 @@ import camber.io;
 import camber.distributed;
 import camber.app_shell;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 import :output;
 

@@ -22,7 +22,8 @@ import camber.cad;
 import camber.config;
 import camber.io;
 import camber.app_shell;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 import :output;
 
@@ -291,9 +292,9 @@ int report_misses(const run::Report& report) {
 }
 
 int finish(const config::Pipeline& pipeline, bool histogram, Host host) {
-    if (goes_by_blocks(pipeline, host)) return finish_by_blocks(pipeline, std::move(host));
     Written written;
-    const auto run = execute(pipeline, written, {}, std::move(host));
+    const auto run = goes_by_blocks(pipeline, host) ? execute_by_blocks(pipeline, written, std::move(host))
+                                                    : execute(pipeline, written, {}, std::move(host));
     if (!run) return report_error(run.error());
     for (const std::string& notice : run->report.notices)
         tell_notice({notice, std::ranges::find(run->details, notice) != run->details.end()});

@@ -25,7 +25,8 @@ import camber.cad;
 import camber.distributed;
 import camber.app_shell;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 import :output;
 
@@ -93,25 +94,6 @@ Outcome<Done> check_endings(const config::Output& output) {
     return output.solution.empty() ? Done{} : check_fields_output(output.solution, {});
 }
 
-/// What the report says of the run's beginning.
-run::OriginReport origin_of(const config::Pipeline& pipeline, const AnyMesh& mesh) {
-    const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
-    const auto* metric = std::get_if<config::FilePath>(&pipeline.metric);
-    const run::PlanSize size = run::plan_size(mesh);
-    constexpr std::array<const char*, std::variant_size_v<config::Geometry>> geometries{"surrogate", "straight", "mesh",
-                                                                                        "analytic", "cad"};
-    return {.version = CAMBER_VERSION,
-            .mesh = file != nullptr ? file->path : std::string(),
-            .metric = metric != nullptr ? metric->path : std::string(),
-            .dimension = size.dimension,
-            .degree = size.degree,
-            .vertices = size.vertices,
-            .elements = size.elements,
-            .facets = size.facets,
-            .config = config::write_pipeline(pipeline),
-            .geometry = geometries[pipeline.geometry.index()]};
-}
-
 /// Threads that a run takes: those that were asked for, as far as the machine has them.
 int threads_used(const config::Pipeline& pipeline) {
     const int there = tbb::info::default_concurrency();
@@ -122,12 +104,6 @@ int threads_used(const config::Pipeline& pipeline) {
 std::string writable(const std::string& path) {
     const auto checked = check_writable(path);
     return checked ? "writable" : checked.error().what;
-}
-
-/// An error of a run that says no place, as one of its input.
-Error of_input(Error error, const config::Pipeline& pipeline) {
-    const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
-    return of_file(std::move(error), file != nullptr ? file->path : "the generated mesh");
 }
 
 Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline& given, const Fit& fit) {
@@ -145,14 +121,6 @@ bool comes_in_rounds(const config::Pipeline& pipeline, std::string_view step) {
     return std::ranges::find(passes, step) != passes.end() && std::ranges::any_of(pipeline.stages, is_remesh);
 }
 
-/// Steps of one name are one row.
-void add_time(std::vector<run::StageTime>& times, run::StageTime step) {
-    const auto same = std::ranges::find(times, step.stage, &run::StageTime::stage);
-    if (same == times.end()) return times.push_back(std::move(step));
-    same->seconds += step.seconds;
-    same->peak_bytes = std::max(same->peak_bytes, step.peak_bytes);
-}
-
 /// What a run makes, or how long it takes, as far as it is found without the whole run.
 struct Forecast {
     std::optional<run::Growth> growth = {};
@@ -163,7 +131,7 @@ Outcome<Forecast> forecast(const config::Pipeline& pipeline, run::Inputs inputs,
                            const Meter& meter, const Execution& execution) {
     const Around quietly = [&](std::string_view, const auto& body) { return body(execution); };
     const int threads = threads_used(pipeline);
-    const auto probe = run::asks_for_blocks(pipeline) ? std::nullopt : run::probe_of(pipeline, size, threads);
+    const auto probe = run::requested_blocks(pipeline) ? std::nullopt : run::probe_of(pipeline, size, threads);
     if (!probe)
         return run::planned_growth(pipeline, std::move(inputs), quietly)
             .map([](const std::optional<run::Growth>& growth) { return Forecast{.growth = growth}; });
@@ -173,6 +141,62 @@ Outcome<Forecast> forecast(const config::Pipeline& pipeline, run::Inputs inputs,
 }
 
 }  // namespace
+
+run::OriginReport origin_of(const config::Pipeline& pipeline, const run::PlanSize& size) {
+    const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
+    const auto* metric = std::get_if<config::FilePath>(&pipeline.metric);
+    constexpr std::array<const char*, std::variant_size_v<config::Geometry>> geometries{"surrogate", "straight", "mesh",
+                                                                                        "analytic", "cad"};
+    return {.version = CAMBER_VERSION,
+            .mesh = file != nullptr ? file->path : std::string(),
+            .metric = metric != nullptr ? metric->path : std::string(),
+            .dimension = size.dimension,
+            .degree = size.degree,
+            .vertices = size.vertices,
+            .elements = size.elements,
+            .facets = size.facets,
+            .config = config::write_pipeline(pipeline),
+            .geometry = geometries[pipeline.geometry.index()]};
+}
+
+Error of_input(Error error, const config::Pipeline& pipeline) {
+    const auto* file = std::get_if<config::FilePath>(&pipeline.input.source);
+    return of_file(std::move(error), file != nullptr ? file->path : "the generated mesh");
+}
+
+Around TimedSteps::around() {
+    return [this](std::string_view stage, const std::function<Outcome<Done>(const Execution&)>& body) {
+        if (comes_in_rounds(pipeline_, stage))
+            progress_.begin_in_rounds("remesh", std::string(stage));
+        else
+            progress_.begin(std::string(stage));
+        const Meter meter;
+        auto done = guarded([&] {
+            return body(Execution{.threads = pipeline_.threads, .stop = host_.stop, .progress = progress_.ticks()});
+        });
+        if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty()) done.error().where = stage;
+        const Usage usage = meter.read();
+        const auto same = std::ranges::find(times_, stage, &run::StageTime::stage);
+        run::StageTime& time = same == times_.end() ? times_.emplace_back(std::string(stage)) : *same;
+        time.seconds += usage.seconds;
+        time.peak_bytes = std::max(time.peak_bytes, usage.peak_bytes);
+        return done;
+    };
+}
+
+void TimedSteps::add_to(run::Report& report, run::OriginReport origin) {
+    progress_.wipe();
+    report.times = std::move(times_);
+    report.threads = threads_used(pipeline_);
+    if (report.boundary) report.boundary->geometry = origin.geometry;
+    report.origin = std::move(origin);
+}
+
+Outcome<Done> write_report(const run::Report& report, const config::Output& files, const Host& host,
+                           Written& written) {
+    if (files.report.empty() || host.ranks->rank() != 0) return Done{};
+    return written.add(files.report, write_text(files.report, run::to_json(report)));
+}
 
 config::Output files_of(config::Output output) {
     for (std::string* const name :
@@ -216,59 +240,43 @@ Outcome<std::string> plan(const config::Pipeline& given, const Fit& fit) {
     return text;
 }
 
+namespace {
+
+/// Reads or generates the input of a run.
+Outcome<run::Inputs> inputs_of(const config::Pipeline& pipeline, Host& host, const Execution& execution) {
+    auto inputs = read_inputs(pipeline, host.given, execution);
+    if (!inputs) return inputs;
+    inputs->ranks = host.ranks;
+    if (host.ranks->size() > 1 && run::may_end_in_rows(pipeline) && !inputs->mesh.lift) inputs->end = run::RunEnd::rows;
+    host.given = {};  // the run holds its own
+    if (auto enough = check_memory(inputs->mesh.mesh); !enough) return fail(enough.error());
+    return inputs;
+}
+
+}  // namespace
+
 Outcome<run::Run> execute(const config::Pipeline& given, Written& written, const Fit& fit, Host host) {
-    if (run::asks_for_blocks(given))
+    if (run::requested_blocks(given))
         return fail(ErrorKind::usage, "curving by blocks goes from file to file, in a run of its own", "/stages", {},
                     "leave out blocks and memory of the stage curve");
     if (auto outputs = check_outputs(files_of(given.output)); !outputs) return fail(outputs.error());
-    Progress progress(std::move(host.told));
-    std::vector<run::StageTime> times;
-    const Around around = [&](std::string_view stage,
-                              const std::function<Outcome<Done>(const Execution&)>& body) -> Outcome<Done> {
-        if (comes_in_rounds(given, stage))
-            progress.begin_in_rounds("remesh", std::string(stage));
-        else
-            progress.begin(std::string(stage));
-        const Meter meter;
-        auto done = guarded(
-            [&] { return body(Execution{.threads = given.threads, .stop = host.stop, .progress = progress.ticks()}); });
-        if (!done && done.error().kind == ErrorKind::memory && done.error().where.empty()) done.error().where = stage;
-        const Usage usage = meter.read();
-        add_time(times, {std::string(stage), usage.seconds, usage.peak_bytes});
-        return done;
-    };
-
-    std::optional<run::Inputs> inputs;
-    auto read = around(std::holds_alternative<config::FilePath>(given.input.source) ? "read" : "generate",
-                       [&](const Execution& execution) -> Outcome<Done> {
-                           auto got = read_inputs(given, host.given, execution);
-                           if (!got) return fail(got.error());
-                           inputs = std::move(*got);
-                           inputs->ranks = host.ranks;
-                           if (host.ranks->size() > 1 && run::may_end_in_rows(given) && !inputs->mesh.lift)
-                               inputs->end = run::RunEnd::rows;
-                           host.given = {};  // what the run takes is not held twice
-                           return check_memory(inputs->mesh.mesh);
-                       });
-    if (!read) return fail(read.error());
+    TimedSteps steps(given, host);
+    const Around around = steps.around();
+    auto inputs = run_step(around, std::holds_alternative<config::FilePath>(given.input.source) ? "read" : "generate",
+                           [&](const Execution& e) { return inputs_of(given, host, e); });
+    if (!inputs) return fail(inputs.error());
     auto fitted = fitted_to(inputs->mesh.mesh, given, fit);
     if (!fitted) return fail(fitted.error());
     const config::Pipeline pipeline = std::move(*fitted);
     const InputForm form{inputs->mesh.format, inputs->mesh.always_in_space, inputs->mesh.lift};
-    run::OriginReport origin = origin_of(pipeline, inputs->mesh.mesh);
-    if (run::keeps_elements(pipeline)) progress.of_mesh(run::plan_size(inputs->mesh.mesh).elements);
+    const run::PlanSize size = run::plan_size(inputs->mesh.mesh);
+    if (run::keeps_elements(pipeline)) steps.progress().of_mesh(size.elements);
     auto run = run::run_pipeline(pipeline, std::move(*inputs), around);
     if (!run) return fail(of_input(run.error(), pipeline));
     const config::Output files = files_of(pipeline.output);
     if (auto done = write_outputs(*run, files, form, around, written, host); !done) return fail(done.error());
-    progress.wipe();
-    run->report.times = std::move(times);
-    run->report.threads = threads_used(pipeline);
-    if (run->report.boundary) run->report.boundary->geometry = origin.geometry;
-    run->report.origin = std::move(origin);
-    if (const std::string& path = files.report; host.ranks->rank() == 0 && !path.empty())
-        if (auto done = written.add(path, write_text(path, run::to_json(run->report))); !done)
-            return fail(done.error());
+    steps.add_to(run->report, origin_of(pipeline, size));
+    if (auto done = write_report(run->report, files, host, written); !done) return fail(done.error());
     return run;
 }
 

@@ -10,7 +10,8 @@ module camber.commands:execution;
 import camber.core;
 import camber.io;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import camber.app_shell;
 import :requests;
 
@@ -44,6 +45,34 @@ using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyM
 /// and adds them to those written. `fit`, if there is one, is asked once the input is read. Outputs with names of
 /// values in memory are not written: the run has them.
 Outcome<run::Run> execute(const config::Pipeline& pipeline, Written& written, const Fit& fit = {}, Host host = {});
+
+/// Runs the steps of a run with clocks and progress.
+class TimedSteps {
+  public:
+    /// The arguments must outlive it.
+    TimedSteps(const config::Pipeline& pipeline, Host& host)
+        : pipeline_(pipeline), host_(host), progress_(std::move(host.told)) {}
+
+    [[nodiscard]] Around around();
+    [[nodiscard]] Progress& progress() { return progress_; }
+    /// Adds what is common to the reports of all runs: times, threads, origin. `origin` and the mesh are those of the
+    /// input.
+    void add_to(run::Report& report, run::OriginReport origin);
+
+  private:
+    const config::Pipeline& pipeline_;
+    Host& host_;
+    Progress progress_;
+    std::vector<run::StageTime> times_;  ///< one per name
+};
+
+/// Describes the beginning of a run.
+[[nodiscard]] run::OriginReport origin_of(const config::Pipeline& pipeline, const run::PlanSize& mesh);
+/// Writes the report of a run, if the pipeline names a file, on the first rank.
+[[nodiscard]] Outcome<Done> write_report(const run::Report& report, const config::Output& files, const Host& host,
+                                         Written& written);
+/// Completes an error of a run that names no place: the place is the input.
+[[nodiscard]] Error of_input(Error error, const config::Pipeline& pipeline);
 
 /// What `execute` would do, as text: reads or generates the input, checks the outputs, writes nothing.
 Outcome<std::string> plan(const config::Pipeline& pipeline, const Fit& fit = {});

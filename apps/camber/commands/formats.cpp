@@ -13,7 +13,8 @@ module camber.commands;
 import camber.core;
 import camber.io;
 import camber.app_shell;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 
 namespace camber::app {

@@ -23,7 +23,8 @@ import camber.validity;
 import camber.io;
 import camber.app_shell;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 
 namespace camber::app {

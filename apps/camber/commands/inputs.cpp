@@ -21,7 +21,8 @@ import camber.io;
 import camber.surface;
 import camber.cad;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import camber.app_shell;
 import :execution;
 

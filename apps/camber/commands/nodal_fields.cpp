@@ -16,7 +16,8 @@ import camber.bezier;
 import camber.transfer;
 import camber.io;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 
 namespace camber::app {

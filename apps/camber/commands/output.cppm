@@ -11,7 +11,8 @@ import camber.ordering;
 import camber.io;
 import camber.distributed;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :requests;
 
 namespace camber::app {
@@ -19,10 +20,10 @@ namespace camber::app {
 /// Whether a pipeline goes by blocks: it says of how many elements, or several ranks share it.
 [[nodiscard]] bool goes_by_blocks(const config::Pipeline& pipeline, const Host& host);
 
-/// The whole run of a config by blocks, on all ranks of the host, with what is said at its end; its exit code. Of
-/// several ranks each reads the rows of a binary .meshb that it works on, and writes its own at their offsets; what is
-/// in another format is read as a whole.
-[[nodiscard]] int finish_by_blocks(const config::Pipeline& pipeline, Host host);
+/// Runs a pipeline by blocks on all ranks of the host, and writes its outputs. Of several ranks each reads the rows of a
+/// binary .meshb that it works on, and writes its own at their offsets; other formats are read as a whole. The mesh of
+/// the result is empty: it is in the file.
+[[nodiscard]] Outcome<run::Run> execute_by_blocks(const config::Pipeline& pipeline, Written& written, Host host);
 
 /// Whether the path is that of a file that names its pieces (.pvtu): written in parts only.
 [[nodiscard]] bool names_its_pieces(const std::string& path);

@@ -12,7 +12,8 @@ import camber.core;
 import camber.io;
 import camber.distributed;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 import :output;
 

@@ -21,7 +21,8 @@ import camber.transfer;
 import camber.io;
 import camber.app_shell;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import :execution;
 import :output;
 

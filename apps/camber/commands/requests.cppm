@@ -20,7 +20,8 @@ import camber.io;
 import camber.cad;
 import camber.distributed;
 import camber.config;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import camber.app_shell;
 
 export namespace camber::app {

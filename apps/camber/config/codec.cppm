@@ -12,8 +12,8 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config:codec;
 import camber.core;
+import camber.recipes;
 import camber.validity;
-import :values;
 
 namespace camber::config {
 

@@ -10,6 +10,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.recipes;
 import camber.io;
 import camber.shapes;
 import camber.cad;

@@ -9,6 +9,7 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.recipes;
 import :codec;
 import :description;
 

@@ -11,10 +11,13 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config:description;
 import camber.core;
+import camber.metric;
+import camber.solution_metric;
+import camber.surface;
+import camber.recipes;
 import camber.shapes;
 import camber.fields;
 import :codec;
-import :values;
 
 namespace camber::config {
 

@@ -15,9 +15,9 @@ module;
 #include <nlohmann/json.hpp>
 module camber.config;
 import camber.core;
+import camber.recipes;
 import camber.validity;
 import :codec;
-import :values;
 
 namespace camber::config {
 

@@ -16,7 +16,8 @@
 #include "watched.hpp"
 import camber.core;
 import camber.io;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import camber.transfer;
 
 namespace camber::python {

@@ -12,7 +12,8 @@
 
 import camber.core;
 import camber.io;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 
 namespace camber::python {
 

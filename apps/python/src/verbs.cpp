@@ -21,7 +21,8 @@ import camber.app_shell;
 import camber.commands;
 import camber.config;
 import camber.io;
-import camber.run;
+import camber.recipes;
+import camber.reports;
 import camber.transfer;
 
 namespace camber::python {

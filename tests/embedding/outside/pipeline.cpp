@@ -16,11 +16,11 @@ static Outcome<bool> pipeline(const Around& around) {
     if (!mesh) return fail(mesh.error());
     const auto curved = curve_mesh<3>(as_mesh(*mesh), {}, {.repair = {.min_scaled_jacobian = 0.2}}, around);
     if (!curved) return fail(curved.error());
-    const auto& [before, after] = std::pair(curved->before, curved->after);
-    std::printf("%zu tetrahedra, %zu edges: %zu of them below 0.2 when curved, %zu now; the smallest has %.3f\n",
-                count_elements(curved->mesh), curved->mesh.entities.edges.size(), before.invalid + before.undecided,
-                after.invalid + after.undecided, after.smallest);
-    return after.all_valid();
+    const run::ValidityReport &before = *curved->report.validity_before, &after = *curved->report.validity;
+    std::printf("%zu tetrahedra, %zu edges: %zu elements below 0.2 when curved, %zu now; the smallest has %.3f\n",
+                count_elements(curved->mesh), curved->mesh.entities.edges.size(), before.below_bound, after.below_bound,
+                after.smallest);
+    return curved->report.holds_what_was_asked();
 }
 
 int main() {

@@ -1,0 +1,224 @@
+// Errors of fields, and reports of solutions
+module;
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+module camber.reports;
+import camber.core;
+import camber.recipes;
+import camber.interpolation;
+import camber.transfer;
+
+namespace camber::run {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string norm_text(const ErrorNorm& norm) {
+    // Within rounding there is nothing to be told but that.
+    return norm.value <= 4 * norm.rounding ? "0 to rounding" : fmt::format("{:.4g}", norm.value);
+}
+
+/// Of the names of meshes: as wide as the longest that is told.
+int name_width(const InterpolationError& e) { return e.compared_with == Comparison::straight ? 28 : 46; }
+
+std::string row(const InterpolationError& e, std::string_view name, std::string_view l2, std::string_view h1) {
+    return fmt::format("  {:<{}}{:>16}{:>16}", name, name_width(e), l2, h1);
+}
+std::string norms_row(const InterpolationError& e, std::string_view name, const InterpolantError& error) {
+    return row(e, name, norm_text(error.l2), norm_text(error.h1)) + "\n";
+}
+
+bool comparable(const ErrorNorm& compared, const ErrorNorm& curved) {
+    return curved.value > 4 * curved.rounding && compared.value > 4 * compared.rounding;
+}
+
+std::string ratio_text(const ErrorNorm& compared, const ErrorNorm& curved) {
+    return comparable(compared, curved) ? fmt::format("{:.4g}", compared.value / curved.value) : "-";
+}
+
+std::string place_rows(const ErrorPlace& place, double ErrorBin::* compared) {
+    std::string text = fmt::format("    {}\n", place.title);
+    for (const ErrorBin& bin : place.bins)
+        if (bin.elements > 0)
+            text += fmt::format("      {:<20}{:>14}{:>12.1f} %{:>10.1f} %\n", bin.range, grouped(bin.elements),
+                                100 * bin.*compared, 100 * bin.curved);
+    return text;
+}
+
+double largest_uncertainty(const InterpolationError& e, ErrorNorm InterpolantError::* norm) {
+    double largest = 0;
+    for (const InterpolantError* error : {&e.linear, &e.straight, &e.same_boundary, &e.curved}) {
+        const ErrorNorm& n = error->*norm;
+        if (n.value > 4 * n.rounding) largest = std::max(largest, n.uncertainty);
+    }
+    return largest;
+}
+
+/// The meshes, their errors, and the ratio of the last two.
+std::string rows_of_meshes(const InterpolationError& e, int degree) {
+    const bool walls_are_curved = e.compared_with == Comparison::same_boundary;
+    std::string text = norms_row(e, "degree 1", e.linear) + norms_row(e, "degree 2, straight edges", e.straight);
+    if (degree != 2) return text;
+    if (walls_are_curved) text += norms_row(e, "degree 2, same boundary, straight inner edges", e.same_boundary);
+    text += norms_row(e, "degree 2, as it is", e.curved) +
+            row(e, walls_are_curved ? "straight inner edges / as it is" : "straight / as it is",
+                ratio_text(e.compared().l2, e.curved.l2), ratio_text(e.compared().h1, e.curved.h1));
+    if (!walls_are_curved) return text + "   (above 1: curvature pays)\n";
+    const bool same = e.compared().l2.squares == e.curved.l2.squares && e.compared().h1.squares == e.curved.h1.squares;
+    return text + (same ? "   (no inner edge is curved)\n" : "   (above 1: curved inner edges pay)\n");
+}
+
+/// Of curved walls: what the meshes are good for with which the mesh is compared.
+std::string remarks_on_comparison(const InterpolationError& e, int dimension) {
+    if (e.compared_with == Comparison::straight) return {};
+    std::string text = fmt::format(
+        "    Walls are curved: straight edges everywhere cover another domain ({} {:.6g} instead of {:.6g}, {:+.2g} "
+        "%).\n"
+        "      The first two errors are on that one: they do not compare with the others, and leave out what a solver\n"
+        "      loses by the wrong boundary\n",
+        dimension == 2 ? "area" : "volume", e.volume.straight, e.volume.curved,
+        100 * (e.volume.straight / e.volume.curved - 1));
+    if (e.same_boundary_turned > 0)
+        text += fmt::format(
+            "    ! {} elements are inverted (det J <= 0 at a point) where inner edges are straight: no solver could "
+            "use\n"
+            "      that mesh. The ratio flatters it: |det J| is taken there, and its H1 error has no digits\n",
+            grouped(e.same_boundary_turned));
+    return text;
+}
+
+std::string remarks(const InterpolationError& e) {
+    std::string text =
+        fmt::format("    quadrature: certain to {:.1g} (L2) and {:.1g} (H1) of each number\n",
+                    largest_uncertainty(e, &InterpolantError::l2), largest_uncertainty(e, &InterpolantError::h1));
+    if (e.unresolved > 0)
+        text += fmt::format("    ! {} elements in which the quadrature found no end\n", grouped(e.unresolved));
+    if (e.curved_turned > 0)
+        text += fmt::format(
+            "    ! {} elements where det J <= 0 at a point of the quadrature ({} straight): |det J| is taken, and "
+            "the H1\n      error has no digits there\n",
+            grouped(e.curved_turned), grouped(e.straight_turned));
+    return text;
+}
+
+Json json(const ErrorNorm& norm) {
+    return {{"value", norm.value}, {"uncertainty", norm.uncertainty}, {"rounding", norm.rounding}};
+}
+Json json(const InterpolantError& error) { return {{"l2", json(error.l2)}, {"h1", json(error.h1)}}; }
+Json ratio(const ErrorNorm& compared, const ErrorNorm& curved) {
+    return comparable(compared, curved) ? Json(compared.value / curved.value) : Json(nullptr);
+}
+
+}  // namespace
+
+std::string field_table(const FieldErrors& field, const MeshReport& mesh) {
+    const InterpolationError& e = field.errors;
+    std::string text =
+        fmt::format("\n  Error of the interpolant of {}\n{}\n", field.expression, row(e, "", "L2", "H1, seminorm"));
+    text += rows_of_meshes(e, mesh.degree) + remarks_on_comparison(e, mesh.dimension) + remarks(e);
+    if (e.compared().l2.value <= 4 * e.compared().l2.rounding) return text;
+    const bool of_straight = e.compared_with == Comparison::straight;
+    text += fmt::format("    {:<22}{:>14}{:>14}{:>12}\n", "where the L2 error^2 sits", "elements",
+                        of_straight ? "straight" : "same boundary", mesh.degree == 2 ? "as it is" : "");
+    for (const ErrorPlace& place : field.places)
+        if (mesh.degree == 2 || place.key == "boundary")
+            text += place_rows(place, of_straight ? &ErrorBin::straight : &ErrorBin::same_boundary);
+    return text;
+}
+
+std::string field_json(const FieldErrors& field) {
+    const InterpolationError& e = field.errors;
+    Json j{{"field", field.expression},
+           {"linear", json(e.linear)},
+           {"straight", json(e.straight)},
+           {"same_boundary", json(e.same_boundary)},
+           {"curved", json(e.curved)},
+           {"compared_with", word_of(e.compared_with)},
+           {"ratio", {{"l2", ratio(e.compared().l2, e.curved.l2)}, {"h1", ratio(e.compared().h1, e.curved.h1)}}},
+           {"straight_turned", e.straight_turned},
+           {"same_boundary_turned", e.same_boundary_turned},
+           {"curved_turned", e.curved_turned},
+           {"volume", {{"straight", e.volume.straight}, {"curved", e.volume.curved}}},
+           {"unresolved", e.unresolved},
+           {"evaluations", e.evaluations}};
+    for (const ErrorPlace& place : field.places) {
+        Json bins = Json::array();
+        for (const ErrorBin& bin : place.bins)
+            bins.push_back({{"range", bin.range},
+                            {"elements", bin.elements},
+                            {"straight", bin.straight},
+                            {"same_boundary", bin.same_boundary},
+                            {"curved", bin.curved}});
+        j["by_" + std::string(place.key)] = std::move(bins);
+    }
+    return j.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+namespace {
+
+std::string integral_rows(const TransferReport& r) {
+    std::string text;
+    for (const auto& [name, integral] : r.integrals())
+        text += table_row("integral of " + name,
+                          fmt::format("changed by {:.2g}, of {:.6g}", integral.largest_change, integral.largest));
+    return text;
+}
+
+}  // namespace
+
+std::string carried_rows(const TransferReport& r) {
+    const TransferStatistics& s = r.statistics;
+    std::string text = fmt::format("{}", fmt::join(r.names, ", "));
+    if (s.outside > 0)
+        text += fmt::format("; {} {} outside the old mesh, by up to {:.3g}", grouped(s.outside),
+                            s.outside == 1 ? "node" : "nodes", s.largest_distance);
+    if (s.unkept > 0)
+        text += fmt::format("; integrals of {} {} not preserved", grouped(s.unkept),
+                            s.unkept == 1 ? "material" : "materials");
+    return table_row("fields transferred", text);
+}
+
+std::string solution_metric_rows(const SolutionMetricReport& r) {
+    std::string text = table_row("complexity asked", fmt::format("{:.6g}", r.asked));
+    text += table_row("complexity",
+                      fmt::format("{:.6g} ({} evaluations, {} gradations)", r.complexity, r.evaluations, r.gradations));
+    text += table_row("elements expected", fmt::format("{:.0f}", r.elements));
+    if (r.of_fixed > 0) text += table_row("of what is fixed", fmt::format("{:.6g}", r.of_fixed));
+    text += table_row("largest anisotropy", fmt::format("{:.4g}", r.largest_anisotropy));
+    text += table_row("vertices at bounds", fmt::format("{:.1f} % at the smallest size, {:.1f} % at the largest",
+                                                        100 * r.at_min, 100 * r.at_max));
+    text += table_row("derivatives", fmt::format("{} rows: {} of the boundary from inner ones, {} of a lower degree",
+                                                 r.rows, r.from_inner_fits, r.lower_degree));
+    text += table_row("models", fmt::format("degree {}; {} without derivatives, {} bounded to an anisotropy of {:.3g}",
+                                            r.degree, r.zero_models, r.floored_models, r.models_max_anisotropy));
+    return text;
+}
+
+std::string transfer_rows(const TransferReport& r) {
+    const TransferStatistics& s = r.statistics;
+    std::string text = table_row("nodes kept", fmt::format("{}, to the bit", s.kept));
+    text += table_row("nodes interpolated", s.interpolated);
+    if (s.outside > 0)
+        text += table_row("nodes outside", fmt::format("{}, by up to {:.3g}: the nearest point of the boundary",
+                                                       s.outside, s.largest_distance));
+    if (r.method == TransferMethod::interpolate) return text;
+    text += table_row("projected",
+                      fmt::format("{} nodes of {} elements in {} patches", s.projected, s.changed_elements, s.patches));
+    if (s.unkept > 0)
+        text += table_row("materials without a free node", fmt::format("{}: their integrals are not kept", s.unkept));
+    return text + integral_rows(r);
+}
+
+}  // namespace camber::run

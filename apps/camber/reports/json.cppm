@@ -1,0 +1,67 @@
+module;
+#include <concepts>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+#include <nlohmann/json.hpp>
+/// JSON of report structs, by their fields.
+module camber.reports:json;
+import camber.core;
+import camber.recipes;
+
+namespace camber::run {
+
+using Json = nlohmann::ordered_json;
+
+template <class T>
+inline constexpr bool is_list = false;
+template <class T>
+inline constexpr bool is_list<std::vector<T>> = true;
+
+template <class S>
+void add_fields(Json& object, const S& report, Reported of);
+
+/// The histograms by their keys.
+[[nodiscard]] Json json_of_histograms(const std::vector<Histogram>& histograms);
+
+/// A struct with fields is an object, a list of named values an object with these names as keys, any other list an
+/// array, a value of an enumeration its word.
+template <class T>
+[[nodiscard]] Json json_of(const T& value, Reported of = Reported::volume) {
+    if constexpr (std::same_as<T, Json>) {
+        return value;
+    } else if constexpr (std::same_as<T, std::vector<Histogram>>) {
+        return json_of_histograms(value);
+    } else if constexpr (HasFields<T>) {
+        Json object = Json::object();
+        add_fields(object, value, of);
+        return object;
+    } else if constexpr (is_optional<T>) {
+        return value ? json_of(*value, of) : Json(nullptr);
+    } else if constexpr (is_map<T>) {
+        Json object = Json::object();
+        for (const auto& [key, item] : value) object[key] = json_of(item, of);
+        return object;
+    } else if constexpr (is_list<T>) {
+        Json array = Json::array();
+        for (const auto& item : value) array.push_back(json_of(item, of));
+        return array;
+    } else if constexpr (std::is_enum_v<T>) {
+        return Json(word_of(value));
+    } else {
+        return Json(value);
+    }
+}
+
+template <class S>
+void add_fields(Json& object, const S& report, Reported of) {
+    each_shown_field(
+        report, of, [&](const auto& field, const auto& value) { object[std::string(field.key)] = json_of(value, of); });
+}
+
+}  // namespace camber::run

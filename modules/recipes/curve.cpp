@@ -1,0 +1,414 @@
+// Stages that curve edges, surfaces and vertices, and insert nodes again
+module;
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+#include <fmt/format.h>
+module camber.recipes;
+import camber.core;
+import camber.bezier;
+import camber.cavity;
+import camber.metric;
+import camber.edge_optimisation;
+import camber.validity;
+import camber.surface;
+import camber.cad;
+import camber.operation;
+import camber.adapt;
+import camber.curving;
+import camber.repair;
+import camber.stages;
+
+namespace camber::run {
+
+namespace {
+
+/// What became of the nodes that a mesh was read with.
+Notices kept_nodes(std::size_t edges) {
+    return {fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", edges)};
+}
+constexpr const char* of_volume(CurvingAim aim) {
+    return aim == CurvingAim::accuracy
+               ? "volume edges: their nodes are found anew; those that the mesh was read with do not count"
+               : "volume edges: the search begins at the node that the mesh was read with, where that is the better "
+                 "start";
+}
+
+BoundaryNodesReport nodes_report(BoundaryNodeAim aim, const PlacementStatistics& s) {
+    return {std::string(word_of(aim)),
+            s.edges,
+            s.placed,
+            s.best,
+            s.off,
+            s.far,
+            s.elements,
+            s.walked,
+            s.limited,
+            s.mean_reduction,
+            s.largest_reduction};
+}
+
+}  // namespace
+
+template <int D>
+CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) {
+    const CurveStatistics& s = curved.statistics;
+    return {mesh.edges.size(),
+            s.volume_edges,
+            is_surface_alone(mesh.linear) ? bent_edges(mesh, curved.proposal) : s.curved_edges,
+            s.polished,
+            s.exhausted,
+            s.shortened,
+            s.outside,
+            s.lost,
+            s.drawn_back,
+            edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths),
+            {},
+            {},
+            {},
+            {},
+            0,
+            {}};
+}
+
+template <int D>
+void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options, double seconds) {
+    const Quadratic<D>& at = run.quadratic();
+    if (made.input.placed) run.report(nodes_report(options.boundary_nodes, *made.input.placed));
+    CurveReport part = curve_report(at.mesh, made.curved);
+    if (made.field && made.edges.aim == CurvingAim::accuracy && !is_surface_alone(at.mesh.linear)) {
+        const CurveStatistics& s = made.curved.statistics;
+        part.by = NodesByReport{std::string(word_of(made.edges.metric_kind)), share_of_sizes(made.edges, D), s.by_walls,
+                                s.by_metric, s.held_back};
+    }
+    if (const auto& expected = made.expected)
+        part.expected = ExpectedErrorsReport{expected->before, expected->after, static_cast<int>(expected->rounds)};
+    part.objective = word_of(options.objective);
+    part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
+    run.report(part);
+    if (at.nodes != NodesOf::input) return;
+    if (made.input.kept > 0) run.report(kept_nodes(made.input.kept));
+    if (made.field) run.report(Notices{of_volume(edge_options(options).aim)});
+}
+
+template <int D>
+Wanted<D> keep_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> made, CurvingAim aim) {
+    run.state.field = std::move(made.field);
+    run.state.straight_log_metrics = std::move(made.straight_log_metrics);
+    return {std::move(boundary), std::move(made.input.shells), std::move(made.curved), aim,
+            std::move(made.input.extended)};
+}
+
+namespace {
+
+/// What nodes are placed by, on the mesh that is curved; none where no stage asks for it.
+template <int D>
+Outcome<GivenSolution<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh, Clocks& clocks) {
+    if (run.sources.goal != nullptr) return run.sources.goal->solution;
+    if (run.sources.solution == nullptr) return GivenSolution<D>{};
+    return solution_on(*run.sources.solution, mesh, run.around(clocks));
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Curve& given) {
+    auto options = static_cast<const ProposeOptions&>(given);
+    options.measured = reported_lengths(run.config.output);
+    Quadratic<D>& at = run.quadratic();
+    auto boundary = describe_boundary(run, at.mesh.linear, at.mesh.edges);
+    if (!boundary) return fail(boundary.error());
+    const CurvingAim aim = has_field(options.objective) ? edge_options(options).aim : CurvingAim::energy;
+    if (has_field(options.objective)) run.state.curving = edge_options(given);
+    MetricTold told;
+    const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
+    Clocks clocks;
+    auto solution = solution_for(run, at.mesh, clocks);
+    if (!solution) return fail(solution.error());
+    auto made = propose_curves<D>({at.mesh, at.nodes, *boundary}, metric, *solution, options, run.around(clocks));
+    if (!made) return fail(made.error());
+    report_metric(run, std::move(told));
+    report_curves(run, *made, options, clocks.seconds["curve"]);
+    run.state.target = recommended_target(made->edges);
+    Proposal<D> proposal = made->curved.proposal;
+    at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(*made), aim), std::move(proposal)};
+    return Done{};
+}
+
+namespace {
+
+template <int D>
+FeatureOptions<D> by_angle(const config::Features& options) {
+    return {.ridge_angle_degrees = options.ridge_angle};
+}
+
+template <class T, class More>
+Column<T> with(const Column<T>& rows, const More& more) {
+    Buffer<T> all(rows.begin(), rows.end());
+    all.reserve(rows.size() + more.size());
+    for (const auto& row : more) all.push_back(T(row));
+    return all;
+}
+
+/// The features with those that the model has: its edges may be smooth, and its vertices lie on smooth curves.
+template <int D>
+Outcome<Features<D>> with_those_of_model(Features<D> features, LinearMesh<D> mesh, EdgeSet<D> edges,
+                                         const MadeGeometry<D>& made, const FeatureOptions<D>& options,
+                                         const Execution& execution) {
+    if constexpr (D == 2) {
+        return features;
+    } else {
+        const auto is_ridge = [&](EdgeId e) { return features.edge_kinds[e] == EdgeKind::ridge; };
+        const auto is_corner = [&](VertexId v) { return features.vertex_kinds[v] == VertexKind::corner; };
+        if (std::ranges::all_of(made.ridges, is_ridge) && std::ranges::all_of(made.corners, is_corner)) return features;
+        std::vector<std::uint32_t> listed(made.ridges.size());
+        std::iota(listed.begin(), listed.end(), static_cast<std::uint32_t>(mesh.edges.size()));
+        std::vector<std::array<VertexId, 2>> ends;
+        ends.reserve(made.ridges.size());
+        for (const EdgeId e : made.ridges) ends.push_back(edges.vertices[e]);
+        mesh.ridges = with(mesh.ridges, listed);
+        mesh.corners = with(mesh.corners, made.corners);
+        mesh.edges.vertices = with(mesh.edges.vertices, ends);
+        mesh.edges.references = with(mesh.edges.references, std::vector<Reference>(ends.size(), 0));
+        edges.of_edges = with(edges.of_edges, made.ridges);
+        return find_features(mesh, edges, options, execution);
+    }
+}
+
+template <int D>
+BoundaryReport features_report(const Features<D>& features) {
+    return {.surface_edges = features.surface_edges,
+            .ridge_edges = features.ridge_edges,
+            .corners = features.corners,
+            .patches = features.patch_count};
+}
+
+/// The boundary by a goal.
+template <int D>
+Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                        std::span<const LagrangeNode<D>> curves, const MeshGoal<D>& goal,
+                                        const Inherited<D>* inherited, const Execution& execution) {
+    BoundaryOptions<D> options = goal.boundary;
+    if (inherited) options.features = listed_breaks<D>;
+    auto boundary = find_boundary(mesh, edges, inherited ? std::optional(inherited->geometry) : goal.geometry, options,
+                                  execution, curves);
+    if (!boundary) return fail(boundary.error());
+    const BoundaryReport report = features_report(boundary->features);
+    return DescribedBoundary<D>{std::move(*boundary), report};
+}
+
+/// Features and geometry of the boundary, by these breaks; of a mesh that was remeshed with the geometry that it has.
+template <int D>
+Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                        std::span<const LagrangeNode<D>> curves, const config::Pipeline& pipeline,
+                                        const GeometrySource& source, const Inherited<D>* inherited,
+                                        const Execution& execution) {
+    const config::Features& options = pipeline.features;
+    const FeatureOptions<D> breaks = inherited ? listed_breaks<D> : by_angle<D>(options);
+    auto features = find_features(mesh, edges, breaks, part_of(execution, 0, 0.3));
+    if (!features) return fail(features.error());
+    auto made = inherited ? MadeGeometry<D>{inherited->geometry}
+                          : make_geometry(pipeline.geometry, source, mesh, edges, *features, by_angle<D>(options),
+                                          curves, part_of(execution, 0.3, 1));
+    if (!made) return fail(made.error());
+    if (made->misfit) return fail(*made->misfit);
+    features = with_those_of_model(std::move(*features), mesh, edges, *made, breaks, without_progress(execution));
+    if (!features) return fail(features.error());
+    BoundaryReport report = features_report(*features);
+    report.cad = made->cad;
+    report.curved_patches = made->curved_patches;
+    report.off_surfaces = made->off_surfaces;
+    return DescribedBoundary<D>{{std::move(*features), options.required_boundary, std::move(made->geometry)}, report};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<DescribedBoundary<D>> boundary_by_config(const config::Pipeline& pipeline, const GeometrySource& source,
+                                                 const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                 const Execution& execution) {
+    return described<D>(mesh, edges, {}, pipeline, source, nullptr, execution);
+}
+
+template <int D>
+Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                       std::span<const LagrangeNode<D>> curves) {
+    const Inherited<D>* const inherited = run.state.inherited ? &*run.state.inherited : nullptr;
+    auto made = run.step("surface", [&](const Execution& e) {
+        return run.sources.goal != nullptr
+                   ? described(mesh, edges, curves, *run.sources.goal, inherited, e)
+                   : described(mesh, edges, curves, run.config, run.sources.geometry, inherited, e);
+    });
+    if (!made) return fail(made.error());
+    if (made->report.cad) made->report.cad->moves = run.state.cad_moves;
+    run.report(made->report);
+    return std::move(made->boundary);
+}
+
+namespace {
+
+/// The nodes of edges, each moved by half of what its ends are, so that edges keep their shapes; of a chord its middle.
+template <int D>
+Outcome<Column<LagrangeNode<D>>> nodes_along(const QuadraticMesh<D>& mesh, const Column<Vec<D>>& points,
+                                             const Execution& execution) {
+    auto nodes = map_each(execution, mesh.edges.size(), [&](std::size_t e) -> LagrangeNode<D> {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        const Column<Vec<D>>& before = mesh.linear.points;
+        const LagrangeNode<D>& node = mesh.mid_nodes[e];
+        if (points[a] == before[a] && points[b] == before[b]) return node;
+        const Vec<D> middle = midpoint(points[a], points[b]), was = midpoint(before[a], before[b]);
+        return node.point == was ? LagrangeNode<D>{middle} : LagrangeNode<D>{middle + (node.point - was)};
+    });
+    if (!nodes) return fail(nodes.error());
+    return Column<LagrangeNode<D>>(std::move(*nodes));
+}
+
+template <int D>
+Outcome<CadMovesReport> move(LinearMesh<D>& mesh, const config::Cad& cad, const CadModel& model,
+                             const Execution& execution) {
+    const auto edges = unique_edges(mesh, without_progress(execution));
+    if (!edges) return fail(edges.error());
+    auto moved = moved_vertices(cad, model, mesh, *edges, execution);
+    if (!moved) return fail(moved.error());
+    mesh.points = std::move(moved->points);
+    return moved->report;
+}
+template <int D>
+Outcome<CadMovesReport> move(Quadratic<D>& at, const config::Cad& cad, const CadModel& model,
+                             const Execution& execution) {
+    QuadraticMesh<D>& mesh = at.mesh;
+    auto moved = moved_vertices(cad, model, mesh.linear, mesh.edges, execution);
+    if (!moved) return fail(moved.error());
+    auto nodes = nodes_along(mesh, moved->points, without_progress(execution));
+    if (!nodes) return fail(nodes.error());
+    mesh.linear.points = std::move(moved->points);
+    mesh.mid_nodes = std::move(*nodes);
+    return moved->report;
+}
+template <int D>
+Outcome<CadMovesReport> move(Changing<D>&, const config::Cad&, const CadModel&, const Execution&) {
+    return fail(ErrorKind::internal, "a run begins with no pass");
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> move_vertices(Runner<D>& run) {
+    const auto* const cad = std::get_if<config::Cad>(&run.config.geometry);
+    if (!cad || !run.sources.geometry.cad || cad->vertices == CadVertices::keep) return Done{};
+    auto report = run.step("vertices", [&](const Execution& e) {
+        return std::visit([&](auto& mesh) { return move<D>(mesh, *cad, *run.sources.geometry.cad, e); }, run.state.mesh);
+    });
+    if (!report) return fail(report.error());
+    run.state.cad_moves = *report;
+    return Done{};
+}
+
+namespace {
+
+/// Options of `relax` that a cavity has no use for are refused where they are not the defaults.
+Outcome<Done> check_options(const config::Reinsert& options) {
+    const config::Relax defaults;
+    std::string foreign;
+    const auto look = [&](const auto& of) {
+        const bool is_own = of.name == "min_scaled_jacobian" || of.name == "target";
+        if (!is_own && !(options.relax.*(of.member) == defaults.*(of.member))) foreign = of.name;
+    };
+    std::apply([&](const auto&... of) { (look(of), ...); }, config::Relax::options());
+    if (foreign.empty()) return Done{};
+    return fail(ErrorKind::usage,
+                "reinsert: relax/" + foreign +
+                    " is of repair, which works on whole meshes; a cavity draws back the nodes "
+                    "at its point",
+                {}, {}, "leave it out, or take the stages curve, validate and relax");
+}
+
+/// Verdicts of the nodes as they were wanted, and in the end.
+template <int D>
+struct Verdicts {
+    JudgedProposal<D> wanted, made;
+};
+template <int D>
+Outcome<Verdicts<D>> judged(const QuadraticMesh<D>& mesh, const ReinsertedNodes<D>& nodes, const JacobianBound& bound,
+                            const Execution& execution) {
+    auto wanted = validate(mesh, nodes.wanted.curved.proposal, bound, part_of(execution, 0, 0.5));
+    if (!wanted) return fail(wanted.error());
+    auto made = validate(mesh, nodes.made.proposal, bound, part_of(execution, 0.5, 1));
+    if (!made) return fail(made.error());
+    return Verdicts<D>{std::move(*wanted), std::move(*made)};
+}
+
+template <int D>
+CavitiesReport cavities_report(const Reinserted<D>& made, const Verdicts<D>& verdicts, const JacobianBound& bound,
+                               RepairMethod method) {
+    const PassStatistics& s = made.statistics;
+    return {
+        verdicts_report(verdicts.wanted.validation(), bound.is_asked).summary,
+        relax_report(changes_between(verdicts.wanted, verdicts.made), 0, method),
+        ReinsertReport{made.sweeps, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)}};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
+    const JacobianBound bound = bound_for(run, options.relax.min_scaled_jacobian);
+    if (auto checked = check_options(options); !checked) return checked;
+    const CurvingAim aim = edge_options(options.curve).aim;
+    run.state.curving = edge_options(options.curve);
+    Quadratic<D>& at = run.quadratic();
+    auto boundary = describe_boundary(run, at.mesh.linear, at.mesh.edges);
+    if (!boundary) return fail(boundary.error());
+    MetricTold told;
+    const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
+    Clocks clocks;
+    auto nodes = reinsert_nodes<D>({at.mesh, at.nodes, *boundary}, metric,
+                                   {static_cast<const ProposeOptions&>(options.curve),
+                                    {.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
+                                     .target = options.relax.aim(),
+                                     .max_sweeps = options.max_sweeps}},
+                                   run.around(clocks));
+    if (!nodes) return fail(nodes.error());
+    auto verdicts = run.step("validate", [&](const Execution& e) { return judged(at.mesh, *nodes, bound, e); });
+    if (!verdicts) return fail(verdicts.error());
+    report_metric(run, std::move(told));
+    report_curves(run, nodes->wanted, options.curve, clocks.seconds["reinsert"]);
+    run.report(cavities_report(nodes->made, *verdicts, bound, options.relax.method));
+    if (nodes->made.left > 0)
+        run.report(
+            Notices{std::to_string(nodes->made.left) + " vertices could have another sweep: max_sweeps ended it"});
+    run.state.history = Corrected<D>{verdicts->wanted.validation()};
+    at.mesh.mid_nodes = nodes->made.proposal.mid_nodes;
+    at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(nodes->wanted), aim),
+                      CommittedPlaces<D>{std::move(nodes->made.proposal), verdicts->made.validation()}};
+    report_verdicts(run, *at.validation());
+    run.report(CommitReport{});
+    return Done{};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                       \
+    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                                \
+    template void report_curves<D>(Runner<D>&, const ProposedCurves<D>&, const ProposeOptions&, double);            \
+    template Wanted<D> keep_field<D>(Runner<D>&, Boundary<D>, ProposedCurves<D>, CurvingAim);                       \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);                                              \
+    template Outcome<DescribedBoundary<D>> boundary_by_config<D>(                                                   \
+        const config::Pipeline&, const GeometrySource&, const LinearMesh<D>&, const EdgeSet<D>&, const Execution&); \
+    template Outcome<Boundary<D>> describe_boundary<D>(Runner<D>&, const LinearMesh<D>&, const EdgeSet<D>&,         \
+                                                       std::span<const LagrangeNode<D>>);                           \
+    template Outcome<Done> move_vertices<D>(Runner<D>&);                                                            \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Reinsert&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

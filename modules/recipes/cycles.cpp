@@ -1,0 +1,509 @@
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+#include <fmt/format.h>
+module camber.recipes;
+import camber.core;
+import camber.bezier;
+import camber.interpolation;
+import camber.solution_metric;
+import camber.io;
+import camber.fields;
+import camber.curving;
+import camber.stages;
+
+namespace camber::run {
+
+namespace {
+
+bool asks_a_solver(const config::Pipeline& pipeline) { return !pipeline.adapt.solve.empty(); }
+
+/// The same name with the ending of another file; empty where that is.
+std::string like(const std::string& folder, const char* name, const std::string& output) {
+    return output.empty() ? output : folder + "/" + name + std::filesystem::path(output).extension().string();
+}
+
+config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFiles& files) {
+    config::Output output = pipeline.output;
+    output.mesh = files.mesh;
+    output.format.clear();
+    output.report = files.report;
+    output.vtu = files.vtu;
+    output.metric = files.metric;
+    output.solution = asks_a_solver(pipeline) ? files.guess : files.carried;
+    output.plots = files.plots;
+    output.page = files.page;
+    return output;
+}
+
+/// What makes a mesh without a field to adapt it to.
+config::Pipeline without_field(config::Pipeline pipeline) {
+    pipeline.adapt = {};
+    pipeline.solution = {};
+    pipeline.metric = config::NaturalMetric{};
+    pipeline.metric_mesh.clear();
+    pipeline.metric_operations.clear();
+    return pipeline;
+}
+
+void set_complexity(config::Pipeline& pipeline, double wanted) {
+    if (auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric)) {
+        made->vertices = made->elements = 0;
+        made->complexity = wanted;
+    } else {
+        pipeline.metric_operations.emplace_back(config::Complexity{.target = wanted});
+    }
+}
+
+/// A complexity between that of a mesh and that of the one before it, which has another number of elements.
+double smaller_step(double complexity, std::size_t elements_before, std::size_t elements) {
+    constexpr double least_change = 0.9;
+    const double ratio =
+        std::sqrt(static_cast<double>(std::max<std::size_t>(elements_before, 1)) / static_cast<double>(elements));
+    return complexity * (ratio > least_change && ratio < 1 / least_change ? least_change : ratio);
+}
+
+std::string other_complexity(double wanted, double made) {
+    return fmt::format(
+        "the complexity of the mesh is {:.0f} instead of {:.0f}, at which elements are not certified "
+        "valid; more cycles may reach it",
+        made, wanted);
+}
+
+double wanted_complexity(const config::Adaptation& adapt, int cycle) {
+    const auto& all = adapt.complexity;
+    if (all.empty() || cycle < 1) return 0;
+    return all[std::min(static_cast<std::size_t>(cycle), all.size()) - 1];
+}
+
+/// The solver and the exact solution, which a cycle's errors depend on.
+std::string problem_of(const config::Adaptation& adapt) {
+    std::string text = adapt.exact;
+    for (const std::string& word : adapt.solve) text += '\n' + word;
+    return text;
+}
+
+/// True if the errors of two meshes can be compared: of one complexity, for the same problem.
+bool is_like(const CycleRow& a, const CycleRow& b) {
+    return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted && a.problem == b.problem &&
+           a.is_of_gradients == b.is_of_gradients;
+}
+
+/// Whether a mesh misses less than another, or has a smaller error.
+bool is_better(const CycleRow& a, const CycleRow& b, const config::Adaptation& adapt) {
+    const auto of_a = error_of_mesh(a, adapt), of_b = error_of_mesh(b, adapt);
+    if (!of_a || !of_b) return false;
+    return a.misses.empty() != b.misses.empty() ? a.misses.empty() : *of_a < *of_b;
+}
+
+/// The error that a mesh is expected to have, known or not, for the bounds of the next one's boundary.
+ExpectedError expected_of(const CycleRow& row, const std::vector<double>& weights) {
+    if (row.expected) return {*row.expected, weights};
+    return {row.interpolated ? row.interpolated->l2 : 0, {}};
+}
+
+void set_expected(config::Pipeline& pipeline, std::span<const CycleRow> rows) {
+    auto* const made = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    if (made != nullptr && !rows.empty()) made->expected = expected_of(rows.back(), pipeline.solution.weights);
+}
+
+bool has_cycle(const std::string& word) { return word.find("{cycle}") != std::string::npos; }
+
+bool returns_last(const config::Adaptation& adapt) {
+    using enum config::ResultOfCycles;
+    return adapt.result == last || (adapt.result == automatic && std::ranges::any_of(adapt.solve, has_cycle));
+}
+
+/// The least errors up to a cycle and up to the one two before it are compared, all of the last complexity.
+std::string settled_by_error(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    constexpr std::size_t cycles = 2;
+    const std::size_t last = rows.size() - 1;
+    if (last < cycles + 1 || !is_like(rows[last - cycles], rows[last])) return {};
+    const auto least = [&](std::size_t at) {
+        return error_of_mesh(rows[row_of_result(rows.first(at + 1), adapt)], adapt);
+    };
+    const auto now = least(last), before = least(last - cycles);
+    if (!now || !before || *now < (1 - adapt.settled) * *before) return {};
+    return fmt::format("settled: the least error is {:.2e} after cycle {}, and was {:.2e} after cycle {}", *now,
+                       rows[last].cycle, *before, rows[last - cycles].cycle);
+}
+
+std::string settled_by_edges(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    // A mesh that is less so in its own solution's metric has not settled, but is far from it, or runs after what
+    // moves.
+    constexpr double near_to_unit = 0.5, share = 0.2;
+    const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
+    // What a cycle's mesh was made of has the complexity of the cycle before.
+    if (before.cycle < 2 || static_cast<std::size_t>(before.cycle) <= adapt.complexity.size()) return {};
+    if (last.unit_edges == 0 || last.unit_before > before.unit_before + share * adapt.settled) return {};
+    if (last.unit_before < near_to_unit * last.unit_edges) return {};
+    return fmt::format(
+        "settled: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
+        "{:.1f} % of cycle {}",
+        100 * before.unit_before, before.cycle - 1, 100 * last.unit_before, last.cycle - 1);
+}
+
+void replace_all(std::string& text, std::string_view part, const std::string& by) {
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + by.size()))
+        text.replace(at, part.size(), by);
+}
+
+bool is_of_files(const config::Metric& metric) {
+    if (std::holds_alternative<config::FilePath>(metric)) return true;
+    const auto* made = std::get_if<config::SolutionMetric>(&metric);
+    return made != nullptr && !made->intersect.empty();
+}
+
+}  // namespace
+
+std::string name_of_cycle(int cycle) { return fmt::format("cycle-{:03}", cycle); }
+
+CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder) {
+    const auto within = [&](const std::string& name) { return folder + "/" + name; };
+    const config::Output& output = pipeline.output;
+    const bool solves = asks_a_solver(pipeline);
+    return {.folder = folder,
+            .mesh = within(pipeline.adapt.mesh),
+            .solution = within(pipeline.adapt.solution),
+            .guess = within("guess.sol"),
+            .said = within("solver.txt"),
+            .report = within("report.json"),
+            .view = within("view.vtu"),
+            .vtu = output.vtu.empty() && solves ? "" : within(solves ? "run.vtu" : "view.vtu"),
+            .metric = like(folder, "metric", output.metric),
+            .carried = like(folder, "carried", output.solution),
+            .plots = output.plots.empty() ? "" : within("plots"),
+            .page = output.page.empty() ? "" : within("page.html")};
+}
+
+config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into) {
+    config::Pipeline first = without_field(pipeline);
+    first.output = output_of_cycle(pipeline, into);
+    first.output.metric.clear();
+    first.output.solution.clear();
+    first.output.plots.clear();
+    first.output.page.clear();
+    if (!asks_a_solver(pipeline)) first.stages.clear();
+    std::erase_if(first.stages, [](const config::Stage& stage) {
+        return std::visit([]<class S>(const S&) { return changes_topology<S>(); }, stage);
+    });
+    for (config::Stage& stage : first.stages)
+        if (auto* curve = std::get_if<config::Curve>(&stage))
+            if (curve->objective == Objective::solution) curve->objective = config::Curve{}.objective;
+    return first;
+}
+
+config::Pipeline fitted_to(const AnyMesh& mesh, config::Pipeline pipeline, int cycle) {
+    if (!is_curved(mesh)) return pipeline;
+    if (cycle == 0 && !pipeline.stages.empty()) pipeline.stages = {config::Validate{}};
+    std::erase_if(pipeline.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
+    return pipeline;
+}
+
+config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
+                                const CycleFiles& before, const CycleFiles& into) {
+    config::Pipeline next = pipeline;
+    next.adapt = {};
+    next.output = output_of_cycle(pipeline, into);
+    const bool begins = cycle == 1 && !asks_a_solver(pipeline);
+    if (!begins) {
+        if (std::holds_alternative<config::FilePath>(pipeline.metric) && pipeline.metric_mesh.empty())
+            if (const auto* file = std::get_if<config::FilePath>(&pipeline.input.source)) next.metric_mesh = file->path;
+        next.input = {config::FilePath{before.mesh}, pipeline.input.flat};
+        if (std::holds_alternative<config::Surrogate>(pipeline.geometry)) next.geometry = config::FilePath{first.mesh};
+        // The mesh is that of a cycle before, which was made for this geometry.
+        if (auto* const of_mesh = std::get_if<config::FilePath>(&next.geometry)) of_mesh->is_of_cycle = true;
+        std::erase_if(next.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
+    }
+    if (asks_a_solver(pipeline)) {
+        next.solution.file = before.solution;
+        next.solution.expression.clear();
+    }
+    if (const double wanted = wanted_complexity(pipeline.adapt, cycle); wanted > 0) set_complexity(next, wanted);
+    return next;
+}
+
+Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
+                            const std::function<Outcome<Run>(const config::Pipeline&)>& execute) {
+    constexpr int most_steps = 3;
+    set_expected(pipeline, rows);
+    std::vector<std::string> notices;
+    std::vector<StageTime> times;
+    double wanted = 0;
+    for (int step = 0;; ++step) {
+        auto made = execute(pipeline);
+        if (!made) return fail(made.error());
+        Report& report = made->report;
+        const double complexity = report.metric ? report.metric->complexity : 0;
+        if (step == 0) wanted = complexity;
+        const bool goes_on = !report.has_valid_elements() && step < most_steps && !rows.empty() && complexity > 0;
+        if (!goes_on) {
+            report.notices.insert(report.notices.end(), notices.begin(), notices.end());
+            report.times.insert(report.times.end(), times.begin(), times.end());
+            const bool is_smaller = step > 0 && report.has_valid_elements();
+            return CycleRun{std::move(*made), is_smaller ? other_complexity(wanted, complexity) : std::string()};
+        }
+        const double smaller = smaller_step(complexity, rows.back().elements, report.mesh.judged());
+        set_complexity(pipeline, smaller);
+        times.insert(times.end(), report.times.begin(), report.times.end());
+        notices.push_back(
+            fmt::format("cycle {}: at complexity {:.0f} {} elements are not certified valid; tried again "
+                        "at {:.0f}",
+                        rows.size(), complexity, report.not_valid(), smaller));
+    }
+}
+
+std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle, const CycleFiles& files) {
+    std::vector<std::string> words = adapt.solve;
+    for (std::string& word : words) {
+        replace_all(word, "{mesh}", files.mesh);
+        replace_all(word, "{solution}", files.solution);
+        replace_all(word, "{guess}", files.guess);
+        replace_all(word, "{cycle}", std::to_string(cycle));
+        replace_all(word, "{folder}", files.folder);
+    }
+    return words;
+}
+
+Outcome<Done> check_cycles(const config::Pipeline& pipeline) {
+    const auto refuse = [](const char* what, const char* where, const char* remedy) {
+        return fail(ErrorKind::usage, what, where, {}, remedy);
+    };
+    const bool is_once = pipeline.adapt.cycles == 1;
+    if (pipeline.output.partition > 0)
+        return refuse("parts are of a single run's mesh", "/output/partition",
+                      "bring the last mesh into parts: camber convert --partition");
+    if (!asks_a_solver(pipeline) && !pipeline.solution.file.empty() && !is_once)
+        return refuse("is a solution on the first mesh alone", "/solution/file",
+                      "give \"adapt\": {\"cycles\": 1}, or \"solve\", a command that makes it anew on each mesh");
+    for (const config::MetricOperation& operation : pipeline.metric_operations) {
+        const auto* intersect = std::get_if<config::Intersect>(&operation);
+        if (intersect != nullptr && is_of_files(intersect->metric) && !is_once)
+            return refuse("a metric's file is of the first mesh alone", "/metric_operations",
+                          "give \"adapt\": {\"cycles\": 1}, or a metric that is known everywhere");
+    }
+    const auto* made = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    if (made != nullptr && !made->intersect.empty() && !is_once)
+        return refuse("files of metrics are of the first mesh alone", "/metric/solution/intersect",
+                      "give \"adapt\": {\"cycles\": 1}, or sizes by reference");
+    return Done{};
+}
+
+CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& made) {
+    const config::Adaptation& adapt = pipeline.adapt;
+    const Report& report = made.run.report;
+    CycleRow row{.cycle = cycle,
+                 .unknowns = report.mesh.nodes,
+                 .elements = report.mesh.judged(),
+                 .problem = problem_of(adapt),
+                 .wanted = wanted_complexity(adapt, cycle),
+                 .solved = {}};
+    if (report.metric && cycle > 0) row.complexity = report.metric->complexity;
+    if (report.remesh) {
+        const auto share = [](const UnitMeshReport& r) {
+            return r.edges == 0 ? 1 : static_cast<double>(r.unit_edges) / static_cast<double>(r.edges);
+        };
+        row.unit_before = share(report.remesh->before);
+        row.unit_edges = share(report.remesh->after);
+        row.worst_quality = report.remesh->after.worst_quality;
+        row.mean_quality = report.remesh->after.mean_quality;
+    }
+    if (report.validity) row.smallest_jacobian = report.validity->smallest;
+    if (report.curve && report.curve->expected) row.expected = report.curve->expected->after;
+    if (report.boundary && report.boundary->geometry_error) {
+        const GeometryErrorReport& g = *report.boundary->geometry_error;
+        row.boundary = {g.required, g.reached, g.is_required};
+    }
+    row.is_valid = report.has_valid_elements();
+    row.misses = misses(report);
+    if (!made.miss.empty()) row.misses.push_back(made.miss);
+    for (const StageTime& time : report.times) row.seconds += time.seconds;
+    const auto* const of_solution = std::get_if<config::SolutionMetric>(&pipeline.metric);
+    row.is_of_gradients = of_solution != nullptr && of_solution->error_of == ErrorOf::gradients;
+    return row;
+}
+
+std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt) {
+    if (adapt.solve.empty() && row.interpolated)
+        return row.is_of_gradients ? row.interpolated->h1 : row.interpolated->l2;
+    return row.expected;
+}
+
+std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    std::size_t last = rows.size() - 1;
+    if (last > 0 && !rows[last].is_valid) --last;  // no cycle follows one that is not valid
+    if (returns_last(adapt)) return last;
+    std::size_t best = last;
+    for (std::size_t i = last; i > 0 && is_like(rows[i], rows[last]); --i)
+        if (is_better(rows[i], rows[best], adapt)) best = i;
+    return best;
+}
+
+std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    if (adapt.settled == 0 || rows.size() < 2) return {};
+    return error_of_mesh(rows.back(), adapt) && !returns_last(adapt) ? settled_by_error(rows, adapt)
+                                                                     : settled_by_edges(rows, adapt);
+}
+
+std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
+    const std::size_t at = row_of_result(rows, adapt);
+    const CycleRow& row = rows[at];
+    std::vector<std::string> notes;
+    if (at + 1 < rows.size())
+        notes.push_back(
+            fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least of those that {}", row.cycle,
+                        *error_of_mesh(row, adapt), row.misses.empty() ? "are as required" : "were made"));
+    if (row.boundary && !row.boundary->is_required && row.boundary->reached > row.boundary->bound)
+        notes.push_back(
+            fmt::format("the boundary of cycle {} is up to {:.2e} from its geometry, {:.2e} would change the solution "
+                        "by no more than its expected error: --geometry-error or a larger complexity brings it nearer",
+                        row.cycle, row.boundary->reached, row.boundary->bound));
+    if (at == 0 || !is_like(rows[at - 1], row)) return notes;
+    const CycleRow& before = rows[at - 1];
+    constexpr double least_fall_of_edges = 0.05, least_fall_of_quality = 0.5;
+    if (row.unit_edges < before.unit_edges - least_fall_of_edges)
+        notes.push_back(fmt::format("unit edges fell from {:.1f} % in cycle {} to {:.1f} % in cycle {}",
+                                    100 * before.unit_edges, before.cycle, 100 * row.unit_edges, row.cycle));
+    if (row.worst_quality < least_fall_of_quality * before.worst_quality)
+        notes.push_back(fmt::format("the least quality fell from {:.3f} in cycle {} to {:.3f} in cycle {}",
+                                    before.worst_quality, before.cycle, row.worst_quality, row.cycle));
+    return notes;
+}
+
+namespace {
+
+/// At all nodes, vertices first; what is known at the vertices alone is linear along edges.
+template <int D>
+Buffer<double> at_nodes(const QuadraticMesh<D>& mesh, std::span<const double> values, int degree) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<double> all(values.begin(), values.end());
+    all.resize(vertices + mesh.edges.size(), 0.0);
+    if (degree == 2) return all;
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
+        const auto& [a, b] = mesh.edges.vertices[e];
+        all[vertices + e] = (all[a.index()] + all[b.index()]) / 2;
+    }
+    return all;
+}
+
+template <int D>
+Outcome<CycleError> error_on(const AnyMesh& mesh, std::span<const double> values, int degree, const std::string& exact,
+                             const Execution& execution) {
+    const auto quadratic = of_degree_2<D>(mesh, execution);
+    if (!quadratic) return fail(quadratic.error());
+    const auto parsed = ScalarExpression<D>::parsed(exact);
+    if (!parsed) return fail(parsed.error());
+    const ScalarField<D> field = [&] { return parsed->evaluator(); };
+    const auto error =
+        function_error<D>(as_mesh(*quadratic), at_nodes(*quadratic, values, degree), field, {}, execution);
+    if (!error) {
+        Error told = error.error();
+        if (told.kind == ErrorKind::usage) told.where = quoted_expression(exact);
+        return fail(std::move(told));
+    }
+    return CycleError{error->l2.value, error->h1.value};
+}
+
+Outcome<CycleError> error_of(const AnyMesh& mesh, std::span<const double> values, int degree, const std::string& exact,
+                             const Execution& execution) {
+    return std::visit(
+        [&]<int D>(const Mesh<D>&) { return error_on<D>(mesh, values, degree, exact, without_progress(execution)); },
+        mesh);
+}
+
+int degree_of(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return m.degree; }, mesh);
+}
+
+template <int D>
+Outcome<double> expected_on_straight(const LinearMesh<D>& mesh, const SolutionSource& source,
+                                     const Execution& execution) {
+    const auto quadratic = elevate(mesh, execution);
+    if (!quadratic) return fail(quadratic.error());
+    const auto given = solution_on(source, *quadratic, plainly(execution));
+    if (!given) return fail(given.error());
+    const auto known = known_solution(*quadratic, *given, *quadratic, execution);
+    if (!known) return fail(known.error());
+    return expected_error(mesh, *known, source.fields.front().field.degree, execution);
+}
+
+int interpolated_degree(const AnyMesh& mesh, std::span<const NamedField> solved, const config::Metric& metric) {
+    int degree = degree_of(mesh);
+    for (const NamedField& field : solved) degree = std::max(degree, field.field.degree);
+    const auto* const made = std::get_if<config::SolutionMetric>(&metric);
+    return made == nullptr ? degree : std::max(degree, made->degree);
+}
+
+Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,
+                                         const Execution& execution) {
+    const auto field = field_of_expression(mesh, exact, execution);
+    if (!field) return fail(field.error());
+    return error_of(mesh, field->field.values, degree, exact, execution);
+}
+
+Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields, const std::string& exact,
+                                      const Execution& execution) {
+    const auto scalar = std::ranges::find(fields, 1, [](const NamedField& f) { return f.field.components; });
+    if (scalar == fields.end())
+        return fail(ErrorKind::input, "has no scalar field to compare with the exact solution", {}, {},
+                    "leave the exact solution out");
+    return error_of(mesh, scalar->field.values, scalar->field.degree, exact, execution);
+}
+
+/// The L2 error of the interpolant that fields on a straight mesh let expect; none of a mesh of degree 2.
+Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::span<const NamedField> fields,
+                                                 const std::vector<double>& weights, const Execution& execution) {
+    return std::visit(
+        [&](const auto& m) -> Outcome<std::optional<double>> {
+            if (m.degree > 1) return std::nullopt;
+            return expected_on_straight(straight_simplices(m), {mesh, {fields.begin(), fields.end()}, {}, weights},
+                                        without_progress(execution))
+                .map([](double error) { return std::optional(error); });
+        },
+        mesh);
+}
+
+/// Errors where the exact solution is known.
+Outcome<Done> add_true_errors(CycleRow& row, const AnyMesh& mesh, int degree, std::span<const NamedField> solved,
+                              const std::string& exact, const Execution& execution) {
+    const auto interpolated = error_of_interpolant(mesh, degree, exact, execution);
+    if (!interpolated) return fail(interpolated.error());
+    row.interpolated = *interpolated;
+    if (solved.empty()) return Done{};
+    const auto error = error_of_solution(mesh, solved, exact, execution);
+    if (!error) return fail(error.error());
+    row.solved = *error;
+    return Done{};
+}
+
+}  // namespace
+
+Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
+                         const config::Pipeline& pipeline, const Execution& execution) {
+    const int degree = interpolated_degree(mesh, solved, pipeline.metric);
+    if (degree == 2) {
+        const auto nodes = nodes_in_degree_2(mesh, without_progress(execution));
+        if (!nodes) return fail(nodes.error());
+        row.unknowns = *nodes;
+    }
+    if (!solved.empty()) {
+        const auto expected = error_expected_on(mesh, solved, pipeline.solution.weights, execution);
+        if (!expected) return fail(expected.error());
+        if (*expected) row.expected = *expected;
+    }
+    const std::string& exact = pipeline.adapt.exact;
+    return exact.empty() ? Done{} : add_true_errors(row, mesh, degree, solved, exact, execution);
+}
+
+}  // namespace camber::run

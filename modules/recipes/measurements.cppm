@@ -1,0 +1,431 @@
+module;
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+export module camber.recipes:measurements;
+import camber.core;
+import camber.transfer;
+import camber.io;
+import camber.surface;
+import :fields;
+import :values;
+
+export namespace camber::run {
+
+/// What is counted, each with bins of its own that never change, so that runs can be compared.
+enum class Quantity : std::uint8_t {
+    length_reduction,
+    length,
+    curvature,
+    scaled_jacobian,
+    quality,
+    edge_length,
+    metric_quality,
+    curved_edge_length,
+    curved_metric_quality
+};
+inline constexpr std::size_t quantity_count = 9;
+inline constexpr std::size_t run_quantity_count =
+    4;  ///< those of runs, the first; the others are of meshes that are checked
+
+struct QuantityInfo {
+    Quantity quantity;
+    std::string_view key;     ///< in report.json
+    std::string_view title;   ///< of a plot
+    std::string_view axis;    ///< what the numbers are, with their unit
+    std::string_view things;  ///< what is counted
+    int base;                 ///< limits at its whole powers are numbered first on an axis
+};
+[[nodiscard]] const QuantityInfo& info(Quantity quantity);
+
+/// The limits of a quantity's bins, rising and finer towards the tails, by decades where values span them:
+/// - length_reduction: −0.1, −0.01, −0.001, 0, 1e-5, 1e-4, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 100;
+/// - length in the metric: 2^-10 … 2^10 by octaves, by quarters of them from 2^-3 to 2^3;
+/// - curvature: 0, then 1, 1.5, 2, 3, 5, 7 a decade from 0.001 to 10;
+/// - scaled Jacobian and quality: −10, −1, −0.1, −0.01, −0.001, −1e-6, −1e-9, 0, then 1e-9 … 0.001 by decades,
+///   0.005, 0.02, and 0.05, 0.1 … 1.
+[[nodiscard]] std::vector<double> limits_of(Quantity quantity);
+
+/// What the open bins at the ends hold at most.
+struct Extremes {
+    double least = 0, greatest = 0;
+    friend bool operator==(const Extremes&, const Extremes&) = default;
+};
+
+/// The counts of one state of the mesh. There is one more than there are limits: below the first limit, from each
+/// limit (included) to the next, and from the last up; so −∞ counts in the first and ∞ in the last. NaN counts in none
+/// of them: with `not_numbers` the counts sum to the number of values.
+struct Series {
+    std::string name;  ///< "straight", "before", "after" (correction), "count"
+    std::vector<std::size_t> counts;
+    double mean = 0;                   ///< of the finite values; 0 without any
+    std::optional<Extremes> extremes;  ///< of the finite values, if there are any
+    std::size_t not_numbers = 0;
+    friend bool operator==(const Series&, const Series&) = default;
+};
+
+struct Histogram {
+    Quantity quantity = Quantity::length_reduction;
+    std::vector<double> limits;
+    std::vector<Series> series;
+    friend bool operator==(const Histogram&, const Histogram&) = default;
+};
+
+[[nodiscard]] Series counted(std::string name, std::span<const double> limits, std::span<const double> values);
+
+[[nodiscard]] const Series* find_series(const Histogram& histogram, std::string_view name);
+
+}  // namespace camber::run
+
+/// How far a boundary and its geometry are from each other, as it is told.
+export namespace camber::run {
+
+/// Distance in one direction (see OneWay).
+struct OneWayReport {
+    std::size_t samples = 0;
+    double largest = 0, mean = 0;
+    std::vector<double> from, to;
+    std::size_t facet = 0;  ///< from 1; 0: none
+
+    [[nodiscard]] std::optional<double> largest_measured() const { return of_samples(largest); }
+    [[nodiscard]] std::optional<double> mean_measured() const { return of_samples(mean); }
+    [[nodiscard]] std::optional<std::vector<double>> from_measured() const { return of_samples(from); }
+    [[nodiscard]] std::optional<std::vector<double>> to_measured() const { return of_samples(to); }
+    [[nodiscard]] std::optional<std::size_t> facet_measured() const { return of_samples(facet); }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = OneWayReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("samples", &S::samples, "number of sampled points; 0: not measured, and no other key"),
+                          f("largest", &S::largest_measured, "largest distance").unit("length"),
+                          f("mean", &S::mean_measured, "mean distance").unit("length"),
+                          f("from", &S::from_measured, "the point where the distance is largest").unit("length"),
+                          f("to", &S::to_measured, "its nearest point on the other side").unit("length"),
+                          f("facet", &S::facet_measured, "the facet there, from 1; 0: none"));
+    }
+
+  private:
+    template <class T>
+    [[nodiscard]] std::optional<T> of_samples(const T& value) const {
+        return samples > 0 ? std::optional(value) : std::nullopt;
+    }
+};
+
+struct EntityReport {
+    std::string kind;
+    std::size_t number = 0;
+    std::string name;  ///< for messages
+    std::vector<std::size_t> sides;
+    std::vector<std::string> beside;
+    bool is_flat = false;
+    std::vector<Reference> references;
+    std::size_t pieces = 0;
+    double measure = 0;
+    OneWayReport to_geometry, to_boundary;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = EntityReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("kind", &S::kind,
+              "`face` and `edge` of a CAD model, `patch` and `ridge` of a surrogate, `surface` and `curve` of analytic "
+              "surfaces, in 2D `curve`; `none`: facets without a surface"),
+            f("number", &S::number, "its number in its geometry, from 1; 0: none"),
+            f("sides", &S::sides, "of a curve: numbers of the surfaces beside it").unless_empty(),
+            f("beside", &S::beside, "of a curve between surfaces of two geometries: their names").unless_empty(),
+            f("flat", &S::is_flat, "true: a plane (2D: a line) with facets"),
+            f("references", &S::references, "references of the facets on it (of a curve: beside it)"),
+            f("pieces", &S::pieces, "number of these facets (of a curve: of edges)"),
+            f("measure", &S::measure, "area of these facets (of a curve: length) when straight").unit("length^(D−1)"),
+            f("to_geometry", &S::to_geometry, "distances of this entity's facets"),
+            f("to_boundary", &S::to_boundary, "distances from this entity"));
+    }
+};
+
+/// Name of an entity for messages: "face 12", "edge between 3 and 7".
+[[nodiscard]] std::string name_of(const EntityReport& entity);
+
+struct DistancesReport {
+    std::string geometry;  ///< for messages: "CAD model wing.step, analytic surfaces, surrogate"
+    OneWayReport to_geometry, to_boundary;
+    std::vector<EntityReport> entities;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = DistancesReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("to_geometry", &S::to_geometry,
+                            "from points of the curved boundary ([distances.md](algorithms/distances.md))"),
+                          f("to_boundary", &S::to_boundary, "from points of the geometry"),
+                          f("entities", &S::entities, "one entry for each entity of the geometry"));
+    }
+};
+
+/// Entities are called as the geometry calls them, and it by the config.
+template <int D>
+[[nodiscard]] DistancesReport distances_report(const GeometryDistances<D>& distances, const Geometry<D>& geometry,
+                                               const config::Geometry& config);
+
+}  // namespace camber::run
+
+/// What is told of a solution: of the metric that was made for it, and of its way to another mesh.
+export namespace camber::run {
+
+struct SolutionMetricReport {
+    int degree = 1;
+    double asked = 0, complexity = 0;
+    double elements = 0;
+    double of_fixed = 0;
+    bool is_fixed_alone = false;
+    bool is_reached = true;
+    bool is_graded = true;
+    int evaluations = 0, gradations = 0;
+    double largest_anisotropy = 1;
+    double at_min = 0, at_max = 0;
+    std::size_t rows = 0, from_inner_fits = 0, lower_degree = 0;
+    std::size_t zero_models = 0, floored_models = 0;
+    double models_max_anisotropy = 0;
+    std::vector<std::string> fields_in_doubt = {};  ///< fields whose values are as unrelated as in a random order
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = SolutionMetricReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("degree", &S::degree, "degree of the elements that interpolate the solution"),
+            f("asked", &S::asked, "requested complexity").unit("1"),
+            f("complexity", &S::complexity, "complexity of the metric").unit("1"),
+            f("elements_expected", &S::elements, "expected number of elements"),
+            f("of_fixed", &S::of_fixed, "complexity of sizes, geometry, other metrics and bounds alone").unit("1"),
+            f("is_fixed_alone", &S::is_fixed_alone,
+              "true: these alone reach the requested complexity; the solution has no influence"),
+            f("is_reached", &S::is_reached, "true: the requested complexity is reached to 10⁻³"),
+            f("is_graded", &S::is_graded, "true: the gradation converged"),
+            f("evaluations", &S::evaluations, "number of complexities that were tried"),
+            f("gradations", &S::gradations, "number of gradations"),
+            f("largest_anisotropy", &S::largest_anisotropy, "largest ratio of the longest to the shortest size")
+                .unit("1"),
+            f("at_min_size", &S::at_min, "share of the vertices with a size at the lower bound").unit("1"),
+            f("at_max_size", &S::at_max, "share of the vertices with a size at the upper bound").unit("1"),
+            f("rows", &S::rows, "number of recovered derivatives: one for each vertex and material"),
+            f("from_inner_fits", &S::from_inner_fits, "number of those of the boundary taken from inner ones"),
+            f("lower_degree", &S::lower_degree, "number of those of a lower degree, for lack of nodes"),
+            f("zero_models", &S::zero_models, "number of places without derivatives"),
+            f("bounded_models", &S::floored_models, "number of error models whose anisotropy was bounded"));
+    }
+};
+
+/// Integral of a field over its materials and components.
+struct IntegralReport {
+    double largest = 0, largest_change = 0;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = IntegralReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("largest", &S::largest, "largest integral of a material and component before the transfer"),
+                          f("largest_change", &S::largest_change, "largest change of one"));
+    }
+};
+
+struct TransferReport {
+    TransferMethod method = TransferMethod::interpolate;
+    std::vector<std::string> names;  ///< of the fields
+    TransferStatistics statistics;
+
+    [[nodiscard]] std::vector<std::pair<std::string, IntegralReport>> integrals() const;
+    [[nodiscard]] static constexpr auto fields() {
+        using S = TransferReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("method", &S::method, "`interpolate` or `conserve`"), f("fields", &S::names, "names of the fields"),
+            f(
+                "kept", [](const S& r) { return r.statistics.kept; },
+                "number of nodes with the same values to the bit"),
+            f(
+                "interpolated", [](const S& r) { return r.statistics.interpolated; },
+                "number of nodes inside the old mesh"),
+            f(
+                "outside", [](const S& r) { return r.statistics.outside; }, "number of nodes outside the old mesh"),
+            f(
+                "largest_distance", [](const S& r) { return r.statistics.largest_distance; },
+                "largest distance of such a node from it")
+                .unit("length"),
+            f(
+                "projected", [](const S& r) { return r.statistics.projected; },
+                "`conserve`: number of nodes with projected values"),
+            f(
+                "changed_elements", [](const S& r) { return r.statistics.changed_elements; },
+                "`conserve`: number of elements that the old mesh does not have"),
+            f(
+                "patches", [](const S& r) { return r.statistics.patches; },
+                "`conserve`: number of their connected patches"),
+            f(
+                "spread", [](const S& r) { return r.statistics.spread; },
+                "`conserve`: number of parts of patches whose integral other nodes preserve"),
+            f(
+                "unkept_materials", [](const S& r) { return r.statistics.unkept; },
+                "`conserve`: number of materials without a node for that"),
+            f("integrals", &S::integrals, "of each field"));
+    }
+};
+
+/// What is short of what was asked for.
+[[nodiscard]] std::vector<std::string> solution_metric_notices(const SolutionMetricReport& report);
+
+}  // namespace camber::run
+
+export namespace camber::run {
+
+/// Largest resident memory of a run (elevate, curve, validate, relax, commit) on a mesh of that size, in bytes: what
+/// the program itself takes, and so much a vertex and an element. Fitted to the peaks that report.json gave where walls
+/// are curved and the field goes along with them: shells with layers of 2.7·10⁵, 10⁶ and 5·10⁶ tetrahedra, annuli of
+/// 3·10⁵ and 3·10⁶ triangles. Off by −7 % to +7 % there; the objective `shape` takes a tenth to a fifth less, a run
+/// where no wall moves a fifth. Saturates instead of overflowing. A mesh to be generated, or fields in a VTU
+/// file, come on top.
+[[nodiscard]] constexpr std::size_t estimated_peak_bytes(std::size_t vertices, std::size_t elements, int dimension) {
+    const double program = 10.5e6;
+    const double a_vertex = dimension == 2 ? 300 : 1000;
+    const double an_element = dimension == 2 ? 200 : 210;
+    const double bytes =
+        program + a_vertex * static_cast<double>(vertices) + an_element * static_cast<double>(elements);
+    constexpr double most = 9.2e18;
+    return static_cast<std::size_t>(bytes < most ? bytes : most);
+}
+
+/// The memory that there is for a run, and who says so.
+struct AvailableMemory {
+    std::size_t bytes = std::numeric_limits<std::size_t>::max();
+    std::string source;
+};
+
+/// What passes that split make of a mesh, and the largest resident memory of that (bytes).
+struct Growth {
+    double elements = 0;  ///< that the metric asks for
+    std::size_t peak_bytes = 0;
+};
+
+inline constexpr double bytes_of_program = 13e6;
+/// Of a mesh that passes changed, where it is made one as any other.
+[[nodiscard]] constexpr double bytes_of_element(int dimension, int degree) {
+    return (dimension == 2 ? 347 : 263) * (degree == 2 ? 1.7 : 1);
+}
+
+/// `complexity`: ∫ sqrt(det M) over the mesh. A mesh whose edges end below √2 has some 11.5 tetrahedra, 2.5 triangles
+/// for each unit of it, as meshes came out; shorter edges so many times more. Memory is at its peak where the changed
+/// mesh is made one as any other: 256 and 263 bytes a tetrahedron (10^5 and 3·10^5 of them, one thread), 347 a triangle
+/// (1.2·10^5), 450 a tetrahedron of degree 2 (7·10^4).
+[[nodiscard]] inline Growth expected_growth(double complexity, double longest_edge, std::size_t elements_before,
+                                            int dimension, int degree) {
+    const double refined = pow(std::sqrt(2.0) / longest_edge, dimension);
+    const double elements = (dimension == 2 ? 2.5 : 11.5) * complexity * refined;
+    const double bytes =
+        bytes_of_program + bytes_of_element(dimension, degree) * (elements + static_cast<double>(elements_before));
+    constexpr double most = 9.2e18;
+    return {elements, static_cast<std::size_t>(bytes < most ? bytes : most)};
+}
+
+/// How many elements passes may make with so many bytes.
+[[nodiscard]] inline std::size_t max_elements_within(std::size_t bytes, int dimension, int degree) {
+    const double room = static_cast<double>(bytes) - bytes_of_program;
+    return room > 0 ? static_cast<std::size_t>(room / bytes_of_element(dimension, degree)) : 0;
+}
+
+}  // namespace camber::run
+
+/// How the file that a mesh is from calls its vertices, elements and references. One numbering for all reports: a
+/// vertex has the number of its file (of Gmsh's the tag), an element its place among the file's, from 1; a tag that
+/// differs from it stands beside.
+export namespace camber::run {
+
+struct FileNumbers {
+    Column<std::uint32_t> nodes = {};  ///< DecodedMesh::node_numbers
+    FileTags tags = {};
+
+    /// Of a vertex, or of one of the nodes that follow them.
+    [[nodiscard]] std::size_t operator()(std::size_t node) const {
+        if (!nodes.empty()) return nodes[node];
+        return node < tags.vertices.size() ? tags.vertices[node] : node + 1;
+    }
+    /// Of a simplex of a dimension, by its place from 1; 0: it has none beside its place.
+    [[nodiscard]] std::uint64_t tag(int dimension, std::size_t place) const {
+        const auto& all = tags.simplices[static_cast<std::size_t>(dimension)];
+        return place > 0 && place <= all.size() ? all[place - 1] : 0;
+    }
+};
+
+/// "71", "71 (tag 323)".
+[[nodiscard]] std::string called(std::size_t place, std::uint64_t tag);
+
+/// Names of references, by the dimension of what has them.
+using Groups = std::vector<Group>;
+/// Empty where it has none.
+[[nodiscard]] std::string name_in(const Groups& groups, int dimension, Reference reference);
+/// "3", "3 wall".
+[[nodiscard]] std::string called(const Groups& groups, int dimension, Reference reference);
+
+[[nodiscard]] FileNumbers numbers_of(const DecodedMesh& mesh);
+[[nodiscard]] Groups groups_of(const AnyMesh& mesh);
+
+}  // namespace camber::run
+
+/// Which stage may come after which: one table.
+export namespace camber::run {
+
+/// What a run holds, as far as the order of its stages goes; each holds more than the one before.
+enum class Holds : std::uint8_t {
+    straight_mesh,
+    curved_mesh,    ///< of degree 2
+    planned_nodes,  ///< and places for its nodes; a mesh that was read with its curves begins so: its own nodes
+};
+
+/// What a stage does about places that are planned for nodes and are not the mesh's.
+enum class Places : std::uint8_t {
+    keeps,
+    plans,  ///< makes or changes them
+    commits,
+    refuses  ///< changes the mesh itself: there must be none
+};
+
+/// A stage of the pipeline: it runs where the run holds from `least` to `most`.
+template <class Options>
+struct Step {
+    std::string_view name;
+    Holds least = Holds::straight_mesh, most = Holds::planned_nodes;
+    std::optional<Holds> makes = {};  ///< none: holds what it held
+    Places places = Places::keeps;
+};
+
+/// One row for each alternative of config::Stage; forgotten, it does not compile.
+inline constexpr std::tuple step_table{
+    Step<config::Elevate>{"elevate", Holds::straight_mesh, Holds::straight_mesh, Holds::curved_mesh},
+    Step<config::Curve>{"curve", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes, Places::plans},
+    Step<config::Validate>{"validate", Holds::curved_mesh, Holds::planned_nodes},
+    Step<config::Relax>{"relax", Holds::planned_nodes, Holds::planned_nodes, {}, Places::plans},
+    Step<config::Commit>{"commit", Holds::planned_nodes, Holds::planned_nodes, {}, Places::commits},
+    Step<config::Reinsert>{"reinsert", Holds::curved_mesh, Holds::planned_nodes, Holds::planned_nodes,
+                               Places::commits},
+    Step<config::Collapse>{"collapse", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    Step<config::Split>{"split", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    Step<config::Swap>{"swap", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    Step<config::Smooth>{"smooth", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    Step<config::Mend>{"mend", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    Step<config::Remesh>{"remesh", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+};
+
+/// Whether a stage is a pass that changes the topology.
+template <class Options>
+[[nodiscard]] constexpr bool changes_topology() {
+    return std::get<Step<Options>>(step_table).places == Places::refuses;
+}
+
+/// Whether these stages can run one after the other on a mesh of that degree, before anything is done. Errors name the
+/// stage's JSON path: usage (a stage that must come before it is missing, or one is there that must not), or without
+/// the path input (the mesh is of degree 1, or of degree 2, and its stages take it as it is).
+[[nodiscard]] Outcome<Done> check_order(std::span<const config::Stage> stages, int degree);
+
+}  // namespace camber::run

@@ -1,0 +1,189 @@
+// Causes for which a result is not the requested one
+module;
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+module camber.recipes;
+import camber.core;
+import camber.repair;
+
+namespace camber::run {
+
+std::string grouped(std::size_t n) {
+    std::string digits = fmt::format("{}", n);
+    for (std::size_t at = digits.size(); at > 3; at -= 3) digits.insert(at - 3, " ");
+    return digits;
+}
+
+std::string place_text(const ReportedPlace& place) {
+    std::string text;
+    for (const double x : place) text += (text.empty() ? "" : ", ") + fmt::format("{:.4g}", x);
+    return "(" + text + ")";
+}
+
+std::string crossing_message(const WallsReport& walls, int dimension) {
+    if (walls.crossing == 0) return {};
+    const bool is_one = walls.crossing == 1;
+    std::string text = fmt::format("{} {} of boundary {} {} through each other (the first: {} and {}, near {})",
+                                   walls.crossing, is_one ? "pair" : "pairs", dimension == 2 ? "edges" : "triangles",
+                                   is_one ? "passes" : "pass", walls.first, walls.other, place_text(walls.first_at));
+    if (walls.crossing_before > 0)
+        text += fmt::format("; {} crossed in the input already: correct the input there", walls.crossing_before);
+    return text;
+}
+
+std::string overlap_message(const Report& report) {
+    const OverlappingReport& o = report.overlaps;
+    if (o.overlapping == 0) return {};
+    std::string at;
+    for (const double x : o.point) at += (at.empty() ? "" : ", ") + fmt::format("{:.6g}", x);
+    return fmt::format(
+        "elements overlap in {} {}, one at ({}): cut one body out of the other, or remove a copy "
+        "(camber check lists them)",
+        grouped(o.overlapping), o.overlapping == 1 ? "place" : "places", at);
+}
+
+std::string sentence_of(const GeometryErrorReport& g) {
+    return fmt::format(
+        "the boundary is {:.4g} from its geometry, and {:.4g} is required: {} facets are farther, the "
+        "farthest is facet {} at ({:.6g}); a smaller size there (--metric, --size) may reach it",
+        g.reached, g.required, grouped(g.far_facets), g.facet, fmt::join(g.at, ", "));
+}
+
+namespace {
+
+/// "3, 17, 18 and 240 more".
+std::string listed(const std::vector<std::size_t>& elements) {
+    constexpr std::size_t shown = 10;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(shown, elements.size()); ++i)
+        text += (i > 0 ? ", " : "") + std::to_string(elements[i]);
+    if (elements.size() > shown) text += fmt::format(" and {} more", elements.size() - shown);
+    return text;
+}
+
+/// Returns options that make the remaining elements valid, as far as they are known; else nothing.
+std::string remedies_of_elements(const Report& r) {
+    if (!r.kept_boundary || r.remaining.empty()) return {};
+    std::vector<std::string> ways;
+    if (const auto& tolerance = r.kept_boundary->would_do)
+        ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: every element is valid then)", *tolerance));
+    if (r.validity && r.validity->straight_inverted > 0)
+        ways.emplace_back("`camber remesh`, which replaces elements that are inverted when straight");
+    else if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
+        ways.emplace_back("--cad MODEL, or --geometry, on which the boundary's nodes may slide");
+    return fmt::format("{}", fmt::join(ways, ", or "));
+}
+
+std::string elements_missed(const Report& r) {
+    const std::size_t straight = r.validity->straight_inverted;
+    const std::size_t below = r.validity->is_asked ? r.validity->below_bound : 0;
+    std::string line = fmt::format("{} elements are not certified valid", r.not_valid());
+    if (below > 0) line += fmt::format(" above {:g}", r.validity->bound);
+    if (!r.invalid_elements.empty()) line += "; invalid: " + listed(r.invalid_elements);
+    if (!r.undecided_elements.empty()) line += "; undecided: " + listed(r.undecided_elements);
+    if (below > 0 && !r.elements_below_bound.empty())
+        line += fmt::format("; below {:g}: ", r.validity->bound) + listed(r.elements_below_bound);
+    if (const std::string help = remedies_of_elements(r); !help.empty()) line += "; what would help: " + help;
+    if (straight > 0 && !r.remesh)  // what passes leave inverted when straight is no fault
+        line += fmt::format(" ({} flat or inverted before it was curved: mend the straight mesh)", straight);
+    return line;
+}
+
+/// "vertex 12 at (1, 0, 0.5)", "edge 12 to 40 near (1, 0, 0.5)".
+std::string place_of(const DeviationReport& d) {
+    const std::string entity = d.vertices[1] == 0 ? fmt::format("vertex {} at", d.vertices[0])
+                                                  : fmt::format("edge {} to {} near", d.vertices[0], d.vertices[1]);
+    return fmt::format("{} ({:.6g})", entity, fmt::join(d.at, ", "));
+}
+
+std::string deviation_missed(const DeviationReport& d, std::string_view entities) {
+    return fmt::format(
+        "{} of {} boundary {} {} off the geometry by more than {:g} of the local edge length (largest distance {:.4g}; "
+        "worst: {}, by {:.3g} of it)",
+        d.off, d.measured, entities, d.off == 1 ? "is" : "are", d.tolerance, d.largest, place_of(d), d.share);
+}
+
+/// Causes for which nodes of the boundary are off.
+struct NodeCauses {
+    std::size_t relaxed = 0;    ///< boundary edges whose nodes repair moved
+    bool is_uncrossed = false;  ///< nodes were moved back until no boundary facets crossed
+    std::size_t given_up = 0;   ///< elements on which the budget of work was spent
+};
+
+std::string nodes_missed(const DeviationReport& d, const NodeCauses& causes) {
+    std::string line = deviation_missed(d, "nodes");
+    if (causes.relaxed > 0) line += "; cause: validity, nodes were relaxed until elements are valid";
+    if (causes.is_uncrossed) line += "; cause: crossing, nodes were moved back until no boundary facets cross";
+    if (causes.given_up > 0)
+        line +=
+            fmt::format("; cause: budget of work, spent on {} elements (the option effort of relax)", causes.given_up);
+    return line +
+           fmt::format("; remedy: smaller elements there, or accept it by --geometry-tolerance {:.2g}", 1.1 * d.share);
+}
+
+NodeCauses causes_of(const Report& r) {
+    NodeCauses causes;
+    if (r.relax) causes.relaxed = r.relax->relaxed_surface_edges, causes.given_up = r.relax->given_up;
+    if (const auto& walls = r.boundary->walls; walls && walls->relaxed) {
+        causes.is_uncrossed = true;
+        causes.relaxed -= std::min(causes.relaxed, walls->relaxed->nodes);  // counted among the relaxed ones too
+    }
+    return causes;
+}
+
+std::string vertices_missed(const DeviationReport& d, const char* remedy) {
+    return deviation_missed(d, "vertices") + "; remedy: " + remedy;
+}
+constexpr const char* other_mesh = "a mesh of this geometry";
+constexpr const char* move_vertices_first = "--cad-vertices move, or a mesh of this geometry";
+
+/// True if the boundary has a prescribed geometry, on which its nodes may slide.
+bool slides_on_geometry(const Report& r) {
+    return r.origin && (r.origin->geometry == "cad" || r.origin->geometry == "analytic");
+}
+
+}  // namespace
+
+std::vector<std::string> misses(const Report& report) {
+    std::vector<std::string> all;
+    if (!report.has_valid_elements()) all.push_back(elements_missed(report));
+    if (std::string overlaps = overlap_message(report); !overlaps.empty()) all.push_back(std::move(overlaps));
+    if (!report.boundary) return all;
+    const BoundaryReport& boundary = *report.boundary;
+    if (!report.keeps_geometry_error()) all.push_back(sentence_of(*boundary.geometry_error));
+    const auto is_off = [](const std::optional<DeviationReport>& d) { return d && d->off > 0; };
+    const int dimension = report.mesh.dimension;
+    if (is_off(boundary.node_deviation)) all.push_back(nodes_missed(*boundary.node_deviation, causes_of(report)));
+    if (is_off(boundary.vertex_deviation))
+        all.push_back(vertices_missed(*boundary.vertex_deviation,
+                                      boundary.cad && !boundary.cad->moves ? move_vertices_first : other_mesh));
+    if (!report.walls_hold()) all.push_back(crossing_message(*boundary.walls, dimension));
+    return all;
+}
+
+std::string recommended_bound_note(const Report& r) {
+    if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
+    std::string_view raise;
+    if (r.kept_boundary && slides_on_geometry(r))
+        raise = "; --boundary-tolerance gives it room to raise them";
+    else if (r.kept_boundary)
+        raise = "; --boundary-tolerance or --cad gives it room to raise them";
+    else if (r.curve && r.curve->objective == "shape")
+        raise = "; smaller elements there raise them";
+    else if (r.curve)
+        raise = "; --objective shape, or smaller elements there, raises them";
+    return fmt::format(
+        "{} {} valid, but below the recommended scaled Jacobian {:g}: {} (no failure: "
+        "--min-scaled-jacobian {:g} would make it one{})",
+        r.elements_below_bound.size(), r.elements_below_bound.size() == 1 ? "element is" : "elements are",
+        r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
+}
+
+}  // namespace camber::run

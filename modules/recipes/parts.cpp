@@ -1,0 +1,470 @@
+// Parts of reports, and fields of the result
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+#include <fmt/format.h>
+module camber.recipes;
+import camber.core;
+import camber.bezier;
+import camber.metric;
+import camber.validity;
+import camber.optimisation;
+import camber.io;
+import camber.surface;
+import camber.curving;
+import camber.repair;
+
+namespace camber::run {
+
+namespace {
+
+void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
+    if (!sum) sum.emplace();
+    sum->repair = part.repair;
+    sum->corrected_elements += part.corrected_elements;
+    sum->raised_elements += part.raised_elements;
+    sum->relaxed_volume_edges += part.relaxed_volume_edges;
+    sum->relaxed_surface_edges += part.relaxed_surface_edges;
+    sum->slid_surface_edges += part.slid_surface_edges;
+    sum->slid_vertices += part.slid_vertices;
+    sum->moved_vertices += part.moved_vertices;
+    sum->work += part.work;
+    sum->given_up += part.given_up;
+}
+
+void add_up(PassReport& sum, const PassReport& part) {
+    sum.rounds += part.rounds;
+    sum.proposals += part.proposals;
+    sum.planned += part.planned;
+    sum.accepted += part.accepted;
+    sum.corrections += part.corrections;
+    sum.shortened += part.shortened;
+    sum.drawn_back += part.drawn_back;
+    sum.programmes += part.programmes;
+    sum.moved_nodes += part.moved_nodes;
+    sum.straight_inverted += part.straight_inverted;
+    sum.straight_positive += part.straight_positive;
+    sum.farthest_facet = std::max(sum.farthest_facet, part.farthest_facet);
+    sum.seconds += part.seconds;
+    for (const auto& [reason, count] : part.rejected) {
+        const auto there = std::ranges::find_if(sum.rejected, [&](const auto& r) { return r.first == reason; });
+        if (there == sum.rejected.end())
+            sum.rejected.emplace_back(reason, count);
+        else
+            there->second += count;
+    }
+}
+
+}  // namespace
+
+RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, RepairMethod method) {
+    return {.repair = std::string(word_of(method)),
+            .corrected_elements = s.corrected_elements,
+            .raised_elements = s.raised_elements,
+            .relaxed_volume_edges = s.moved_volume_nodes,
+            .relaxed_surface_edges = s.moved_surface_nodes,
+            .moved_vertices = s.moved_vertices,
+            .work = s.work,
+            .given_up = given_up};
+}
+
+template <int D>
+VerdictsReport verdicts_report(const Validation<D>& v, bool is_asked) {
+    VerdictsReport part;
+    auto next = v.not_positive.begin();
+    for (std::size_t e = 0; e < v.verdicts.size(); ++e) {
+        if (next != v.not_positive.end() && next->first == ElementId(e))
+            (next++->second == Verdict::invalid ? part.invalid : part.undecided).push_back(e + 1);
+        else if (v.verdicts[e] != Verdict::valid)
+            part.below_bound.push_back(e + 1);
+    }
+    part.summary = {v.bound,
+                    is_asked,
+                    part.invalid.size(),
+                    part.undecided.size(),
+                    part.below_bound.size(),
+                    v.straight_inverted,
+                    v.smallest,
+                    v.worst.valid() ? v.worst.index() + 1 : 0};
+    return part;
+}
+
+void add(Report& report, const Notices& notices) {
+    report.notices.insert(report.notices.end(), notices.begin(), notices.end());
+}
+
+void add(Report& report, const OverlappingReport& part) { report.overlaps = part; }
+
+void add(Report& report, const MetricReport& part) { report.metric = part; }
+void add(Report& report, const BoundaryNodesReport& part) { report.boundary->nodes = part; }
+void add(Report& report, const CurveReport& part) { report.curve = part; }
+void add(Report& report, const MeshReport& part) { report.mesh = part; }
+void add(Report& report, const BeforeReport& part) { report.validity_before = part.summary; }
+void add(Report& report, const CommitReport&) { report.committed = true; }
+
+void add(Report& report, const BoundaryReport& part) {
+    report.boundary = part;
+    if (part.cad && !part.cad->within_materials.empty())
+        report.notices.push_back(fmt::format(
+            "reference{} {}: the facets lie within one material and not on the CAD model; they have no CAD "
+            "geometry",
+            part.cad->within_materials.size() == 1 ? "" : "s", fmt::join(part.cad->within_materials, ", ")));
+    if (!part.off_surfaces || part.off_surfaces->vertices == 0) return;
+    const OffSurfacesReport& off = *part.off_surfaces;
+    report.notices.push_back(fmt::format(
+        "{} {} not on the analytic surface of their reference, by up to {:.4g}: kept there, while the nodes "
+        "beside them go onto the surface",
+        off.vertices, off.vertices == 1 ? "vertex is" : "vertices are", off.largest));
+}
+
+void add(Report& report, const PlanReport& part) {
+    if (report.committed && part.is_mesh) return;
+    report.notices.emplace_back("planned nodes were not committed: no stage \"commit\" after them");
+}
+
+void add(Report& report, const VerdictsReport& part) {
+    report.validity = part.summary;
+    report.invalid_elements = part.invalid;
+    report.undecided_elements = part.undecided;
+    report.elements_below_bound = part.below_bound;
+}
+
+void add(Report& report, const CorrectionReport& part) {
+    add_up(report.relax, part.relax);
+    if (part.kept_boundary) report.kept_boundary = part.kept_boundary;
+    report.remaining = part.remaining;
+}
+
+void add(Report& report, const CavitiesReport& part) {
+    report.validity_before = part.wanted;
+    report.relax = part.relax;
+    report.reinsert = part.reinsert;
+}
+
+void add(Report& report, const BeginsChangingReport& part) { report.remesh = RemeshReport{part.unit_mesh, {}, {}, {}}; }
+
+void add(Report& report, const PassReport& part) {
+    auto& passes = report.remesh->passes;
+    const auto same = std::ranges::find(passes, part.pass, &PassReport::pass);
+    if (same == passes.end())
+        passes.push_back(part);
+    else
+        add_up(*same, part);
+}
+
+void add(Report& report, const FinishedNodesReport& part) { report.remesh->nodes = part.nodes; }
+
+void add(Report& report, const FinishedReport& part) {
+    report.remesh->after = part.unit_mesh;
+    report.remesh->bounded_facets = part.bounded_facets;
+    report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
+}
+
+void add(Report& report, const MeasuresReport& part) {
+    if (report.curve) {
+        report.curve->after = part.edges;
+        report.curve->in_straight_field = part.edges_in_straight_field;
+    }
+    if (report.boundary) {
+        report.boundary->straight_distance = part.straight_distance;
+        report.boundary->curved_distance = part.curved_distance;
+        report.boundary->curved_distance_near = part.curved_distance_near;
+        report.boundary->node_deviation = part.node_deviation;
+        report.boundary->vertex_deviation = part.vertex_deviation;
+        report.boundary->walls = part.walls;
+        report.boundary->distances = part.distances;
+        report.boundary->geometry_error = part.geometry_error;
+        if (auto& cad = report.boundary->cad) {
+            cad->largest_node_distance =
+                part.node_deviation ? std::optional(part.node_deviation->largest) : std::nullopt;
+            if (part.is_remeshed && part.vertex_deviation)
+                cad->largest_vertex_distance = part.vertex_deviation->largest;
+        }
+    }
+    report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
+}
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+template <int D>
+MeshField element_field(const LinearMesh<D>& mesh, std::string name, const auto& values, auto rest) {
+    using T = decltype(rest);
+    Buffer<T> column(mesh.elements.size() + mesh.facets.size() + mesh.edges.size());
+    for (std::size_t c = 0; c < column.size(); ++c) column[c] = c < values.size() ? static_cast<T>(values[c]) : rest;
+    return {std::move(name), Centring::cell, FieldKind::scalar, Column<T>(std::move(column))};
+}
+
+/// A value an edge, and at each vertex the mean of the edges that count.
+template <int D>
+MeshField edge_field_with_means(const QuadraticMesh<D>& mesh, std::string name, std::span<const double> values,
+                                const auto& counts) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<double> column(vertices + values.size());
+    std::fill(column.begin(), column.begin() + static_cast<std::ptrdiff_t>(vertices), 0.0);
+    std::vector<std::uint32_t> around(vertices);
+    for (std::size_t e = 0; e < values.size(); ++e) {
+        column[vertices + e] = values[e];
+        if (!counts(e)) continue;
+        for (const VertexId v : mesh.edges.vertices[e]) {
+            column[v.index()] += values[e];
+            ++around[v.index()];
+        }
+    }
+    for (std::size_t v = 0; v < vertices; ++v)
+        if (around[v] > 0) column[v] /= around[v];
+    return {std::move(name), Centring::node, FieldKind::scalar, Column<double>(std::move(column))};
+}
+
+template <int D>
+MeshField node_kinds(const QuadraticMesh<D>& mesh, const Features<D>& features) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<std::int32_t> column(vertices + mesh.edges.size());
+    for (std::size_t v = 0; v < vertices; ++v) column[v] = static_cast<std::int32_t>(features.vertex_kinds[v]);
+    for (std::size_t e = 0; e < mesh.edges.size(); ++e)
+        column[vertices + e] = static_cast<std::int32_t>(features.edge_kinds[e]);
+    return {"node_kind", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
+}
+
+template <int D>
+MeshField edge_changes(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<std::int32_t> column(vertices + mesh.edges.size());
+    for (std::size_t n = 0; n < column.size(); ++n)
+        column[n] = n < vertices ? -1 : static_cast<std::int32_t>(proposal.changes[n - vertices]);
+    return {"edge_change", Centring::node, FieldKind::scalar, Column<std::int32_t>(std::move(column))};
+}
+
+template <int D>
+double distance_from(const Geometry<D>& geometry, const LinearMesh<D>& mesh, std::span<const FacetId> facets,
+                     const Vec<D>& p) {
+    return facets.empty() ? nan : geometry->distance_where(facet_sites(mesh, facets), p);
+}
+
+template <int D>
+Outcome<MeshField> distances(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, const Execution& execution) {
+    const Execution quiet = without_progress(execution);
+    auto at_vertices = facet_balls(mesh.linear, quiet);
+    if (!at_vertices) return fail(std::move(at_vertices.error()));
+    auto at_edges = facet_shells(mesh.edges, quiet);
+    if (!at_edges) return fail(std::move(at_edges.error()));
+    const std::size_t vertices = mesh.linear.points.size();
+    auto column = map_each(
+        execution, vertices + mesh.edges.size(),
+        [&](std::size_t n) {
+            const bool vertex = n < vertices;
+            return distance_from(geometry, mesh.linear, vertex ? (*at_vertices)[n] : (*at_edges)[n - vertices],
+                                 vertex ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point);
+        },
+        64);
+    if (!column) return fail(std::move(column.error()));
+    return MeshField{"distance_to_geometry", Centring::node, FieldKind::scalar, Column<double>(std::move(*column))};
+}
+
+template <int D>
+Outcome<MeshField> metrics(const QuadraticMesh<D>& mesh, const BackMesh<D>& back, const Incidence<ElementId>& shells,
+                           const Execution& execution) {
+    const std::size_t vertices = mesh.linear.points.size();
+    Buffer<double> column((vertices + mesh.edges.size()) * sym_size<D>);
+    auto done = each(execution, vertices + mesh.edges.size(), [&](std::size_t n) {
+        LogMetric<D> log_metric;
+        if (n < vertices) {
+            log_metric = back->vertex(VertexId(n)).log_metric;
+        } else {
+            const std::size_t e = n - vertices;
+            const auto& [a, b] = mesh.edges.vertices[e];
+            // An edge that no element holds lies in no field: its ends' mean.
+            log_metric = shells[e].empty()
+                             ? LogMetric<D>{0.5 * (back->vertex(a).log_metric.l + back->vertex(b).log_metric.l)}
+                             : sample_value(back, mesh.mid_nodes[e].point, shells[e][0]).log_metric;
+        }
+        const Sym<D> m = exp(log_metric).m;
+        std::copy(m.c.begin(), m.c.end(), column.begin() + static_cast<std::ptrdiff_t>(n * sym_size<D>));
+    });
+    if (!done) return fail(std::move(done.error()));
+    return MeshField{"metric", Centring::node, FieldKind::symmetric_tensor, Column<double>(std::move(column))};
+}
+
+}  // namespace
+
+template <int D>
+Outcome<MeshFields> mesh_fields(const Quadratic<D>& end, const BackMesh<D>* field,
+                                const std::optional<EdgeLengths>& lengths, const Execution& execution) {
+    const QuadraticMesh<D>& mesh = end.mesh;
+    const Plan<D>* const plan = end.planned();
+    MeshFields fields;
+    if (const Validation<D>* validation = end.validation())
+        fields = std::move(fields)
+                     .with(element_field(mesh.linear, "scaled_jacobian", validation->min_scaled_jacobian, nan))
+                     .with(element_field(mesh.linear, "verdict", validation->verdicts, std::int32_t{-1}));
+    if (plan) fields = std::move(fields).with(node_kinds(mesh, plan->features()));
+    fields = std::move(fields).with(edge_field_with_means(mesh, "curvature", curvatures<D>(mesh, mesh.mid_nodes.view()),
+                                                          [](std::size_t) { return true; }));
+    if (plan) fields = std::move(fields).with(edge_changes(mesh, plan->proposal()));
+    if (plan && lengths && !is_surface_alone(mesh.linear))
+        fields = std::move(fields).with(
+            edge_field_with_means(mesh, "length_reduction", length_reductions(lengths->straight, lengths->curved),
+                                  [&](std::size_t e) { return plan->proposal().kinds[e] == EdgeKind::volume; }));
+    const Wanted<D>* const wanted = plan ? plan->wanted() : nullptr;
+    if (wanted) {
+        auto made = distances(mesh, wanted->boundary.geometry, part_of(execution, 0, 0.1));
+        if (!made) return fail(std::move(made.error()));
+        fields = std::move(fields).with(std::move(*made));
+    }
+    if (wanted && field) {
+        auto made = metrics(mesh, *field, wanted->shells, part_of(execution, 0.1, 1));
+        if (!made) return fail(std::move(made.error()));
+        fields = std::move(fields).with(std::move(*made));
+    }
+    return fields;
+}
+
+template <int D>
+Outcome<Solution> metric_solution(const Column<LogMetric<D>>& log_metrics, const Execution& execution) {
+    constexpr std::size_t width = D * (D + 1) / 2;
+    const std::size_t vertices = log_metrics.size();
+    Buffer<double> values(vertices * width);
+    auto done = each(execution, vertices, [&](std::size_t v) {
+        const Sym<D> m = exp(log_metrics[v]).m;
+        std::copy(m.c.begin(), m.c.end(), values.begin() + static_cast<std::ptrdiff_t>(v * width));
+    });
+    if (!done) return fail(std::move(done.error()));
+    return Solution{D, {FieldKind::symmetric_tensor}, vertices, std::move(values)};
+}
+
+template <int D>
+Outcome<Solution> metric_solution(const BackMesh<D>& field, const Execution& execution) {
+    auto logs = map_each(execution, field->vertex_count(),
+                         [&](std::size_t v) { return field->vertex(VertexId(v)).log_metric; });
+    if (!logs) return fail(std::move(logs.error()));
+    return metric_solution<D>(Column<LogMetric<D>>(std::move(*logs)), execution);
+}
+
+template <int D>
+Outcome<Solution> metric_solution(const BackMesh<D>& field, const QuadraticMesh<D>& mesh, const Execution& execution) {
+    const std::size_t vertices = mesh.linear.points.size();
+    return guarded([&]() -> Outcome<Solution> {
+        Buffer<LogMetric<D>> logs(vertices + mesh.edges.size());
+        auto done = each_chunk(execution, logs.size(), [&](std::size_t begin, std::size_t end) {
+            ElementId hint;
+            for (std::size_t n = begin; n < end; ++n) {
+                const Vec<D>& p = n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
+                const FieldSample<D> sample = sample_value(field, p, hint);
+                hint = sample.location.element;
+                logs[n] = sample.log_metric;
+            }
+        });
+        if (!done) return fail(std::move(done.error()));
+        return metric_solution<D>(Column<LogMetric<D>>(std::move(logs)), execution);
+    });
+}
+
+namespace {
+
+template <int D>
+bool positive_definite(const EigenSystem<D>& system) {
+    return std::all_of(system.values.c.begin(), system.values.c.end(), [](double x) { return x > 0; });
+}
+
+/// Between two rows of a field: the log-Euclidean mean of metrics, the plain one of everything else.
+template <int D>
+void mean_row(FieldKind kind, const double* a, const double* b, double* to) {
+    const auto width = static_cast<std::size_t>(values_per_vertex(kind, D));
+    for (std::size_t c = 0; c < width; ++c) to[c] = 0.5 * (a[c] + b[c]);
+    if (kind != FieldKind::symmetric_tensor) return;
+    Metric<D> low, high;
+    std::copy(a, a + width, low.m.c.begin());
+    std::copy(b, b + width, high.m.c.begin());
+    if (!positive_definite(eigen_system(low.m)) || !positive_definite(eigen_system(high.m))) return;
+    const Sym<D> mean = exp(LogMetric<D>{0.5 * (log(low).l + log(high).l)}).m;
+    std::copy(mean.c.begin(), mean.c.end(), to);
+}
+
+std::string field_name(const Solution& solution, std::size_t i) {
+    if (solution.fields.size() == 1 && solution.fields[0] == FieldKind::symmetric_tensor) return "metric";
+    if (solution.fields.size() == 1 && solution.fields[0] == FieldKind::scalar) return "size";
+    return "field_" + std::to_string(i + 1);
+}
+
+/// The i-th field, whose columns in a row of the solution begin at `begin`; `edges`: their ends, or none in degree 1.
+template <int D>
+Outcome<MeshField> one_field(const Solution& solution, std::size_t i, std::size_t begin,
+                             const Column<std::array<VertexId, 2>>& edges, const Execution& execution) {
+    const FieldKind kind = solution.fields[i];
+    const auto width = static_cast<std::size_t>(values_per_vertex(kind, D));
+    const std::size_t stride = row_width(solution), vertices = solution.rows;
+    Buffer<double> column((vertices + edges.size()) * width);
+    const auto row = [&](std::size_t v) { return solution.values.data() + v * stride + begin; };
+    auto done = each(execution, vertices + edges.size(), [&](std::size_t n) {
+        double* const to = column.data() + n * width;
+        if (n < vertices)
+            std::copy(row(n), row(n) + width, to);
+        else
+            mean_row<D>(kind, row(edges[n - vertices][0].index()), row(edges[n - vertices][1].index()), to);
+    });
+    if (!done) return fail(std::move(done.error()));
+    return MeshField{field_name(solution, i), Centring::node, kind, Column<double>(std::move(column))};
+}
+
+template <int D>
+Outcome<MeshFields> fields_at(const Solution& solution, const std::string& name, std::size_t vertices,
+                              const Column<std::array<VertexId, 2>>& edges, const Execution& execution) {
+    if (solution.dimension != D)
+        return fail(ErrorKind::input,
+                    "is in " + std::to_string(solution.dimension) + "D, the mesh in " + std::to_string(D) + "D", name,
+                    {}, "give the fields of this mesh");
+    if (solution.rows != vertices)
+        return fail(
+            ErrorKind::input,
+            "has " + std::to_string(solution.rows) + " rows, the mesh " + std::to_string(vertices) + " vertices", name,
+            {}, "give the fields of this mesh, one row a vertex");
+    MeshFields fields;
+    std::size_t begin = 0;
+    for (std::size_t i = 0; i < solution.fields.size(); ++i) {
+        auto field = one_field<D>(solution, i, begin, edges, execution);
+        if (!field) return fail(std::move(field.error()));
+        fields = std::move(fields).with(std::move(*field));
+        begin += static_cast<std::size_t>(values_per_vertex(solution.fields[i], D));
+    }
+    return fields;
+}
+
+template <int D>
+Outcome<MeshFields> fields_on(const Solution& s, const std::string& name, const Mesh<D>& mesh,
+                              const Execution& execution) {
+    if (s.rows == count_nodes(mesh)) return fields_at<D>(s, name, s.rows, {}, execution);
+    return fields_at<D>(s, name, mesh.points.size(), mesh.entities.edges, execution);
+}
+
+}  // namespace
+
+Outcome<MeshFields> solution_fields(const Solution& solution, const std::string& name, const AnyMesh& mesh,
+                                    const Execution& execution) {
+    return std::visit([&](const auto& m) { return fields_on(solution, name, m, execution); }, mesh);
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template VerdictsReport verdicts_report<D>(const Validation<D>&, bool);                                       \
+    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const QuadraticMesh<D>&, const Execution&); \
+    template Outcome<Solution> metric_solution<D>(const BackMesh<D>&, const Execution&);                          \
+    template Outcome<Solution> metric_solution<D>(const Column<LogMetric<D>>&, const Execution&);                 \
+    template Outcome<MeshFields> mesh_fields<D>(const Quadratic<D>&, const BackMesh<D>*,                          \
+                                                const std::optional<EdgeLengths>&, const Execution&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run

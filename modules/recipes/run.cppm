@@ -1,0 +1,516 @@
+module;
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <variant>
+#include <vector>
+export module camber.recipes:run;
+import camber.core;
+import camber.ordering;
+import camber.metric;
+import camber.validity;
+import camber.io;
+import camber.surface;
+import camber.cad;
+import camber.curving;
+import camber.stages;
+import camber.distributed;
+import :measurements;
+import :report;
+import :state;
+import :values;
+
+export namespace camber::run {
+
+/// A value, and the seconds that it took.
+template <class T>
+struct Timed {
+    T value;
+    double seconds = 0;
+};
+
+/// The seconds of a recipe's steps, by name; of steps with one name the sum.
+struct Clocks {
+    std::map<std::string, double, std::less<>> seconds;
+};
+
+/// Sources of a run beside its mesh.
+template <int D>
+struct RunSources {
+    GeometrySource geometry = {};
+    AvailableMemory memory = {};
+    const SolutionSource* solution = nullptr;       ///< null: no stage places nodes by a solution
+    const MeshGoal<D>* goal = nullptr;              ///< geometry, metric and solution as values; null: those of the config
+    std::shared_ptr<Ranks> ranks = one_rank();      ///< share the work by blocks
+    RunEnd end = RunEnd::whole;
+    OrderingOptions ordering = {};
+};
+
+/// One run in D dimensions as its steps see it: the pipeline, the sources, the state that steps read and change, and
+/// the report that they add to.
+template <int D>
+class Runner {
+  public:
+    Runner(const config::Pipeline& config, State<D> state, RunSources<D> sources, std::span<const MetricFile> files,
+           const Around& around)
+        : config(config), files(files), sources(std::move(sources)), state(std::move(state)), around_(around) {}
+
+    const config::Pipeline& config;
+    const std::span<const MetricFile> files;  ///< all metric files that the pipeline names
+    const RunSources<D> sources;
+    State<D> state;
+
+    /// Parts of the state that exist by the order of the steps (check_order).
+    [[nodiscard]] Quadratic<D>& quadratic() { return std::get<Quadratic<D>>(state.mesh); }
+    [[nodiscard]] Plan<D>& plan() { return std::get<Plan<D>>(quadratic().plan); }
+    [[nodiscard]] const BackMesh<D>* field() const { return state.field ? &*state.field : nullptr; }
+
+    template <class F>
+    auto step(std::string_view name, F&& f) {
+        return run_step(around_, name, std::forward<F>(f));
+    }
+    /// The shell's wrapper for a recipe, with clocks.
+    [[nodiscard]] Around around(Clocks& clocks) {
+        return [this, &clocks](std::string_view name, const auto& body) {
+            auto done = timed([&] { return around_(name, body); });
+            clocks.seconds[std::string(name)] += done.seconds;
+            return std::move(done.value);
+        };
+    }
+    /// The step of the stage with these options.
+    template <class Options, class F>
+    auto step_of(const Options&, F&& f) {
+        return step(std::get<Step<Options>>(step_table).name, std::forward<F>(f));
+    }
+    template <class F>
+    static auto timed(F&& f) -> Timed<std::invoke_result_t<F>> {
+        const auto begin = std::chrono::steady_clock::now();
+        auto value = f();
+        return {std::move(value), std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
+    }
+
+    void report(const auto& part) { add(report_, part); }
+    [[nodiscard]] Report take_report() && { return std::move(report_); }
+
+  private:
+    const Around& around_;
+    Report report_;
+};
+
+}  // namespace camber::run
+
+/// The steps of a run: each takes what its stage needs from the run's state, and puts there and tells what it made.
+export namespace camber::run {
+
+/// Runs one step: one overload for each row of `step_table`. Errors: those of its verb, and stopped.
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Elevate& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Curve& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Validate& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Relax& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Commit& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Collapse& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Split& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Swap& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Smooth& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Mend& options);
+template <int D>
+[[nodiscard]] Outcome<Done> apply(Runner<D>& run, const config::Remesh& options);
+
+/// Vertices of the boundary brought onto the CAD model, where the config wants that; before the first stage.
+template <int D>
+[[nodiscard]] Outcome<Done> move_vertices(Runner<D>& run);
+
+/// Features and geometry as a config describes them, of a mesh that nothing has changed.
+template <int D>
+struct DescribedBoundary {
+    Boundary<D> boundary;
+    BoundaryReport report;
+};
+/// Errors (usage): a geometry that is not the mesh's.
+template <int D>
+[[nodiscard]] Outcome<DescribedBoundary<D>> boundary_by_config(const config::Pipeline& pipeline,
+                                                               const GeometrySource& source, const LinearMesh<D>& mesh,
+                                                               const EdgeSet<D>& edges, const Execution& execution);
+
+/// The boundary as the config describes it, before a stage that curves or changes topology; `curves`: see
+/// make_geometry. Errors (usage): a geometry that is not the mesh's.
+template <int D>
+[[nodiscard]] Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                     std::span<const LagrangeNode<D>> curves = {});
+
+/// Distances that the goal or the pipeline requires.
+template <int D>
+[[nodiscard]] std::vector<DistanceBound> required_distances(const Runner<D>& run);
+template <int D>
+[[nodiscard]] BoundedDistances bounded_distances(const Runner<D>& run);
+
+/// What was told of the config's metric when it was made.
+struct MetricTold {
+    std::optional<MetricReport> report;
+    Notices notices;
+};
+/// The config's metric as recipes take it. Errors, when it is made, name the JSON path of the metric or the operation,
+/// or the file. All arguments are asked then.
+template <int D>
+[[nodiscard]] MetricSource<D> metric_for_curving(const Runner<D>& run, const QuadraticMesh<D>& mesh,
+                                                 const Boundary<D>& boundary, MetricTold& told);
+/// The same as a field on the mesh itself, straight or with its curves, and what was told of it.
+template <int D>
+struct OwnField {
+    BackMesh<D> back;
+    MetricReport report;
+    MetricOrigin origin = MetricOrigin::natural;
+};
+template <int D>
+[[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
+                                                  const Boundary<D>& boundary);
+template <int D>
+[[nodiscard]] Outcome<OwnField<D>> make_own_field(Runner<D>& run, const QuadraticMesh<D>& mesh,
+                                                  const Boundary<D>& boundary);
+template <int D>
+void report_metric(Runner<D>& run, MetricTold told);
+
+/// Before any work of passes: what those of the config will make of the run's mesh; none where none of them splits.
+/// Errors: those of describe_boundary and make_own_field; memory: more than there is room for.
+template <int D>
+[[nodiscard]] Outcome<std::optional<Growth>> asked_growth(Runner<D>& run);
+
+/// The field that passes of the config would go by, on the run's mesh as it is. Errors: those of describe_boundary and
+/// make_own_field.
+template <int D>
+[[nodiscard]] Outcome<OwnField<D>> asked_field(Runner<D>& run);
+
+/// A mesh that passes have changed becomes one as any other; nothing where none has.
+template <int D>
+[[nodiscard]] Outcome<Done> finish(Runner<D>& run);
+
+/// A mesh that was read with its curves brings what else the stage `curve` proposes: its nodes become the plan where
+/// there is none.
+template <int D>
+[[nodiscard]] Outcome<Done> adopt_own_nodes(Runner<D>& run);
+
+/// Within a stage: the bound that it asks for, or that a stage before did, or the recommended one.
+template <int D>
+[[nodiscard]] JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage);
+
+/// Within a stage: the plan is judged to that bound, as the last stage judged it, or anew.
+template <int D>
+[[nodiscard]] Outcome<Done> judge_plan(Runner<D>& run, double bound, const Execution& execution);
+
+/// The verdicts as they are now: told, and those of before as long as nothing was corrected.
+template <int D>
+void report_verdicts(Runner<D>& run, const Validation<D>& validation);
+
+/// What was proposed, in those seconds; and how nodes of a mesh with curves of its own fared.
+template <int D>
+void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options, double seconds);
+
+/// The field goes to the run's state, the rest to a plan.
+template <int D>
+[[nodiscard]] Wanted<D> keep_field(Runner<D>& run, Boundary<D> boundary, ProposedCurves<D> made, CurvingAim aim);
+
+/// The last step: what the report says of the end, and the lengths after correction where they were measured.
+template <int D>
+[[nodiscard]] Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run);
+
+}  // namespace camber::run
+
+export namespace camber::run {
+
+/// A metric that is made for the run's solution.
+struct SolutionMetricInput {
+    config::SolutionMetric asked;
+    std::vector<Solution> intersect;  ///< rows of its files, at the input's vertices
+    std::string path;                 ///< in the config, for errors
+};
+
+/// What the shell hands to a run beside the config: files already read.
+struct Inputs {
+    DecodedMesh mesh;
+    std::optional<Solution> metric = {};         ///< of the metric file, when the config names one
+    std::optional<MetricMesh> metric_mesh = {};  ///< that it speaks of, where its rows are not at the input's vertices
+    std::vector<MetricFile> operands = {};       ///< metric files that the operations intersect with
+    OrderingOptions ordering = {};               ///< when the stages work in an order of their own
+    GeometrySource geometry = {};
+    AvailableMemory memory = {};
+    std::vector<NamedField> fields = {};                     ///< of the solution, on that mesh
+    std::vector<SolutionMetricInput> solution_metrics = {};  ///< those of the config that are made for these
+    std::shared_ptr<Ranks> ranks = one_rank();               ///< who share what goes by blocks
+    RunEnd end = RunEnd::whole;
+};
+
+/// Result of a run in D dimensions.
+template <int D>
+struct MeshRun {
+    Mesh<D> mesh;   ///< committed, or the last state if nothing was
+    Report report;  ///< `holds_what_was_asked`: the result is the requested one
+    std::optional<Inherited<D>> remeshed = {};     ///< geometry and metric at the vertices of a mesh that passes changed
+    MeshFields fields = {};                        ///< if the output shows them
+    std::optional<Solution> metric = {};           ///< if the output requests it and the steps made one
+    std::optional<FinishedRows<D>> rows = {};      ///< those of this rank, of a run that ends in rows; the mesh is empty
+};
+/// Runs the steps of a pipeline on a mesh, which is made sound first (`prepare`). Errors: a step that lacks what it
+/// needs (check_order), those of the steps with their JSON path, stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<MeshRun<D>> run_steps(StageInputs<D> input, const config::Pipeline& pipeline,
+                                            RunSources<D> sources, const Around& around);
+
+struct Run {
+    AnyMesh mesh;  ///< committed, or the last state when nothing was
+    Report report;
+    MeshFields fields;                    ///< empty unless the config's output shows them
+    std::optional<Solution> metric = {};  ///< at the vertices, if the config's output wants it and the stages made one
+    std::vector<NamedField> solution = {};  ///< the input's fields, if the config's output has a place for them
+    std::vector<std::string> details = {};  ///< notices of the report that are printed with --verbose only
+    /// Of a run that ends in rows, those of this rank: the mesh is empty then.
+    std::variant<std::monostate, FinishedRows<2>, FinishedRows<3>> rows = {};
+};
+
+/// Whether several ranks may end a run of it with a share of the mesh each: nothing but the mesh is asked for, and
+/// blocks are the last that changes it.
+[[nodiscard]] bool may_end_in_rows(const config::Pipeline& pipeline);
+
+/// Whether an output shows fields of the run: a VTU file, a page.
+[[nodiscard]] bool shows_fields(const config::Output& output);
+/// Whether it has a place for fields of a solution: a file of their own, or with the mesh.
+[[nodiscard]] bool carries_fields(const config::Output& output);
+/// Whether a stage places nodes by the solution.
+[[nodiscard]] bool places_by_solution(const config::Pipeline& pipeline);
+/// Whether no stage is a pass that changes the topology.
+[[nodiscard]] bool keeps_elements(const config::Pipeline& pipeline);
+
+/// Whether the mesh is of degree 2 and not straight: no stage `elevate` takes it.
+[[nodiscard]] bool is_curved(const AnyMesh& mesh);
+
+/// The mesh prepared, then the stages of a config, one after the other. Errors name the stage's JSON path.
+[[nodiscard]] Outcome<Run> run_pipeline(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
+
+/// What passes will make of the mesh, by the metric that they go by, where no stage but `elevate` comes before them;
+/// none: no stage splits, or the metric is not known before others are done. Errors: those of the run so far, and
+/// memory: the same as where the run comes there.
+[[nodiscard]] Outcome<std::optional<Growth>> planned_growth(const config::Pipeline& pipeline, Inputs inputs,
+                                                            const Around& around);
+
+/// The metric of a config, its operations done, at the vertices of the input's mesh; no stage is run. Errors: those of
+/// the run so far.
+struct MadeMetric {
+    Solution metric;
+    MetricReport report;
+    std::vector<std::string> notices;
+};
+[[nodiscard]] Outcome<MadeMetric> made_metric(const config::Pipeline& pipeline, Inputs inputs, const Around& around);
+
+/// The mesh of a config's shape.
+[[nodiscard]] Outcome<DecodedMesh> generate_shape(const config::Shape& shape, const Execution& execution = {});
+
+/// How large a run is before anything was done.
+struct PlanSize {
+    int dimension = 3, degree = 1;
+    std::size_t vertices = 0, elements = 0, facets = 0;
+    std::size_t edges = 0;       ///< estimated by Euler's formula from the others, exact for a ball
+    std::size_t peak_bytes = 0;  ///< estimated_peak_bytes
+};
+[[nodiscard]] PlanSize plan_size(const AnyMesh& mesh);
+
+}  // namespace camber::run
+
+/// Where a mesh is in an order that makes stages slow they work on it in another, and nobody sees it: all that goes in
+/// is renumbered at one place, before the first stage, and all that comes out at one, after the last.
+export namespace camber::run {
+
+/// The order to work in; nothing where the mesh's own will do, or where stages change the straight mesh: what they make
+/// has an order of its own. Errors: memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<std::optional<BetterOrder>> working_order(const StageInputs<D>& inputs,
+                                                                std::span<const config::Stage> stages,
+                                                                const OrderingOptions& options,
+                                                                const Execution& execution);
+
+/// What stages take, by the numbers to work by. Metric files whose rows are not the mesh's vertices stay: they are
+/// refused later. Errors: memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<StageInputs<D>> in_working_order(StageInputs<D> inputs, const Renumbering& order,
+                                                       const Execution& execution);
+
+/// What stages made, by the user's numbers: mesh, fields, metric, and the elements that the report names. Errors:
+/// memory, stopped.
+template <int D>
+[[nodiscard]] Outcome<MeshRun<D>> in_given_order(MeshRun<D> run, const Renumbering& order, const Execution& execution);
+
+/// Why they made nothing: the entity that the error names.
+template <int D>
+[[nodiscard]] Error in_given_order(Error error, const Renumbering& order);
+
+}  // namespace camber::run
+
+/// A pipeline in cycles (config "adapt"): what each of them runs, when they have settled, and their table.
+export namespace camber::run {
+
+/// Where a cycle's files are: all within its folder.
+struct CycleFiles {
+    std::string folder;
+    std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, what that may begin with
+    std::string said;                   ///< what the solver said
+    std::string report, view;           ///< view: the mesh with fields, for ParaView
+    std::string vtu, metric, carried, plots, page;
+};
+/// Those of a config's cycle below the folder of all.
+[[nodiscard]] CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder);
+/// "cycle-007".
+[[nodiscard]] std::string name_of_cycle(int cycle);
+
+/// What makes the first mesh, which the solver is asked on: the stages that keep the topology; without a solver none.
+[[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
+/// Either one as the mesh that it begins with has it: of degree 2 with curves nothing elevates it, and the first mesh
+/// is judged as it is.
+[[nodiscard]] config::Pipeline fitted_to(const AnyMesh& mesh, config::Pipeline pipeline, int cycle);
+/// What makes the mesh of a cycle, from 1, out of the one before.
+[[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
+                                              const CycleFiles& before, const CycleFiles& into);
+/// The command of a cycle, its braces replaced.
+[[nodiscard]] std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle,
+                                                      const CycleFiles& files);
+
+/// What cannot be done cycle after cycle. Errors: usage.
+[[nodiscard]] Outcome<Done> check_cycles(const config::Pipeline& pipeline);
+
+/// An error of a solution, or of the exact one's interpolant, in the mesh's degree.
+struct CycleError {
+    double l2 = 0, h1 = 0;
+};
+
+/// The distance of the boundary from its geometry, that of the facet which is farthest by its bound (model units).
+struct BoundaryDistance {
+    double bound = 0, reached = 0;
+    bool is_required = false;  ///< by the config; else the bound is that of the expected error
+};
+
+/// A row of the table. Shares and qualities are those of the mesh in the metric that it was made by.
+struct CycleRow {
+    int cycle = 0;
+    std::size_t unknowns = 0, elements = 0;
+    std::string problem = {};                ///< the exact solution and the solver's command
+    double wanted = 0, complexity = 0;       ///< 0: not asked for; no metric
+    double unit_before = 0, unit_edges = 0;  ///< shares: of the mesh that it was made of, and its own
+    double worst_quality = 0, mean_quality = 0;
+    double smallest_jacobian = 1;
+    /// L2 error that `curve` expects (objective solution), or that the solution on a straight mesh lets expect
+    std::optional<double> expected = {};
+    std::optional<CycleError> interpolated = {}, solved;  ///< where the exact solution is known
+    std::optional<BoundaryDistance> boundary = {};        ///< where it is bounded
+    double seconds = 0, solve_seconds = 0;
+    bool is_of_gradients = false;          ///< the metric is for the error of gradients
+    bool is_valid = true;                  ///< all elements are certified valid
+    std::vector<std::string> misses = {};  ///< how its mesh is not the one that was wanted
+};
+/// The mesh of a cycle.
+struct CycleRun {
+    Run run;
+    std::string miss;  ///< says that its complexity is not the one that was wanted; empty: it is
+};
+/// The row of a cycle's mesh, without what `add_errors` adds.
+[[nodiscard]] CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& made);
+
+/// Adds to the row of a mesh:
+/// - the unknowns, if its interpolants are of degree 2: the largest degree of the mesh, of the metric of the solution,
+///   and of the solver's fields counts (a straight mesh may be for elements of degree 2);
+/// - the L2 error that the solver's fields (none: {}) let expect on a straight mesh. On others `curve` has it;
+/// - the errors of the exact solution's interpolant and of the first scalar field, if the solution is known.
+/// Errors: an expression that is not one, or not finite somewhere, other numbers of weights than of fields (usage); no
+/// scalar field (input); those of `known_solution`.
+[[nodiscard]] Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
+                                       const config::Pipeline& pipeline, const Execution& execution);
+
+/// Runs the pipeline of a cycle by \p execute. While its mesh has elements that are not certified valid, runs it again,
+/// at most three times, with a smaller step: the complexity halfway (in the logarithm) back to that of the mesh before,
+/// or 10 % less where the two are as near as that. Each step adds a notice. \p rows are those of the cycles before.
+/// Errors: those of \p execute.
+[[nodiscard]] Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
+                                          const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
+
+/// The error of a cycle's mesh: that of the interpolant if the solution is known, in L2, or in H1 if the metric is for
+/// gradients; otherwise the expected L2 error. None if there is neither.
+[[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
+/// The row whose mesh is the result. Among the valid meshes of the last complexity, for the same problem, it is the one
+/// with the least error, where meshes that miss something come last; with `result` "last" it is the last valid mesh.
+[[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+/// Why no more cycles are needed (`settled` of the config): the least error has not fallen, or without an error meshes
+/// become no nearer to unit in their own solution's metric. Empty: they are needed.
+[[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+/// What is worth knowing of the result: that it is not the last, and unit edges or a quality that fell.
+[[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+
+}  // namespace camber::run
+
+/// Runs on meshes in blocks: the same steps, on a state that ranks share.
+export namespace camber::run {
+
+/// Returns the options of the first stage `curve` for blocks; none: the pipeline requests no blocks.
+[[nodiscard]] std::optional<CurveByBlocks> requested_blocks(const config::Pipeline& pipeline);
+
+/// Sources of a run by blocks.
+struct BlockSources {
+    GeometrySource geometry = {};
+    std::vector<MetricFile> files = {};  ///< one row per vertex of the whole mesh
+    BlockOptions blocks = {};
+    std::shared_ptr<Ranks> ranks = one_rank();
+};
+/// What this rank has of the result; the report is that of the whole mesh.
+template <int D>
+struct BlocksRun {
+    CurvedBlocks<D> curved;
+    Report report;
+};
+/// Runs the steps of a pipeline on a mesh in blocks; all ranks call it. Errors (unsupported): steps other than elevate,
+/// curve, validate, relax and commit, and options of these that need the whole mesh; those of the steps, of any rank.
+template <int D>
+[[nodiscard]] Outcome<BlocksRun<D>> run_steps(const MeshRows<D>& rows, const config::Pipeline& pipeline,
+                                              const BlockSources& sources, const Around& around);
+
+}  // namespace camber::run
+
+/// Recipes: runs of fixed lists of steps on values, one call each.
+export namespace camber {
+
+/// Curves a straight mesh: what `camber curve` does. Steps: elevate, curve, validate, relax, commit. The result may be
+/// invalid: see `report`. Errors: input (no mesh, see `prepare`), unsupported (no simplices of degree 1), options out
+/// of range (usage), those of the goal, stopped, memory.
+template <int D>
+[[nodiscard]] Outcome<run::MeshRun<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
+                                                  const CurveMeshOptions& options, const Around& around);
+
+/// Options of remesh_mesh.
+struct RemeshMeshOptions {
+    ToMetricOptions passes = {};
+    config::RemeshObjective objective = config::RemeshObjective::as_curved;  ///< degree 2: nodes of inner edges
+    config::GeometryBound geometry_bound = config::GeometryBound::by_default;
+};
+
+/// Brings a mesh of degree 1 or 2 to a metric: what `camber remesh` does. Step: remesh. Errors: as curve_mesh, with
+/// degree 2.
+template <int D>
+[[nodiscard]] Outcome<run::MeshRun<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
+                                                   const RemeshMeshOptions& options, const Around& around);
+
+}  // namespace camber

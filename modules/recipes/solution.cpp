@@ -1,0 +1,497 @@
+// Solutions and their metrics
+module;
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+#include <fmt/format.h>
+module camber.recipes;
+import camber.core;
+import camber.bezier;
+import camber.recovery;
+import camber.metric;
+import camber.transfer;
+import camber.solution_metric;
+import camber.io;
+import camber.fields;
+import camber.stages;
+
+namespace camber::run {
+
+std::vector<Column<double>> scalars_of(std::span<const NamedField> fields) {
+    std::vector<Column<double>> scalars;
+    for (const NamedField& field : fields) {
+        const auto width = static_cast<std::size_t>(field.field.components);
+        for (std::size_t c = 0; c < width; ++c) {
+            if (width == 1) {
+                scalars.push_back(field.field.values);
+                continue;
+            }
+            Buffer<double> values(field.field.values.size() / width, 0.0);
+            for (std::size_t n = 0; n < values.size(); ++n) values[n] = field.field.values[n * width + c];
+            scalars.emplace_back(std::move(values));
+        }
+    }
+    return scalars;
+}
+
+Outcome<std::vector<NamedField>> named(std::vector<NamedField> fields, const std::vector<std::string>& names,
+                                       const std::string& where) {
+    if (names.empty()) return fields;
+    std::vector<NamedField> wanted;
+    for (const std::string& name : names) {
+        const auto found = std::ranges::find(fields, name, &NamedField::name);
+        if (found == fields.end()) {
+            std::string there;
+            for (const NamedField& field : fields) there += (there.empty() ? "" : ", ") + field.name;
+            return fail(ErrorKind::usage, "there is no field of the name " + name, where, {}, "there is " + there);
+        }
+        if (std::ranges::find(wanted, name, &NamedField::name) == wanted.end()) wanted.push_back(*found);
+    }
+    return wanted;
+}
+
+template <int D>
+Outcome<QuadraticMesh<D>> of_degree_2(const AnyMesh& mesh, const Execution& execution) {
+    const auto* const given = std::get_if<Mesh<D>>(&mesh);
+    if (!given) return fail(ErrorKind::internal, "the mesh is of another dimension");
+    if (given->degree == 1) return as_linear(*given).and_then([&](const auto& m) { return elevate(m, execution); });
+    return as_quadratic(*given);
+}
+template Outcome<QuadraticMesh<2>> of_degree_2<2>(const AnyMesh&, const Execution&);
+template Outcome<QuadraticMesh<3>> of_degree_2<3>(const AnyMesh&, const Execution&);
+
+Outcome<std::size_t> nodes_in_degree_2(const AnyMesh& mesh, const Execution& execution) {
+    return std::visit(
+        [&](const auto& m) -> Outcome<std::size_t> {
+            if (m.degree == 2) return count_nodes(m);
+            return unique_edges(straight_simplices(m), execution).map([&](const auto& edges) {
+                return m.points.size() + edges.size();
+            });
+        },
+        mesh);
+}
+
+namespace {
+
+template <int D>
+Outcome<TransferredFields> brought(const AnyMesh& to, const AnyMesh& from, std::vector<NamedField> fields,
+                                   const TransferOptions& options, const Execution& execution) {
+    const auto old_mesh = of_degree_2<D>(from, without_progress(execution));
+    if (!old_mesh) return fail(old_mesh.error());
+    const auto new_mesh = of_degree_2<D>(to, without_progress(execution));
+    if (!new_mesh) return fail(new_mesh.error());
+    std::vector<TransferField> given;
+    std::vector<std::string> names;
+    for (const NamedField& field : fields) {
+        given.push_back(field.field);
+        names.push_back(field.name);
+    }
+    auto made = transfer<D>(*old_mesh, given, *new_mesh, options, execution);
+    if (!made) return fail(made.error());
+    for (std::size_t f = 0; f < fields.size(); ++f) fields[f].field = std::move(made->fields[f]);
+    return TransferredFields{std::move(fields), {options.method, std::move(names), std::move(made->statistics)}};
+}
+
+/// Of the nodes of a mesh: how many are vertices, and the ends of the edges that have others; none of a straight one.
+struct NodesOfMesh {
+    std::size_t vertices = 0;
+    Column<std::array<VertexId, 2>> edges;
+};
+NodesOfMesh nodes_of(const AnyMesh& mesh) {
+    return std::visit([](const auto& m) { return NodesOfMesh{m.points.size(), m.entities.edges}; }, mesh);
+}
+
+Column<double> at_all_nodes(const NodesOfMesh& nodes, const TransferField& field) {
+    const auto width = static_cast<std::size_t>(field.components);
+    Buffer<double> values(field.values.begin(), field.values.end());
+    values.resize((nodes.vertices + nodes.edges.size()) * width, 0.0);  // a straight mesh has no nodes on its edges
+    if (field.degree == 2) return Column<double>(std::move(values));
+    for (std::size_t e = 0; e < nodes.edges.size(); ++e) {
+        const auto& [a, b] = nodes.edges[e];
+        for (std::size_t c = 0; c < width; ++c)
+            values[(nodes.vertices + e) * width + c] =
+                0.5 * (values[a.index() * width + c] + values[b.index() * width + c]);
+    }
+    return Column<double>(std::move(values));
+}
+
+}  // namespace
+
+Outcome<TransferredFields> fields_brought_to(const AnyMesh& new_mesh, const AnyMesh& old_mesh,
+                                             std::vector<NamedField> fields, const TransferOptions& options,
+                                             const Around& around) {
+    return std::visit(
+        [&]<int D, int Old>(const Mesh<D>&, const Mesh<Old>&) -> Outcome<TransferredFields> {
+            if constexpr (D != Old)
+                return fail(ErrorKind::input, "is not of the dimension of the old mesh", {}, {},
+                            "give two meshes of one domain");
+            else
+                return run_step(around, "transfer", [&](const Execution& e) {
+                    return brought<D>(new_mesh, old_mesh, std::move(fields), options, e);
+                });
+        },
+        new_mesh, old_mesh);
+}
+
+std::vector<NamedField> at_vertices(const AnyMesh& mesh, std::vector<NamedField> fields) {
+    const std::size_t vertices = nodes_of(mesh).vertices;
+    for (NamedField& field : fields) {
+        TransferField& given = field.field;
+        if (given.degree == 1) continue;
+        const auto count = static_cast<std::ptrdiff_t>(vertices * static_cast<std::size_t>(given.components));
+        given.values = Column<double>(Buffer<double>(given.values.begin(), given.values.begin() + count));
+        given.degree = 1;
+    }
+    return fields;
+}
+
+MeshFields as_mesh_fields(const AnyMesh& mesh, std::span<const NamedField> fields) {
+    const NodesOfMesh nodes = nodes_of(mesh);
+    MeshFields all;
+    for (const NamedField& field : fields)
+        all = std::move(all).with({field.name, Centring::node, field.kind, at_all_nodes(nodes, field.field)});
+    return all;
+}
+
+namespace {
+
+template <int D>
+Outcome<NamedField> evaluated(const QuadraticMesh<D>& mesh, const std::string& text, const Execution& execution) {
+    const auto parsed = ScalarExpression<D>::parsed(text);
+    if (!parsed) return fail(parsed.error());
+    Buffer<Vec<D>> nodes(mesh.linear.points.begin(), mesh.linear.points.end());
+    nodes.reserve(nodes.size() + mesh.edges.size());
+    for (const LagrangeNode<D>& node : mesh.mid_nodes) nodes.push_back(node.point);
+    Buffer<double> values(nodes.size());
+    const auto done = each_chunk(
+        execution, nodes.size(),
+        [&](std::size_t begin, std::size_t end) {
+            parsed->evaluator()(std::span(nodes).subspan(begin, end - begin),
+                                std::span(values).subspan(begin, end - begin));
+        },
+        4096);
+    if (!done) return fail(done.error());
+    if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
+        return fail(ErrorKind::usage, "is no number at a node of the mesh", quoted_expression(text), {},
+                    "give one that is finite on the whole domain");
+    return NamedField{"expression", FieldKind::scalar, {1, 2, Column<double>(std::move(values))}};
+}
+
+}  // namespace
+
+Outcome<NamedField> field_of_expression(const AnyMesh& mesh, const std::string& expression,
+                                        const Execution& execution) {
+    return std::visit(
+        [&]<int D>(const Mesh<D>&) -> Outcome<NamedField> {
+            const auto quadratic = of_degree_2<D>(mesh, without_progress(execution));
+            if (!quadratic) return fail(quadratic.error());
+            return evaluated(*quadratic, expression, execution);
+        },
+        mesh);
+}
+
+template <int D>
+Outcome<GivenSolution<D>> solution_on(const SolutionSource& source, const QuadraticMesh<D>& mesh,
+                                      const Around& around) {
+    const std::vector<double>& weights = source.weights;
+    const auto check_weights = [&](std::size_t fields) -> Outcome<Done> {
+        if (weights.empty() || weights.size() == fields) return Done{};
+        return fail(ErrorKind::usage, fmt::format("there are {} weights, and {} fields", weights.size(), fields),
+                    "/solution/weights", {}, "give one for each field, or none");
+    };
+    GivenSolution<D> out;
+    if (!source.expression.empty()) {
+        const auto parsed = ScalarExpression<D>::parsed(source.expression);
+        if (!parsed) return fail(parsed.error());
+        if (auto fit = check_weights(1); !fit) return fail(fit.error());
+        out.function = [expression = *parsed] { return expression.evaluator(); };
+        return out;
+    }
+    if (source.fields.empty()) return out;
+    const auto brought =
+        fields_brought_to(AnyMesh(as_mesh(mesh)), source.mesh, source.fields, TransferOptions{}, around);
+    if (!brought) return fail(brought.error());
+    const std::vector<NamedField>& fields = brought->fields;
+    if (auto fit = check_weights(fields.size()); !fit) return fail(fit.error());
+    for (std::size_t f = 0; f < fields.size(); ++f)
+        for (Column<double>& scalar : scalars_of({&fields[f], 1}))
+            out.fields.push_back({std::move(scalar), weights.empty() ? 1 : weights[f]});
+    return out;
+}
+
+template Outcome<GivenSolution<2>> solution_on<2>(const SolutionSource&, const QuadraticMesh<2>&, const Around&);
+template Outcome<GivenSolution<3>> solution_on<3>(const SolutionSource&, const QuadraticMesh<3>&, const Around&);
+
+namespace {
+
+/// At the vertices, or at all nodes.
+template <int D>
+Outcome<NamedField> as_field(const QuadraticMesh<D>& mesh, const Column<LogMetric<D>>& logs, int degree,
+                             const Execution& execution) {
+    Column<LogMetric<D>> all = logs;
+    if (degree == 2) {
+        const auto nodal = framed_logs(mesh.edges, logs, execution);
+        if (!nodal) return fail(nodal.error());
+        Buffer<LogMetric<D>> joined(nodal->vertices.begin(), nodal->vertices.end());
+        joined.insert(joined.end(), nodal->mid_nodes.begin(), nodal->mid_nodes.end());
+        all = Column<LogMetric<D>>(std::move(joined));
+    }
+    Buffer<double> values;
+    values.reserve(all.size() * sym_size<D>);
+    for (const LogMetric<D>& log_metric : all) {
+        const Sym<D> tensor = exp(log_metric).m;
+        values.insert(values.end(), tensor.c.begin(), tensor.c.end());
+    }
+    return NamedField{"metric", FieldKind::symmetric_tensor, {sym_size<D>, degree, Column<double>(std::move(values))}};
+}
+
+MetricOfSolutionOptions options_of(const config::SolutionMetric& asked, bool at_nodes, double ridge_angle) {
+    MetricOfSolutionOptions out;
+    const int of_solution = at_nodes ? 2 : 1;
+    out.norm = {.degree = asked.degree > 0 ? asked.degree : of_solution, .p = asked.norm, .error_of = asked.error_of};
+    SolutionMetricOptions& metric = out.metric;
+    for (const auto& [amount, of] :
+         {std::pair(asked.complexity, AmountOf::complexity), std::pair(asked.vertices, AmountOf::vertices),
+          std::pair(asked.elements, AmountOf::elements)})
+        if (amount > 0) {
+            metric.amount = amount;
+            metric.of = of;
+        }
+    if (asked.gradation > 0) metric.gradation = GradationOptions{.ratio = asked.gradation};
+    metric.min_size = asked.min_size;
+    metric.max_size = asked.max_size;
+    metric.max_anisotropy = asked.max_anisotropy;
+    out.models.max_anisotropy = std::max(out.models.max_anisotropy, asked.max_anisotropy);
+    out.sizes = asked.sizes;
+    out.geometry = asked.geometry;
+    out.ridge_angle = ridge_angle;
+    out.expected = asked.expected;
+    return out;
+}
+
+/// Weights of the scalars of fields, by those of the solution's fields, which stand in its order.
+std::vector<double> weights_of_scalars(std::span<const NamedField> fields, std::span<const NamedField> wanted,
+                                       const std::vector<double>& weights) {
+    std::vector<double> out;
+    if (weights.size() != fields.size()) return out;
+    for (const NamedField& field : wanted) {
+        const auto of = std::ranges::find(fields, field.name, &NamedField::name);
+        out.insert(out.end(), static_cast<std::size_t>(field.field.components),
+                   weights[static_cast<std::size_t>(of - fields.begin())]);
+    }
+    return out;
+}
+
+template <int D>
+SolutionMetricReport told(const MetricOfSolution<D>& made, const MetricOfSolutionOptions& options, double largest) {
+    const SolutionMetric<D>& m = made.metric;
+    return {.degree = options.norm.degree,
+            .asked = m.asked,
+            .complexity = m.reached,
+            .elements = m.reached * elements_per_complexity<D>(),
+            .of_fixed = m.of_fixed,
+            .is_fixed_alone = m.is_fixed_alone,
+            .is_reached = m.is_reached,
+            .is_graded = m.is_graded,
+            .evaluations = m.evaluations,
+            .gradations = m.gradations,
+            .largest_anisotropy = largest,
+            .at_min = m.at_min,
+            .at_max = m.at_max,
+            .rows = made.rows,
+            .from_inner_fits = made.from_inner_fits,
+            .lower_degree = made.lower_degree,
+            .zero_models = made.zero_models,
+            .floored_models = made.floored_models,
+            .models_max_anisotropy = options.models.max_anisotropy};
+}
+
+template <int D>
+Outcome<std::vector<Column<LogMetric<D>>>> logs_of(std::span<const Solution> given, std::size_t vertices,
+                                                   const std::vector<config::FilePath>& names,
+                                                   const Execution& execution) {
+    std::vector<Column<LogMetric<D>>> out;
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        auto logs = log_metrics_of_file<D>({names[i].path, given[i]}, vertices, execution);
+        if (!logs) return fail(logs.error());
+        out.push_back(std::move(logs->log_metrics));
+    }
+    return out;
+}
+
+/// The names of fields whose values are as unrelated as in a random order. Errors (input): values that are certainly in
+/// another order than the nodes.
+template <int D>
+Outcome<std::vector<std::string>> fields_in_doubt(const QuadraticMesh<D>& mesh, std::span<const NamedField> fields,
+                                                  const Execution& execution) {
+    constexpr const char* remedy =
+        "give a row for each vertex, then one for each edge by (lower vertex, higher vertex), or a file with its "
+        "own mesh, such as .vtu (docs/formats.md, Fields of degree 2)";
+    std::vector<std::string> in_doubt;
+    for (const NamedField& field : fields)
+        for (const Column<double>& values : scalars_of({&field, 1})) {
+            const auto check = check_node_order(mesh, values, execution);
+            if (!check) return fail(check.error());
+            const std::string nodes = "the values of " + field.name + " at the nodes of edges ";
+            if (check->order == NodeOrder::by_first_element)
+                return fail(ErrorKind::input,
+                            nodes + "are in the order in which elements, one after the other, first have these edges",
+                            {}, {}, remedy);
+            if (check->order == NodeOrder::unrelated_mid_nodes)
+                return fail(ErrorKind::input,
+                            fmt::format("{}are in another order: their correlation with the values at the ends of "
+                                        "their edges is {:.2f}, that of neighbouring vertices {:.2f}",
+                                        nodes, check->between_ends_and_middle, check->between_vertices),
+                            {}, {}, remedy);
+            if (check->order == NodeOrder::unrelated && (in_doubt.empty() || in_doubt.back() != field.name))
+                in_doubt.push_back(field.name);
+        }
+    return in_doubt;
+}
+
+template <int D>
+Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_degree,
+                                        std::span<const NamedField> fields, const config::SolutionMetric& asked,
+                                        std::span<const Solution> given, double ridge_angle, const Around& around) {
+    const bool at_nodes = fields.front().field.degree == 2;
+    for (const NamedField& field : fields)
+        if ((field.field.degree == 2) != at_nodes)
+            return fail(ErrorKind::usage, "some fields are known at the vertices only", "fields", {},
+                        "name those that are known alike");
+    const MetricOfSolutionOptions options = options_of(asked, at_nodes, ridge_angle);
+    const auto logs = run_step(around, "fixed", [&](const Execution& e) {
+        return logs_of<D>(given, mesh.linear.points.size(), asked.intersect, e);
+    });
+    if (!logs) return fail(logs.error());
+    auto in_doubt = run_step(around, "order", [&](const Execution& e) { return fields_in_doubt(mesh, fields, e); });
+    if (!in_doubt) return fail(in_doubt.error());
+    const auto scalars = scalars_of(fields);
+    const auto made = metric_of_solution<D>(mesh, scalars, *logs, options, around);
+    if (!made) return fail(made.error());
+    return run_step(around, "metric", [&](const Execution& e) -> Outcome<SolutionMetricMade> {
+        const auto largest = largest_anisotropy(made->metric.log_metrics, without_progress(e));
+        if (!largest) return fail(largest.error());
+        auto field = as_field(mesh, made->metric.log_metrics, mesh_degree, without_progress(e));
+        if (!field) return fail(field.error());
+        SolutionMetricReport report = told(*made, options, *largest);
+        report.fields_in_doubt = std::move(*in_doubt);
+        return SolutionMetricMade{std::move(*field), std::move(report), made->bounds};
+    });
+}
+
+}  // namespace
+
+Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<const NamedField> fields,
+                                             const config::SolutionMetric& asked, std::span<const Solution> given,
+                                             double ridge_angle, const Around& around) {
+    if (fields.empty())
+        return fail(ErrorKind::usage, "there is no solution that the metric could be made for", "/solution", {},
+                    "give {\"file\": …}, or a mesh file with fields at its nodes; --solution on the command line");
+    const auto wanted = named({fields.begin(), fields.end()}, asked.fields, "fields");
+    if (!wanted) return fail(wanted.error());
+    config::SolutionMetric by = asked;
+    by.expected.weights = weights_of_scalars(fields, *wanted, asked.expected.weights);
+    return std::visit(
+        [&]<int D>(const Mesh<D>& m) -> Outcome<SolutionMetricMade> {
+            if (plan_size(mesh).elements == 0)
+                return fail(ErrorKind::input,
+                            std::string("is of a mesh without ") + (D == 2 ? "triangles" : "tetrahedra") +
+                                ": derivatives are those of fields in the volume",
+                            {}, {}, "give a mesh of the volume");
+            const auto quadratic =
+                run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
+            if (!quadratic) return fail(quadratic.error());
+            return made_metric<D>(*quadratic, m.degree, *wanted, by, given, ridge_angle, around);
+        },
+        mesh);
+}
+
+namespace {
+
+/// One a vertex, in the order of `Sym`.
+template <int D>
+Column<double> means_at_vertices(const RecoveredDerivatives<D>& recovered) {
+    const MaterialRows& rows = recovered.rows;
+    constexpr std::size_t width = Sym<D>{}.c.size();
+    Buffer<double> values(rows.vertices() * width, 0.0);
+    for (std::size_t v = 0; v < rows.vertices(); ++v) {
+        const std::size_t first = rows.first(VertexId(v)), sides = rows.materials[VertexId(v)].size();
+        for (std::size_t s = 0; s < sides; ++s)
+            for (std::size_t k = 0; k < width; ++k)
+                values[v * width + k] += recovered.fields[0].hessians[first + s].c[k] / static_cast<double>(sides);
+    }
+    return Column<double>(std::move(values));
+}
+
+}  // namespace
+
+Outcome<Solution> hessians_of(const AnyMesh& mesh, const NamedField& field, const Execution& execution) {
+    if (field.kind != FieldKind::scalar)
+        return fail(ErrorKind::usage, "is no field of numbers", field.name, {}, "give one component");
+    return std::visit(
+        [&]<int D>(const Mesh<D>&) -> Outcome<Solution> {
+            const auto quadratic = of_degree_2<D>(mesh, without_progress(execution));
+            if (!quadratic) return fail(quadratic.error());
+            const std::array<Column<double>, 1> values{field.field.values};
+            const auto recovered = recover_derivatives<D>(*quadratic, values, {}, execution);
+            if (!recovered) return fail(recovered.error());
+            return Solution{
+                D, {FieldKind::symmetric_tensor}, recovered->rows.vertices(), means_at_vertices(*recovered)};
+        },
+        mesh);
+}
+
+namespace {
+
+/// Of a field, all materials and components: by how much an integral changed, and how large one is.
+struct Change {
+    double change = 0, size = 0;
+};
+Change change_of(const std::vector<MaterialIntegrals>& integrals) {
+    Change out;
+    for (const MaterialIntegrals& of : integrals)
+        for (std::size_t c = 0; c < of.before.size(); ++c) {
+            out.change = std::max(out.change, std::abs(of.after[c] - of.before[c]));
+            out.size = std::max(out.size, std::abs(of.before[c]));
+        }
+    return out;
+}
+
+}  // namespace
+
+std::vector<std::string> solution_metric_notices(const SolutionMetricReport& r) {
+    std::vector<std::string> notices;
+    if (r.is_fixed_alone)
+        notices.push_back(
+            fmt::format("sizes by reference, geometry, bounds and gradation alone have the complexity {:.6g}: the "
+                        "solution has no say (ask for more, or for less of them)",
+                        r.of_fixed));
+    else if (!r.is_reached)
+        notices.emplace_back("the complexity is another than was asked for: bounds or gradation stand in the way");
+    for (const std::string& field : r.fields_in_doubt)
+        notices.push_back(fmt::format(
+            "the values of {} at neighbouring nodes are as unrelated as in a random order: the mesh does not "
+            "resolve the field, or its rows are in another order than the nodes (docs/formats.md, Fields of "
+            "degree 2)",
+            field));
+    if (!r.is_graded) notices.emplace_back("the gradation ended before its time: somewhere sizes still grow faster");
+    return notices;
+}
+
+std::vector<std::pair<std::string, IntegralReport>> TransferReport::integrals() const {
+    std::vector<std::pair<std::string, IntegralReport>> all;
+    for (std::size_t i = 0; i < names.size() && i < statistics.integrals.size(); ++i) {
+        const auto [change, size] = change_of(statistics.integrals[i]);
+        all.emplace_back(names[i], IntegralReport{size, change});
+    }
+    return all;
+}
+
+}  // namespace camber::run

@@ -1,0 +1,179 @@
+// State of a run, and the order of steps
+module;
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <variant>
+module camber.recipes;
+import camber.core;
+import camber.bezier;
+import camber.validity;
+import camber.surface;
+import camber.operation;
+import camber.curving;
+import camber.stages;
+
+namespace camber::run {
+
+template <int D>
+const Features<D>& Plan<D>::features() const {
+    const Wanted<D>* const there = wanted();
+    return there ? there->boundary.features : std::get<OwnNodes<D>>(origin).features;
+}
+
+template <int D>
+const Proposal<D>& Plan<D>::proposal() const {
+    if (const auto* there = judged()) return there->proposal();
+    if (const auto* committed = std::get_if<CommittedPlaces<D>>(&places)) return committed->proposal;
+    return std::get<Proposal<D>>(places);
+}
+
+template <int D>
+const Validation<D>* Plan<D>::validation() const {
+    if (const auto* there = judged()) return &there->validation();
+    const auto* committed = std::get_if<CommittedPlaces<D>>(&places);
+    return committed ? &committed->validation : nullptr;
+}
+
+template <int D>
+const Validation<D>* Quadratic<D>::validation() const {
+    if (const Plan<D>* there = planned()) return there->validation();
+    const auto& own = std::get<Unplanned<D>>(plan).validation;
+    return own ? &*own : nullptr;
+}
+
+template <int D>
+bool Quadratic<D>::boundary_is_given() const {
+    if (nodes != NodesOf::input) return false;
+    const Wanted<D>* const wanted = planned() ? planned()->wanted() : nullptr;
+    return !wanted || !wanted->boundary.geometry->prescribes_any();
+}
+
+template <int D>
+bool Quadratic<D>::has_uncommitted() const {
+    if (!planned()) return false;
+    const Proposal<D>& proposal = planned()->proposal();
+    return proposal.points != mesh.linear.points || proposal.mid_nodes != mesh.mid_nodes;
+}
+
+template <int D>
+Outcome<State<D>> beginning_with(Mesh<D> mesh) {
+    State<D> state;
+    state.given_points = mesh.points;
+    state.given_nodes = mesh.edge_nodes;
+    auto begun = on_simplices(std::move(mesh), [&](auto simplices) -> Outcome<Done> {
+        if constexpr (std::is_same_v<decltype(simplices), LinearMesh<D>>)
+            state.mesh = std::move(simplices);
+        else
+            state.mesh = Quadratic<D>{std::move(simplices), NodesOf::input, Unplanned<D>{}};
+        return Done{};
+    });
+    if (!begun) return fail(std::move(begun.error()));
+    return state;
+}
+
+namespace {
+
+/// A row without the type of its options.
+struct Row {
+    std::string name;
+    Holds least, most;
+    std::optional<Holds> makes;
+    Places places;
+};
+
+Row row_of(const config::Stage& stage) {
+    return std::visit(
+        []<class Options>(const Options&) {
+            const auto& row = std::get<Step<Options>>(step_table);
+            return Row{std::string(row.name), row.least, row.most, row.makes, row.places};
+        },
+        stage);
+}
+
+/// The first stage of the table that makes this.
+std::string_view maker_of(Holds wanted) {
+    std::string_view maker;
+    std::apply([&](const auto&... rows) { ((maker = maker.empty() && rows.makes == wanted ? rows.name : maker), ...); },
+               step_table);
+    return maker;
+}
+
+/// Why the stage cannot run on less than it needs.
+Error too_little(const Row& row, Holds now) {
+    // A stage that takes what is there finds a mesh of another degree; one that plans anew could have had it elevated.
+    if (now == Holds::straight_mesh && !row.makes)
+        return {ErrorKind::input,
+                "the mesh is of degree 1, and stage \"" + row.name + "\" needs one of degree 2",
+                {},
+                {},
+                "camber curve makes it curved; in a config, put \"elevate\" before"};
+    const Holds missing = now == Holds::straight_mesh ? Holds::curved_mesh : row.least;
+    return {ErrorKind::usage,
+            "stage \"" + row.name + "\" needs \"" + std::string(maker_of(missing)) + "\" before it",
+            {},
+            {},
+            {}};
+}
+
+/// Why it cannot run on more: it elevates a straight mesh.
+Error too_much(int degree) {
+    if (degree == 1)
+        return {ErrorKind::usage,
+                "the mesh is quadratic already, by an \"elevate\" before",
+                {},
+                {},
+                "leave one of them out"};
+    return {ErrorKind::input,
+            "the mesh is quadratic already",
+            {},
+            {},
+            "give the straight one, or leave the stage \"elevate\" out: stages=[\"curve\", \"validate\", \"relax\", "
+            "\"commit\"]"};
+}
+
+/// Why it cannot change a mesh for whose nodes other places are planned.
+Error not_committed(const Row& row) {
+    return {ErrorKind::usage,
+            "stage \"" + row.name + "\" changes the mesh, and planned places of its nodes are not committed",
+            {},
+            {},
+            "put \"commit\" before it"};
+}
+
+}  // namespace
+
+Outcome<Done> check_order(std::span<const config::Stage> stages, int degree) {
+    Holds now = degree == 1 ? Holds::straight_mesh : Holds::planned_nodes;
+    bool committed = true;
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        const Row row = row_of(stages[i]);
+        const bool fits = row.least <= now && now <= row.most;
+        if (fits && (committed || row.places != Places::refuses)) {
+            now = row.makes.value_or(now);
+            if (row.places == Places::plans) committed = false;
+            if (row.places == Places::commits) committed = true;
+            continue;
+        }
+        Error error = fits ? not_committed(row) : now < row.least ? too_little(row, now) : too_much(degree);
+        if (error.kind == ErrorKind::usage) error.where = "/stages/" + std::to_string(i);
+        return fail(std::move(error));
+    }
+    return Done{};
+}
+
+#define CAMBER_INSTANTIATE(D)     \
+    template struct Plan<D>;      \
+    template struct Quadratic<D>; \
+    template Outcome<State<D>> beginning_with<D>(Mesh<D>);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber::run
