@@ -33,8 +33,8 @@ namespace camber::run {
 namespace {
 
 /// What became of the nodes that a mesh was read with.
-Notices kept_nodes(std::size_t edges) {
-    return {fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", edges)};
+std::string kept_nodes(std::size_t edges) {
+    return fmt::format("{} edges of the boundary keep the nodes that the mesh was read with", edges);
 }
 constexpr const char* of_volume(CurvingAim aim) {
     return aim == CurvingAim::accuracy
@@ -81,9 +81,9 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
 }
 
 template <int D>
-void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options, double seconds) {
+void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options) {
     const Quadratic<D>& at = run.quadratic();
-    if (made.input.placed) run.report(nodes_report(options.boundary_nodes, *made.input.placed));
+    if (made.input.placed) run.report.boundary->nodes = nodes_report(options.boundary_nodes, *made.input.placed);
     CurveReport part = curve_report(at.mesh, made.curved);
     if (made.field && made.edges.aim == CurvingAim::accuracy && !is_surface_alone(at.mesh.linear)) {
         const CurveStatistics& s = made.curved.statistics;
@@ -93,11 +93,10 @@ void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeO
     if (const auto& expected = made.expected)
         part.expected = ExpectedErrorsReport{expected->before, expected->after, static_cast<int>(expected->rounds)};
     part.objective = word_of(options.objective);
-    part.edges_per_second = static_cast<double>(part.volume_edges) / std::max(seconds, 1e-9);
-    run.report(part);
+    run.report.curve = std::move(part);
     if (at.nodes != NodesOf::input) return;
-    if (made.input.kept > 0) run.report(kept_nodes(made.input.kept));
-    if (made.field) run.report(Notices{of_volume(edge_options(options).aim)});
+    if (made.input.kept > 0) run.note(kept_nodes(made.input.kept));
+    if (made.field) run.note(of_volume(edge_options(options).aim));
 }
 
 template <int D>
@@ -112,10 +111,10 @@ namespace {
 
 /// What nodes are placed by, on the mesh that is curved; none where no stage asks for it.
 template <int D>
-Outcome<GivenSolution<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh, Clocks& clocks) {
+Outcome<GivenSolution<D>> solution_for(Runner<D>& run, const QuadraticMesh<D>& mesh) {
     if (run.sources.goal != nullptr) return run.sources.goal->solution;
     if (run.sources.solution == nullptr) return GivenSolution<D>{};
-    return solution_on(*run.sources.solution, mesh, run.around(clocks));
+    return solution_on(*run.sources.solution, mesh, run.around());
 }
 
 }  // namespace
@@ -131,13 +130,12 @@ Outcome<Done> apply(Runner<D>& run, const config::Curve& given) {
     if (has_field(options.objective)) run.state.curving = edge_options(given);
     MetricTold told;
     const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
-    Clocks clocks;
-    auto solution = solution_for(run, at.mesh, clocks);
+    auto solution = solution_for(run, at.mesh);
     if (!solution) return fail(solution.error());
-    auto made = propose_curves<D>({at.mesh, at.nodes, *boundary}, metric, *solution, options, run.around(clocks));
+    auto made = propose_curves<D>({at.mesh, at.nodes, *boundary}, metric, *solution, options, run.around());
     if (!made) return fail(made.error());
     report_metric(run, std::move(told));
-    report_curves(run, *made, options, clocks.seconds["curve"]);
+    report_curves(run, *made, options);
     run.state.target = recommended_target(made->edges);
     Proposal<D> proposal = made->curved.proposal;
     at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(*made), aim), std::move(proposal)};
@@ -250,7 +248,7 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
     });
     if (!made) return fail(made.error());
     if (made->report.cad) made->report.cad->moves = run.state.cad_moves;
-    run.report(made->report);
+    add(run.report, made->report);
     return std::move(made->boundary);
 }
 
@@ -348,13 +346,13 @@ Outcome<Verdicts<D>> judged(const QuadraticMesh<D>& mesh, const ReinsertedNodes<
 }
 
 template <int D>
-CavitiesReport cavities_report(const Reinserted<D>& made, const Verdicts<D>& verdicts, const JacobianBound& bound,
-                               RepairMethod method) {
+void report_cavities(Runner<D>& run, const Reinserted<D>& made, const Verdicts<D>& verdicts, RepairMethod method) {
     const PassStatistics& s = made.statistics;
-    return {
-        verdicts_report(verdicts.wanted.validation(), bound.is_asked).summary,
-        relax_report(changes_between(verdicts.wanted, verdicts.made), 0, method),
-        ReinsertReport{made.sweeps, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)}};
+    run.report.validity_before = verdicts_report(verdicts.wanted.validation(), run.state.bound.is_asked).summary;
+    run.report.relax = relax_report(changes_between(verdicts.wanted, verdicts.made), 0, method);
+    run.report.reinsert =
+        ReinsertReport{made.sweeps, s.rounds, s.accepted, s.of(RejectionReason::volume), s.of(RejectionReason::gain)};
+    if (made.left > 0) run.note(std::to_string(made.left) + " vertices could have another sweep: max_sweeps ended it");
 }
 
 }  // namespace
@@ -370,34 +368,30 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
     if (!boundary) return fail(boundary.error());
     MetricTold told;
     const auto metric = metric_for_curving(run, at.mesh, *boundary, told);
-    Clocks clocks;
     auto nodes = reinsert_nodes<D>({at.mesh, at.nodes, *boundary}, metric,
                                    {static_cast<const ProposeOptions&>(options.curve),
                                     {.min_scaled_jacobian = bound.is_asked ? bound.value : min_bound,
                                      .target = options.relax.aim(),
                                      .max_sweeps = options.max_sweeps}},
-                                   run.around(clocks));
+                                   run.around());
     if (!nodes) return fail(nodes.error());
     auto verdicts = run.step("validate", [&](const Execution& e) { return judged(at.mesh, *nodes, bound, e); });
     if (!verdicts) return fail(verdicts.error());
     report_metric(run, std::move(told));
-    report_curves(run, nodes->wanted, options.curve, clocks.seconds["reinsert"]);
-    run.report(cavities_report(nodes->made, *verdicts, bound, options.relax.method));
-    if (nodes->made.left > 0)
-        run.report(
-            Notices{std::to_string(nodes->made.left) + " vertices could have another sweep: max_sweeps ended it"});
+    report_curves(run, nodes->wanted, options.curve);
+    report_cavities(run, nodes->made, *verdicts, options.relax.method);
     run.state.history = Corrected<D>{verdicts->wanted.validation()};
     at.mesh.mid_nodes = nodes->made.proposal.mid_nodes;
     at.plan = Plan<D>{keep_field(run, std::move(*boundary), std::move(nodes->wanted), aim),
                       CommittedPlaces<D>{std::move(nodes->made.proposal), verdicts->made.validation()}};
     report_verdicts(run, *at.validation());
-    run.report(CommitReport{});
+    run.report.committed = true;
     return Done{};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
     template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                                \
-    template void report_curves<D>(Runner<D>&, const ProposedCurves<D>&, const ProposeOptions&, double);            \
+    template void report_curves<D>(Runner<D>&, const ProposedCurves<D>&, const ProposeOptions&);            \
     template Wanted<D> keep_field<D>(Runner<D>&, Boundary<D>, ProposedCurves<D>, CurvingAim);                       \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);                                              \
     template Outcome<DescribedBoundary<D>> boundary_by_config<D>(                                                   \

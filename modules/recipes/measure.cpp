@@ -50,7 +50,7 @@ Outcome<QuadraticMesh<D>> as_given(QuadraticMesh<D> seen, const State<D>& state,
 /// How far the boundary is from its geometry, as it was given and in the end.
 template <int D>
 Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& state, const Boundary<D>& boundary,
-                                MeasuresReport& report, const Execution& execution) {
+                                BoundaryReport& report, const Execution& execution) {
     const auto given = as_given(seen, state, without_progress(execution));
     if (!given) return fail(given.error());
     const auto after = largest_boundary_distance(seen, seen.mid_nodes.view(), boundary.features, boundary.geometry,
@@ -72,7 +72,7 @@ Outcome<Done> measure_distances(const QuadraticMesh<D>& seen, const State<D>& st
 
 /// Both ways and by entity, as it is in the end.
 template <int D>
-Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, MeasuresReport& report,
+Outcome<Done> measure_both_ways(const Quadratic<D>& end, const Runner<D>& run, BoundaryReport& report,
                                 const Execution& execution) {
     const Plan<D>* const plan = end.planned();
     if (!plan || !plan->wanted()) return Done{};
@@ -144,24 +144,30 @@ Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposa
 /// Lengths after correction, against the chords as they are then, for the fields; the rest for the report.
 template <int D>
 struct Measured {
-    std::optional<EdgeLengths> lengths;
-    MeasuresReport report;
-    std::optional<Crossings> crossings = {};  ///< where they were searched for
+    std::optional<EdgeLengths> lengths = {};
+    std::optional<EdgeReport> edges = {};                    ///< after correction
+    std::optional<EdgeReport> edges_in_straight_field = {};  ///< the same where the back mesh is curved
+    BoundaryReport boundary = {};
+    std::vector<Histogram> histograms = {};
+    std::optional<Crossings> crossings = {};  ///< if they were searched for
 };
 /// The metric of the straight mesh, where the field is another.
 template <int D>
 using StraightMetric = std::optional<Column<LogMetric<D>>>;
 
 template <int D>
-Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* field, const State<D>& state,
-                                 MeasuredEdges which, const Execution& execution) {
+Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, MeasuredEdges which,
+                                 const Execution& execution) {
+    const State<D>& state = run.state;
+    const BackMesh<D>* const field = run.field();
     const StraightMetric<D>& straight = state.straight_log_metrics;
     const Shares of = which == MeasuredEdges::all ? Shares{0.05, 0.09, 0.87} : Shares{0.39, 0.44, 0.73};
     Measured<D> measured;
+    measured.boundary = run.report.boundary.value_or(BoundaryReport{});
     const Plan<D>* const plan = end.planned();
     if (const Boundary<D>* boundary = plan ? plan->boundary() : nullptr) {
         const auto seen = apply_proposal(end.mesh, plan->proposal());
-        if (auto done = measure_distances(seen, state, *boundary, measured.report, part_of(execution, 0, of.distances));
+        if (auto done = measure_distances(seen, state, *boundary, measured.boundary, part_of(execution, 0, of.distances));
             !done)
             return fail(done.error());
     }
@@ -174,7 +180,7 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
         auto walls = measure_walls(seen, *found, state, without_progress(execution));
         if (!walls) return fail(walls.error());
         measured.crossings = std::move(*found);
-        measured.report.walls = std::move(*walls);
+        measured.boundary.walls = std::move(*walls);
     }
     if (const Wanted<D>* wanted = plan ? plan->wanted() : nullptr) {
         const Proposal<D>& proposal = plan->proposal();
@@ -183,13 +189,13 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
             auto lengths = surface_lengths(end.mesh, proposal, *wanted, *field, which,
                                            part_of(execution, of.distances, of.lengths));
             if (!lengths) return fail(lengths.error());
-            measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
+            measured.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
         } else if (field) {
             auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which,
                                            part_of(execution, of.distances, of.lengths));
             if (!lengths) return fail(lengths.error());
-            measured.report.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
+            measured.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
             if (straight) {
                 const auto beside = straight_back_mesh(*field, *straight);
@@ -197,13 +203,13 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const BackMesh<D>* fie
                 const auto other = edge_lengths(end.mesh.edges, proposal, wanted->shells, *beside, which,
                                                 part_of(execution, of.lengths, of.all));
                 if (!other) return fail(other.error());
-                measured.report.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);
+                measured.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);
             }
         }
     }
     auto histograms = run_histograms(end, measured.lengths, state.history, without_progress(execution));
     if (!histograms) return fail(histograms.error());
-    measured.report.histograms = std::move(*histograms);
+    measured.histograms = std::move(*histograms);
     return measured;
 }
 
@@ -269,7 +275,7 @@ Outcome<std::optional<EndBoundary<D>>> end_boundary(const State<D>& state, const
 
 /// Measures the deviation of the boundary's nodes and vertices from the geometry.
 template <int D>
-Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryTolerance& tolerance, MeasuresReport& report,
+Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryTolerance& tolerance, BoundaryReport& report,
                                 const Execution& execution) {
     const QuadraticMesh<D>& mesh = end.mesh;
     const auto found =
@@ -288,16 +294,17 @@ Outcome<Done> measure_deviation(const EndBoundary<D>& end, const BoundaryToleran
 
 /// Measures the boundary against its geometry and against the distances that the run requires.
 template <int D>
-Outcome<Done> measure_boundary(const Runner<D>& run, MeasuresReport& report, const Execution& execution) {
+Outcome<Done> measure_boundary(const Runner<D>& run, BoundaryReport& report, const Execution& execution) {
     const auto [bounds, are_required] = bounded_distances(run);
     const State<D>& state = run.state;
     const auto end = end_boundary(state, part_of(execution, 0, 0.2));
     if (!end) return fail(end.error());
     if (!*end) return Done{};
-    report.is_remeshed = state.inherited.has_value();
     if (auto done = measure_deviation(**end, run.config.geometry_tolerance, report, part_of(execution, 0.2, 0.4));
         !done)
         return done;
+    if (report.cad && state.inherited && report.vertex_deviation)
+        report.cad->largest_vertex_distance = report.vertex_deviation->largest;
     if (bounds.empty()) return Done{};
     const bool is_known = state.reached && !(*end)->is_planned;
     const auto reached = is_known ? Outcome<ReachedDistance<D>>(*state.reached)
@@ -315,35 +322,52 @@ Outcome<Done> measure_boundary(const Runner<D>& run, MeasuresReport& report, con
 
 }  // namespace
 
+namespace {
+
+/// Measures the result of a run.
+template <int D>
+Outcome<Measured<D>> measured_result(Runner<D>& run, const Execution& e) {
+    const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
+    auto measured = end ? measure_end(*end, run, reported_lengths(run.config.output), e)
+                        : Outcome<Measured<D>>(Measured<D>{.boundary = run.report.boundary.value_or(BoundaryReport{})});
+    if (!measured) return measured;
+    if (!end) {
+        const auto& mesh = std::get<LinearMesh<D>>(run.state.mesh);
+        auto found = find_crossings(mesh, without_progress(e));
+        if (!found) return fail(found.error());
+        measured->boundary.walls = measure_walls(mesh, *found, run.state);
+        measured->crossings = std::move(*found);
+    }
+    auto overlapping = measure_overlaps(run.state, measured->crossings, without_progress(e));
+    if (!overlapping) return fail(overlapping.error());
+    run.report.overlaps = std::move(*overlapping);
+    if (auto boundary = measure_boundary(run, measured->boundary, without_progress(e)); !boundary)
+        return fail(boundary.error());
+    if (end && run.config.output.distances == DistanceWays::both)
+        if (auto both = measure_both_ways(*end, run, measured->boundary, without_progress(e)); !both)
+            return fail(both.error());
+    return measured;
+}
+
+}  // namespace
+
 template <int D>
 Outcome<std::optional<EdgeLengths>> measure(Runner<D>& run) {
+    Report& report = run.report;
     const auto* const end = std::get_if<Quadratic<D>>(&run.state.mesh);
-    if (end && end->planned()) run.report(PlanReport{.is_mesh = !end->has_uncommitted()});
-    OverlappingReport overlaps;
-    auto made = run.step("measure", [&](const Execution& e) -> Outcome<Measured<D>> {
-        auto measured = end ? measure_end(*end, run.field(), run.state, reported_lengths(run.config.output), e)
-                            : Outcome<Measured<D>>(Measured<D>{});
-        if (!measured) return measured;
-        if (!end) {
-            const auto& mesh = std::get<LinearMesh<D>>(run.state.mesh);
-            auto found = find_crossings(mesh, without_progress(e));
-            if (!found) return fail(found.error());
-            measured->report.walls = measure_walls(mesh, *found, run.state);
-            measured->crossings = std::move(*found);
-        }
-        auto overlapping = measure_overlaps(run.state, measured->crossings, without_progress(e));
-        if (!overlapping) return fail(overlapping.error());
-        overlaps = std::move(*overlapping);
-        if (auto boundary = measure_boundary(run, measured->report, without_progress(e)); !boundary)
-            return fail(boundary.error());
-        if (end && run.config.output.distances == DistanceWays::both)
-            if (auto both = measure_both_ways(*end, run, measured->report, without_progress(e)); !both)
-                return fail(both.error());
-        return measured;
-    });
+    if (end && end->planned() && (!report.committed || end->has_uncommitted()))
+        run.note("planned nodes were not committed: no stage \"commit\" after them");
+    auto made = run.step("measure", [&](const Execution& e) { return measured_result(run, e); });
     if (!made) return fail(made.error());
-    run.report(made->report);
-    run.report(overlaps);
+    if (report.curve) {
+        report.curve->after = made->edges;
+        report.curve->in_straight_field = made->edges_in_straight_field;
+    }
+    if (report.boundary) report.boundary = std::move(made->boundary);
+    if (report.boundary && report.boundary->cad)
+        if (const auto& nodes = report.boundary->node_deviation)
+            report.boundary->cad->largest_node_distance = nodes->largest;
+    add(report.histograms, std::move(made->histograms));
     return std::move(made->lengths);
 }
 

@@ -573,8 +573,8 @@ Outcome<OwnField<D>> own_field(Runner<D>& run, const auto& mesh, const MetricSou
 
 template <int D>
 void report_metric(Runner<D>& run, MetricTold told) {
-    if (told.report) run.report(*told.report);
-    run.report(told.notices);
+    if (told.report) run.report.metric = std::move(told.report);
+    for (std::string& notice : told.notices) run.note(std::move(notice));
 }
 
 template <int D>

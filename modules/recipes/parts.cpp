@@ -6,6 +6,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
@@ -56,7 +57,6 @@ void add_up(PassReport& sum, const PassReport& part) {
     sum.straight_inverted += part.straight_inverted;
     sum.straight_positive += part.straight_positive;
     sum.farthest_facet = std::max(sum.farthest_facet, part.farthest_facet);
-    sum.seconds += part.seconds;
     for (const auto& [reason, count] : part.rejected) {
         const auto there = std::ranges::find_if(sum.rejected, [&](const auto& r) { return r.first == reason; });
         if (there == sum.rejected.end())
@@ -100,19 +100,6 @@ VerdictsReport verdicts_report(const Validation<D>& v, bool is_asked) {
     return part;
 }
 
-void add(Report& report, const Notices& notices) {
-    report.notices.insert(report.notices.end(), notices.begin(), notices.end());
-}
-
-void add(Report& report, const OverlappingReport& part) { report.overlaps = part; }
-
-void add(Report& report, const MetricReport& part) { report.metric = part; }
-void add(Report& report, const BoundaryNodesReport& part) { report.boundary->nodes = part; }
-void add(Report& report, const CurveReport& part) { report.curve = part; }
-void add(Report& report, const MeshReport& part) { report.mesh = part; }
-void add(Report& report, const BeforeReport& part) { report.validity_before = part.summary; }
-void add(Report& report, const CommitReport&) { report.committed = true; }
-
 void add(Report& report, const BoundaryReport& part) {
     report.boundary = part;
     if (part.cad && !part.cad->within_materials.empty())
@@ -128,16 +115,11 @@ void add(Report& report, const BoundaryReport& part) {
         off.vertices, off.vertices == 1 ? "vertex is" : "vertices are", off.largest));
 }
 
-void add(Report& report, const PlanReport& part) {
-    if (report.committed && part.is_mesh) return;
-    report.notices.emplace_back("planned nodes were not committed: no stage \"commit\" after them");
-}
-
-void add(Report& report, const VerdictsReport& part) {
+void add(Report& report, VerdictsReport part) {
     report.validity = part.summary;
-    report.invalid_elements = part.invalid;
-    report.undecided_elements = part.undecided;
-    report.elements_below_bound = part.below_bound;
+    report.invalid_elements = std::move(part.invalid);
+    report.undecided_elements = std::move(part.undecided);
+    report.elements_below_bound = std::move(part.below_bound);
 }
 
 void add(Report& report, const CorrectionReport& part) {
@@ -145,14 +127,6 @@ void add(Report& report, const CorrectionReport& part) {
     if (part.kept_boundary) report.kept_boundary = part.kept_boundary;
     report.remaining = part.remaining;
 }
-
-void add(Report& report, const CavitiesReport& part) {
-    report.validity_before = part.wanted;
-    report.relax = part.relax;
-    report.reinsert = part.reinsert;
-}
-
-void add(Report& report, const BeginsChangingReport& part) { report.remesh = RemeshReport{part.unit_mesh, {}, {}, {}}; }
 
 void add(Report& report, const PassReport& part) {
     auto& passes = report.remesh->passes;
@@ -163,36 +137,8 @@ void add(Report& report, const PassReport& part) {
         add_up(*same, part);
 }
 
-void add(Report& report, const FinishedNodesReport& part) { report.remesh->nodes = part.nodes; }
-
-void add(Report& report, const FinishedReport& part) {
-    report.remesh->after = part.unit_mesh;
-    report.remesh->bounded_facets = part.bounded_facets;
-    report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
-}
-
-void add(Report& report, const MeasuresReport& part) {
-    if (report.curve) {
-        report.curve->after = part.edges;
-        report.curve->in_straight_field = part.edges_in_straight_field;
-    }
-    if (report.boundary) {
-        report.boundary->straight_distance = part.straight_distance;
-        report.boundary->curved_distance = part.curved_distance;
-        report.boundary->curved_distance_near = part.curved_distance_near;
-        report.boundary->node_deviation = part.node_deviation;
-        report.boundary->vertex_deviation = part.vertex_deviation;
-        report.boundary->walls = part.walls;
-        report.boundary->distances = part.distances;
-        report.boundary->geometry_error = part.geometry_error;
-        if (auto& cad = report.boundary->cad) {
-            cad->largest_node_distance =
-                part.node_deviation ? std::optional(part.node_deviation->largest) : std::nullopt;
-            if (part.is_remeshed && part.vertex_deviation)
-                cad->largest_vertex_distance = part.vertex_deviation->largest;
-        }
-    }
-    report.histograms.insert(report.histograms.end(), part.histograms.begin(), part.histograms.end());
+void add(std::vector<Histogram>& all, std::vector<Histogram> part) {
+    std::ranges::move(part, std::back_inserter(all));
 }
 
 namespace {

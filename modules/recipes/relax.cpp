@@ -177,7 +177,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Relax& given) {
         const auto relax = run.quadratic().boundary_is_given() ? relax_within_boundary<D> : relax_plan<D>;
         auto made = relax(judged, *guide, options, part_of(e, 0.1, 1));
         if (!made) return fail(made.error());
-        run.report(made->report);
+        add(run.report, made->report);
         if (const MovedBack<D>& moved = made->uncrossed; moved.nodes > 0)
             run.state.relaxed_walls = relaxed_walls_report(moved);
         if (made->crossings)
@@ -198,12 +198,11 @@ JacobianBound bound_for(Runner<D>& run, const JacobianBound& of_stage) {
 
 template <int D>
 void report_verdicts(Runner<D>& run, const Validation<D>& validation) {
-    const VerdictsReport part = verdicts_report(validation, run.state.bound.is_asked);
-    run.report(part);
+    add(run.report, verdicts_report(validation, run.state.bound.is_asked));
     auto* const open = std::get_if<Uncorrected<D>>(&run.state.history);
     if (!open) return;
     open->last = validation;
-    run.report(BeforeReport{part.summary});
+    run.report.validity_before = run.report.validity;
 }
 
 template <int D>
@@ -275,8 +274,8 @@ Outcome<Done> finish_rows(Runner<D>& run, Changing<D>& changing) {
         return finished_rows(std::move(brought.shared), brought.given, *run.sources.ranks);
     });
     if (!made) return fail(made.error());
-    run.report(
-        FinishedReport{std::move(measured->report), with_after(std::move(changing.histograms), measured->histograms)});
+    run.report.remesh->after = std::move(measured->report);
+    add(run.report.histograms, with_after(std::move(changing.histograms), measured->histograms));
     run.state.rows = std::move(*made);
     run.state.mesh = LinearMesh<D>{};
     return Done{};
@@ -319,12 +318,15 @@ Outcome<Done> finish(Runner<D>& run) {
     if (!made) return fail(made.error());
     auto histograms = with_after(std::move(changing->histograms), histograms_of(measured, "remeshed"));
     if (bounded && bounded->limited > 0)
-        run.report(Notices{std::to_string(bounded->limited) +
-                           " boundary facets are finer than the metric requests, so that the boundary stays near its "
-                           "geometry: --geometry-error sets another bound, or none"});
-    run.report(FinishedReport{std::move(measured.report), std::move(histograms), bounded});
-    if (verdicts) run.report(*verdicts);
-    if (placed_for) run.report(FinishedNodesReport{std::move(*placed_for)});
+        run.note(std::to_string(bounded->limited) +
+                 " boundary facets are finer than the metric requests, so that the boundary stays near its "
+                 "geometry: --geometry-error sets another bound, or none");
+    RemeshReport& remesh = *run.report.remesh;
+    remesh.after = std::move(measured.report);
+    remesh.bounded_facets = bounded;
+    if (placed_for) remesh.nodes = std::move(placed_for);
+    add(run.report.histograms, std::move(histograms));
+    if (verdicts) add(run.report, std::move(*verdicts));
     const bool has_mesh = file_with_mesh(run.config, run.files) != nullptr;
     run.state.inherited = Inherited<D>{
         std::move(*changing->goal.geometry), std::move(made->log_metrics), std::move(changing->metric),

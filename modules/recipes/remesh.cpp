@@ -136,7 +136,7 @@ Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, co
     });
     if (!made) return fail(made.error());
     if (!run.state.crossings_of_input) run.state.crossings_of_input = made->crossing;
-    run.report(BeginsChangingReport{made->measured.report});
+    run.report.remesh = RemeshReport{made->measured.report, {}, {}, {}};
     run.state.mesh = Changing<D>{std::move(made->remeshing.mesh), std::move(made->remeshing.goal),
                                  std::move(field.report), histograms_of(made->measured, "given")};
     return Done{};
@@ -180,10 +180,10 @@ Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     });
     if (!placed) return fail(placed.error());
     if (placed->nodes == 0) return Done{};
-    run.report(
-        Notices{fmt::format("{} mid nodes of the boundary were off the geometry, by up to {:.4g}: they were put "
-                            "onto it before the mesh was changed",
-                            placed->nodes, placed->largest)});
+    run.note(fmt::format(
+        "{} mid nodes of the boundary were off the geometry, by up to {:.4g}: they were put onto it before the mesh was "
+        "changed",
+        placed->nodes, placed->largest));
     state.mesh = std::move(placed->mesh);
     state.plan = Unplanned<D>{};
     return Done{};
@@ -250,7 +250,7 @@ Outcome<Done> begin_changing(Runner<D>& run) {
     return begin_changing(run, mesh);
 }
 
-PassReport pass_report(std::string_view name, const PassStatistics& s, double seconds) {
+PassReport pass_report(std::string_view name, const PassStatistics& s) {
     PassReport report{.pass = std::string(name),
                       .rounds = s.rounds,
                       .proposals = s.proposals,
@@ -265,8 +265,7 @@ PassReport pass_report(std::string_view name, const PassStatistics& s, double se
                       .straight_positive = s.straight_positive,
                       .farthest_facet = s.farthest_facet,
                       .moved_nodes = s.moved_nodes,
-                      .rejected = {},
-                      .seconds = seconds};
+                      .rejected = {}};
     for (const auto& reason : words(RejectionReason{}))
         if (const std::size_t n = s.of(reason.value); n > 0 && reason.value != RejectionReason::none)
             report.rejected.emplace_back(reason.word, n);
@@ -278,12 +277,12 @@ template <int D, class Options, class Pass>
 Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
     auto& changing = std::get<Changing<D>>(run.state.mesh);
     return run.step_of(stage, [&](const Execution& e) -> Outcome<Done> {
-        auto made = run.timed([&] { return pass(std::move(changing.mesh), changing.goal, e); });
-        if (!made.value) return fail(made.value.error());
-        changing.mesh = std::move(made.value->state);
+        auto made = pass(std::move(changing.mesh), changing.goal, e);
+        if (!made) return fail(made.error());
+        changing.mesh = std::move(made->state);
         run.state.reached.reset();
         constexpr std::string_view name = std::get<Step<Options>>(step_table).name;
-        run.report(pass_report(name, made.value->statistics, made.seconds));
+        add(run.report, pass_report(name, made->statistics));
         return Done{};
     });
 }
@@ -415,8 +414,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     set_objective(run.state.curving, options.objective);
     if (auto done = begin_changing(run); !done) return done;
     auto& changing = std::get<Changing<D>>(run.state.mesh);
-    Clocks clocks;
-    const auto around = run.around(clocks);
+    const Around& around = run.around();
     const std::size_t elements = options.blocks > 0      ? static_cast<std::size_t>(options.blocks)
                                  : run.sources.ranks->size() > 1 ? default_block_elements
                                                          : 0;
@@ -436,7 +434,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     for (const auto& [pass, done] :
          {std::pair("collapse", &s.collapse), std::pair("split", &s.split), std::pair("swap", &s.swap),
           std::pair("smooth", &s.smooth), std::pair("mend", &s.mend)})
-        run.report(pass_report(pass, *done, clocks.seconds[pass]));
+        add(run.report, pass_report(pass, *done));
     return Done{};
 }
 

@@ -1048,7 +1048,7 @@ template <int D>
 
 }  // namespace camber::run
 
-/// What each stage tells, and how it becomes part of the report.
+/// Parts of the report that several steps add.
 export namespace camber::run {
 
 using Notices = std::vector<std::string>;
@@ -1061,11 +1061,6 @@ struct VerdictsReport {
 /// `is_asked`: whether somebody did for the bound.
 template <int D>
 [[nodiscard]] VerdictsReport verdicts_report(const Validation<D>& validation, bool is_asked);
-
-/// Of the same, before anything was corrected.
-struct BeforeReport {
-    ValidityReport summary;
-};
 
 /// What a repair came to; `given_up`: elements on which the work was spent in vain.
 [[nodiscard]] RelaxReport relax_report(const RepairStatistics& statistics, std::size_t given_up, RepairMethod method);
@@ -1083,69 +1078,14 @@ struct CorrectionReport {
     std::vector<RemainingReport> remaining;
 };
 
-/// Of the stage that goes from vertex to vertex, but for its targets.
-struct CavitiesReport {
-    ValidityReport wanted;  ///< of the targets, before the cavities corrected them
-    RelaxReport relax;
-    ReinsertReport reinsert;
-};
-
-/// Planned places became the mesh's.
-struct CommitReport {};
-
-/// Of a plan at a run's end: whether its places are the mesh's.
-struct PlanReport {
-    bool is_mesh = false;
-};
-
-/// A mesh that passes are to change, and what they left.
-struct BeginsChangingReport {
-    UnitMeshReport unit_mesh;
-};
-struct FinishedNodesReport {
-    RemeshedNodesReport nodes;
-};
-struct FinishedReport {
-    UnitMeshReport unit_mesh;
-    std::vector<Histogram> histograms;
-    std::optional<BoundedFacetsReport> bounded_facets = {};
-};
-
-/// Of a run's end.
-struct MeasuresReport {
-    std::optional<EdgeReport> edges;  ///< after correction
-    std::optional<EdgeReport>
-        edges_in_straight_field;  ///< the same in the straight field, where the back mesh is curved
-    std::optional<double> straight_distance, curved_distance;  ///< see BoundaryReport
-    ReportedPlace curved_distance_near = {};
-    std::optional<WallsReport> walls = {};
-    std::optional<DeviationReport> node_deviation = {}, vertex_deviation = {};
-    std::optional<DistancesReport> distances = {};
-    std::optional<GeometryErrorReport> geometry_error = {};
-    bool is_remeshed = false;  ///< what the report has of the boundary's vertices is of the mesh before
-    std::vector<Histogram> histograms;
-};
-
-void add(Report& report, const Notices& notices);
-void add(Report& report, const OverlappingReport& part);
-void add(Report& report, const MetricReport& part);
+/// Adds a description of the boundary, with notices.
 void add(Report& report, const BoundaryReport& part);
-void add(Report& report, const BoundaryNodesReport& part);
-void add(Report& report, const CurveReport& part);
-void add(Report& report, const VerdictsReport& part);
-void add(Report& report, const BeforeReport& part);
-/// Corrections add up: of the cavities' own, and of a stage `relax` after them.
+void add(Report& report, VerdictsReport part);
+/// Adds a correction; counts of several corrections are summed.
 void add(Report& report, const CorrectionReport& part);
-void add(Report& report, const CavitiesReport& part);
-void add(Report& report, const CommitReport&);
-void add(Report& report, const PlanReport& part);
-void add(Report& report, const MeshReport& part);
-void add(Report& report, const BeginsChangingReport& part);
-/// Passes of one kind add up.
+/// Adds a pass; counts of passes of one kind are summed.
 void add(Report& report, const PassReport& part);
-void add(Report& report, const FinishedReport& part);
-void add(Report& report, const FinishedNodesReport& part);
-void add(Report& report, const MeasuresReport& part);
+void add(std::vector<Histogram>& all, std::vector<Histogram> part);
 
 }  // namespace camber::run
 

@@ -77,7 +77,7 @@ Outcome<std::optional<Solution>> wanted_metric(Runner<D>& run) {
         });
     if (run.field() == nullptr) {
         if (!config::is_in_memory(run.config.output.metric))
-            run.report(Notices{"no stage made a metric: " + run.config.output.metric + " was not written"});
+            run.note("no stage made a metric: " + run.config.output.metric + " was not written");
         return std::nullopt;
     }
     const bool at_nodes = end && file_with_mesh(run.config, run.files);
@@ -149,11 +149,11 @@ Outcome<MeshRun<D>> end_of(Runner<D>& run) {
     MeshRun<D> made;
     made.rows = std::move(run.state.rows);
     if (!made.rows) made.mesh = taken_mesh(run.state);
-    run.report(made.rows ? mesh_report(*made.rows) : mesh_report(made.mesh));
+    run.report.mesh = made.rows ? mesh_report(*made.rows) : mesh_report(made.mesh);
     made.remeshed = std::move(run.state.inherited);
     made.fields = std::move(*fields);
     made.metric = std::move(*metric);
-    made.report = std::move(run).take_report();
+    made.report = std::move(run.report);
     return made;
 }
 
@@ -161,7 +161,7 @@ Outcome<MeshRun<D>> end_of(Runner<D>& run) {
 template <int D>
 Outcome<MeshRun<D>> run_prepared(PreparedRun<D> prepared, const config::Pipeline& pipeline, const Around& around) {
     Runner<D> run(pipeline, std::move(prepared.state), std::move(prepared.sources), prepared.files, around);
-    run.report(prepared.notices);
+    run.report.notices = prepared.notices;
     if (auto done = move_vertices(run); !done) return fail(done.error());
     for (std::size_t i = 0; i < pipeline.stages.size(); ++i) {
         auto done = std::visit([&](const auto& stage) { return finish_and_apply(run, stage); }, pipeline.stages[i]);
@@ -297,12 +297,12 @@ Outcome<MadeMetric> metric_on(StageInputs<D> input, const config::Pipeline& pipe
     auto prepared = prepared_run(std::move(input), std::move(sources), pipeline, {}, around);
     if (!prepared) return fail(prepared.error());
     Runner<D> run(pipeline, std::move(prepared->state), std::move(prepared->sources), prepared->files, around);
-    run.report(prepared->notices);
+    run.report.notices = std::move(prepared->notices);
     auto field = asked_field(run);
     if (!field) return fail(field.error());
     auto rows = run.step("fields", [&](const Execution& e) { return metric_solution(field->back, e); });
     if (!rows) return fail(rows.error());
-    return MadeMetric{std::move(*rows), std::move(field->report), std::move(run).take_report().notices};
+    return MadeMetric{std::move(*rows), std::move(field->report), std::move(run.report.notices)};
 }
 
 template <int D>

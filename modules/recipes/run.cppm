@@ -1,8 +1,6 @@
 module;
-#include <chrono>
 #include <cstddef>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,18 +29,6 @@ import :values;
 
 export namespace camber::run {
 
-/// A value, and the seconds that it took.
-template <class T>
-struct Timed {
-    T value;
-    double seconds = 0;
-};
-
-/// The seconds of a recipe's steps, by name; of steps with one name the sum.
-struct Clocks {
-    std::map<std::string, double, std::less<>> seconds;
-};
-
 /// Sources of a run beside its mesh.
 template <int D>
 struct RunSources {
@@ -68,6 +54,7 @@ class Runner {
     const std::span<const MetricFile> files;  ///< all metric files that the pipeline names
     const RunSources<D> sources;
     State<D> state;
+    Report report;
 
     /// Parts of the state that exist by the order of the steps (check_order).
     [[nodiscard]] Quadratic<D>& quadratic() { return std::get<Quadratic<D>>(state.mesh); }
@@ -78,32 +65,16 @@ class Runner {
     auto step(std::string_view name, F&& f) {
         return run_step(around_, name, std::forward<F>(f));
     }
-    /// The shell's wrapper for a recipe, with clocks.
-    [[nodiscard]] Around around(Clocks& clocks) {
-        return [this, &clocks](std::string_view name, const auto& body) {
-            auto done = timed([&] { return around_(name, body); });
-            clocks.seconds[std::string(name)] += done.seconds;
-            return std::move(done.value);
-        };
-    }
+    [[nodiscard]] const Around& around() const { return around_; }
     /// The step of the stage with these options.
     template <class Options, class F>
     auto step_of(const Options&, F&& f) {
         return step(std::get<Step<Options>>(step_table).name, std::forward<F>(f));
     }
-    template <class F>
-    static auto timed(F&& f) -> Timed<std::invoke_result_t<F>> {
-        const auto begin = std::chrono::steady_clock::now();
-        auto value = f();
-        return {std::move(value), std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
-    }
-
-    void report(const auto& part) { add(report_, part); }
-    [[nodiscard]] Report take_report() && { return std::move(report_); }
+    void note(std::string sentence) { report.notices.push_back(std::move(sentence)); }
 
   private:
     const Around& around_;
-    Report report_;
 };
 
 }  // namespace camber::run
@@ -222,9 +193,9 @@ template <int D>
 template <int D>
 void report_verdicts(Runner<D>& run, const Validation<D>& validation);
 
-/// What was proposed, in those seconds; and how nodes of a mesh with curves of its own fared.
+/// Reports proposed curves.
 template <int D>
-void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options, double seconds);
+void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options);
 
 /// The field goes to the run's state, the rest to a plan.
 template <int D>

@@ -312,7 +312,7 @@ Outcome<Done> adopt_own_nodes(Runner<D>& run) {
     auto made =
         run.step("features", [&](const Execution& e) { return own_nodes(run.quadratic().mesh, options, e); });
     if (!made) return fail(made.error());
-    run.report(made->report);
+    add(run.report, made->report);
     run.quadratic().plan = Plan<D>{std::move(made->own), std::move(made->proposal)};
     return Done{};
 }
@@ -341,7 +341,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Commit& options) {
         if (!mesh) return fail(mesh.error());
         run.quadratic().mesh = std::move(*mesh);
         run.plan().places = CommittedPlaces<D>{judged.proposal(), judged.validation()};
-        run.report(CommitReport{});
+        run.report.committed = true;
         return Done{};
     });
 }

@@ -186,6 +186,15 @@ Around TimedSteps::around() {
 
 void TimedSteps::add_to(run::Report& report, run::OriginReport origin) {
     progress_.wipe();
+    const auto seconds_of = [&](std::string_view step) {
+        const auto time = std::ranges::find(times_, step, &run::StageTime::stage);
+        return time == times_.end() ? 0.0 : time->seconds;
+    };
+    if (report.curve)
+        report.curve->edges_per_second = static_cast<double>(report.curve->volume_edges) /
+                                         std::max(seconds_of(report.reinsert ? "reinsert" : "curve"), 1e-9);
+    if (report.remesh)
+        for (run::PassReport& pass : report.remesh->passes) pass.seconds = seconds_of(pass.pass);
     report.times = std::move(times_);
     report.threads = threads_used(pipeline_);
     if (report.boundary) report.boundary->geometry = origin.geometry;
