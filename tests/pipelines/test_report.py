@@ -97,6 +97,8 @@ class Report(unittest.TestCase):
         for before, after in (("round.mesh", "once.mesh"), ("once.mesh", "twice.mesh")):
             self.run_camber("remesh", before, "-o", after, "--metric", '{"constant": {"sizes": [0.8]}}', "--report", "r.json")
         yield report_of(self.folder.path / "r.json")
+        self.run_camber("curve", "ball.mesh", "-o", "blocks.meshb", "--blocks", "200", "--report", "r.json")
+        yield report_of(self.folder.path / "r.json")
         self.write("cube.mesh", ascii_file(cube(2)))
         surface = cube(1)
         del surface.cells["Tetrahedra"]
