@@ -1,72 +1,155 @@
 #pragma once
+// Arguments of verbs: their kinds, those that several verbs have, and those of each verb.
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <vector>
-
 #include <CLI/CLI.hpp>
+
+#include "program.hpp"
+import camber.core;
 import camber.commands;
+import camber.config;
+import camber.recipes;
+import camber.io;
 
 namespace camber::app {
 
-/// Subcommands store what is to be done; main does it.
-struct Verb {
-    RunArguments run;
-    CurveArguments curve;
-    RemeshArguments remesh;
-    AdaptArguments adapt;
-    RepairArguments repair;
-    ConvertArguments convert;
-    GenerateArguments generate;
-    PlotArguments plot;
-    PictureArguments picture;
-    CheckArguments check;
-    ReportArguments report;
-    GeometryCommandArguments geometry;
-    MetricArguments metric;
-    TransferArguments transfer;
-    InfoArguments info;
-    std::string topic, help_of, schema;
-};
+// ---------------------------------------------------------------- kinds of arguments
+// The parser's own functions are inline: a unit that calls these alone does not compile the parser again.
 
-/// Options of several verbs.
+/// Appends examples and details to the summary of a verb's help.
+void add_details(CLI::App* verb, const std::string& text);
+/// For the types that arguments.cpp lists.
+template <class T>
+CLI::Option* add_option(CLI::App* verb, const std::string& name, T& value, const std::string& text);
+/// An argument whose values are passed to a function.
+CLI::Option* add_option(CLI::App* verb, const std::string& name, const CLI::callback_t& take, const std::string& text);
+CLI::Option* add_flag(CLI::App* verb, const std::string& name, bool& value, const std::string& text);
+
+/// The long name without dashes; of a positional argument its name.
+[[nodiscard]] std::string long_name(const CLI::Option& option);
+
+/// The words with ", " or another separator between them.
+[[nodiscard]] std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
+
+std::string endings_of_input();
+std::string endings_of_output();
+std::string endings_of_solutions();
+std::string mesh_or_solution();
+std::vector<std::string> mesh_format_names();
+/// Formats that hold fields at nodes.
+std::vector<std::string> field_format_names();
+
+/// Numbers within limits.
+CLI::Validator within(const Limits& limits, bool is_whole);
+/// Zero, or a number within limits.
+CLI::Validator zero_or(const Limits& limits);
+/// Numbers within limits; whole ones where T is.
+template <class T>
+CLI::Validator within(const Limits& limits) {
+    return within(limits, std::is_integral_v<T>);
+}
+template <class T>
+CLI::Validator at_least(double low) {
+    return within<T>({.low = low});
+}
+template <class T>
+CLI::Validator above(double low) {
+    return within<T>({.low = low, .low_open = true});
+}
+template <class T>
+CLI::Validator between(double low, double high) {
+    return within<T>({.low = low, .high = high});
+}
+
+/// Reads the word none as another text.
+CLI::Validator none_as(const std::string& text);
+
+/// One of some words; else the word that may have been meant.
+CLI::Validator one_of(const std::vector<std::string>& names);
+
+/// An option's sentence as a help text has it.
+std::string help_of(std::string_view sentence);
+std::string help_of(const auto& option) { return help_of(option.sentence); }
+
+/// A described option of a struct as an argument of the same name, with its sentence, limits and default.
+template <class T, class S, class V>
+void add_described(CLI::App* verb, S& options, const Option<S, V>& option) {
+    std::string name(option.name);
+    for (char& c : name) c = c == '_' ? '-' : c;
+    add_option(verb, "--" + name, options.*option.member, help_of(option))
+        ->check(within<T>(option.limits))
+        ->capture_default_str();
+}
+
+/// An argument that takes one of these words, and calls set(its position).
+void add_words(CLI::App* verb, const std::string& name, const std::string& sentence,
+               const std::vector<std::string>& words, const std::function<void(std::size_t)>& set);
+/// An argument that takes the words of an enumeration; `value` may be optional.
+template <class T>
+void add_words(CLI::App* verb, const std::string& name, T& value, const std::string& sentence) {
+    using E = typename CLI::detail::wrapped_type<T, T>::type;
+    add_words(verb, name, sentence, all_words<E>(), [&value](std::size_t i) { value = words(E{})[i].value; });
+}
+
+// ---------------------------------------------------------------- options of several verbs
+
+/// An int, or an optional one.
+template <class T>
+void add_threads(CLI::App* verb, T& threads) {
+    add_option(verb, "--threads", threads, "Threads to use; 0: all. The result does not depend on it")
+        ->check(at_least<double>(0));
+}
+
+/// The input mesh, the first argument.
+void add_mesh(CLI::App* verb, std::string& input);
+void add_format(CLI::App* verb, std::string& format, const std::vector<std::string>& names);
+void add_flat(CLI::App* verb, config::Flat& flat);
+void add_read(CLI::App* verb, DecodeOptions& options);
 void add_sizes(CLI::App* verb, std::vector<std::string>& sizes);
-void add_metric(CLI::App* verb, MetricChoice& arguments);
-void add_solution_along(CLI::App* verb, SolutionChoice& solution);
-void add_histogram(CLI::App* verb, bool& histogram);
-/// What steers a run of a config, from whichever verb.
-void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
-                  bool& dry_run);
-
+void add_metric(CLI::App* verb, MetricChoice& choice);
+void add_gradation(CLI::App* verb, std::optional<double>& gradation);
 void add_geometry(CLI::App* verb, GeometryArguments& arguments);
 /// How far nodes of the boundary may be from it.
 void add_geometry_tolerance(CLI::App* verb, GeometryArguments& arguments);
 /// The bound of the verbs that judge curved elements.
 void add_bound(CLI::App* verb, PipelineArguments& arguments);
-/// What the verbs that are a pipeline have in common, but for the solution that goes along.
+/// Fields that are transferred to the output.
+void add_fields(CLI::App* verb, SolutionChoice& solution);
+void add_partition(CLI::App* verb, PipelineArguments& arguments);
+void add_force(CLI::App* verb, bool& force);
+void add_histogram(CLI::App* verb, bool& histogram);
+/// Options of a run of a config, from whichever verb.
+void add_settings(CLI::App* verb, std::vector<std::string>& settings, std::optional<int>& threads, bool& print_config,
+                  bool& dry_run);
+/// Options of the verbs that are a pipeline, but for the fields.
 void add_pipeline(CLI::App* verb, PipelineArguments& arguments);
 
-void add_run(CLI::App& app, Verb& verb);
-void add_curve(CLI::App& app, Verb& verb);
-void add_repair(CLI::App& app, Verb& verb);
-void add_remesh(CLI::App& app, Verb& verb);
-void add_adapt(CLI::App& app, Verb& verb);
-void add_metric_of_solution(CLI::App& app, Verb& verb);
-void add_transfer(CLI::App& app, Verb& verb);
-void add_convert(CLI::App& app, Verb& verb);
-void add_generate(CLI::App& app, Verb& verb);
-void add_check(CLI::App& app, Verb& verb);
-void add_report(CLI::App& app, Verb& verb);
-void add_inspection(CLI::App& app, Verb& verb);
-void add_picture(CLI::App& app, Verb& verb);
-void add_plot(CLI::App& app, Verb& verb);
-/// info, explain, schema.
-void add_others(CLI::App& app, Verb& verb);
+// ---------------------------------------------------------------- verbs
 
-/// --quiet and --verbose of the verbs that print something beside the data that is their result.
-void add_voice(CLI::App& app);
-void add_force(CLI::App* verb, bool& force);
+Work declare_run(CLI::App* verb, Arguments& all);
+Work declare_curve(CLI::App* verb, Arguments& all);
+Work declare_repair(CLI::App* verb, Arguments& all);
+Work declare_remesh(CLI::App* verb, Arguments& all);
+Work declare_adapt(CLI::App* verb, Arguments& all);
 
-/// The verbs and what they take.
-void add_verbs(CLI::App& app, Verb& verb);
+Work declare_metric(CLI::App* verb, Arguments& all);
+Work declare_transfer(CLI::App* verb, Arguments& all);
+Work declare_convert(CLI::App* verb, Arguments& all);
+Work declare_generate(CLI::App* verb, Arguments& all);
+
+Work declare_check(CLI::App* verb, Arguments& all);
+Work declare_report(CLI::App* verb, Arguments& all);
+Work declare_geometry(CLI::App* verb, Arguments& all);
+Work declare_plot(CLI::App* verb, Arguments& all);
+Work declare_picture(CLI::App* verb, Arguments& all);
+Work declare_info(CLI::App* verb, Arguments& all);
+Work declare_explain(CLI::App* verb, Arguments& all);
+Work declare_help(CLI::App* verb, Arguments& all);
+Work declare_schema(CLI::App* verb, Arguments& all);
 
 }  // namespace camber::app

@@ -1,19 +1,89 @@
+// Help of the program and of its verbs: groups of options, layout, and the parts of the build.
 #include "help.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <span>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
-
 #include <CLI/CLI.hpp>
 
-#include "option_groups.hpp"
+#include "arguments.hpp"
 import camber.app_shell;
 
 namespace camber::app {
+
+namespace {
+
+/// Options of one group, by their long names with blanks between them.
+struct OptionGroup {
+    std::string_view name;
+    std::string_view options;
+    std::string_view verb = {};  ///< empty: of all verbs that no other row names
+};
+
+/// Rows of one verb come first.
+constexpr std::array option_groups{
+    OptionGroup{"Input", "elements structure set", "generate"},
+    OptionGroup{"Input", "field solve", "adapt"},
+    OptionGroup{"Output", "size cut show hide view zoom background no-edges worst", "picture"},
+    OptionGroup{"Output", "elements worst", "check"},
+    OptionGroup{"Metric", "degree", "metric"},
+    OptionGroup{"Input", "solution fields field flat reference-array zone"},
+    OptionGroup{"Geometry",
+                "geometry cad cad-unit cad-vertices cad-seconds cad-memory geometry-tolerance boundary-tolerance "
+                "ridge-angle"},
+    OptionGroup{"Metric",
+                "metric size geometry-error gradation complexity vertices elements norm error-of min-size max-size "
+                "max-anisotropy geometry-angle gap-elements intersect"},
+    OptionGroup{"Quality", "objective min-scaled-jacobian rounds degree transfer method bounds"},
+    OptionGroup{
+        "Output",
+        "output force format output-solution output-metric report page vtu plots surface partition cells elevate "
+        "straighten json histogram worst inner-faces colour"},
+    OptionGroup{"Run",
+                "threads blocks memory cycles settled result seconds folder from mesh-file solution-file set "
+                "allow-commands print-config dry-run verbose quiet help help-all"},
+};
+
+/// Options that `--help` shows.
+constexpr std::string_view common_options =
+    "solution field solve elements structure geometry cad boundary-tolerance ridge-angle metric size geometry-error "
+    "complexity vertices objective min-scaled-jacobian degree method output force format report page partition elevate "
+    "straighten json cut show hide view colour surface threads cycles set allow-commands dry-run verbose quiet help "
+    "help-all";
+
+/// True if the list has that word.
+bool has_word(std::string_view list, std::string_view word) {
+    for (std::size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
+        const std::size_t end = at + word.size();
+        if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' ')) return true;
+    }
+    return false;
+}
+
+/// True if `--help` shows the option; `--help-all` shows all of them.
+bool is_common(const CLI::Option& option) {
+    return option.get_required() || option.get_lnames().empty() || has_word(common_options, long_name(option));
+}
+
+}  // namespace
+
+void set_groups(CLI::App& app) {
+    for (CLI::App* const verb : app.get_subcommands({}))
+        for (CLI::Option* const option : verb->get_options()) {
+            if (option->get_positional()) continue;
+            const auto row = std::ranges::find_if(option_groups, [&](const OptionGroup& group) {
+                return (group.verb.empty() || group.verb == verb->get_name()) &&
+                       has_word(group.options, long_name(*option));
+            });
+            if (row != option_groups.end()) option->group(std::string(row->name));
+        }
+}
 
 namespace {
 
@@ -79,5 +149,27 @@ std::string Help::make_help(const CLI::App* app, std::string name, CLI::AppForma
            options_by_group(*this, app, all) + (is_program ? make_subcommands(app, CLI::AppFormatMode::Normal) : "") +
            "\n" + make_footer(app);
 }
+
+namespace {
+
+constexpr Part found_parts[] = {
+#include "parts.inc"
+};
+
+}  // namespace
+
+std::string version_text(std::string_view version, std::span<const Part> parts) {
+    std::size_t width = 0;
+    for (const Part& part : parts) width = std::max(width, part.name.size());
+    std::string text(version);
+    for (const Part& part : parts) {
+        text += "\n" + std::string(part.name) + std::string(width + 2 - part.name.size(), ' ');
+        text += part.libraries.empty() ? "missing; " + std::string(part.command) : std::string(part.libraries);
+    }
+    const auto missing = std::ranges::count(parts, std::string_view(), &Part::libraries);
+    return text + (missing == 0 ? "\nNothing is missing." : "\nMissing parts: " + std::to_string(missing));
+}
+
+std::span<const Part> parts_of_build() { return found_parts; }
 
 }  // namespace camber::app

@@ -8,6 +8,7 @@
 
 #include "program.hpp"
 import camber.app_shell;
+import camber.commands;
 import camber.distributed;
 
 int main(int argc, char** argv) {
@@ -16,7 +17,7 @@ int main(int argc, char** argv) {
     try {
         const std::span<char*> arguments(argv, static_cast<std::size_t>(argc));
         return with_usual_stack([&] {
-            if (const auto code = other_task(arguments)) return *code;
+            if (const auto code = cad_reader(arguments)) return *code;
             return run_program(arguments, camber::one_rank());
         });
     } catch (const std::bad_alloc&) {

@@ -14,7 +14,6 @@ module;
 module camber.mpi;
 import camber.core;
 import camber.distributed;
-import :graph;
 
 namespace camber {
 

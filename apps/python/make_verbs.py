@@ -27,8 +27,7 @@ from typing import Any, Literal
 import numpy as np
 
 from . import _verbs
-from .mesh import Mesh
-from .result import Made
+from .mesh import Made, Mesh
 
 Progress = Callable[[str, float], Any]
 '''

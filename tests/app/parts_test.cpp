@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "parts.hpp"
+#include "help.hpp"
 
 using camber::app::Part;
 using camber::app::parts_of_build;

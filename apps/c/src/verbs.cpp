@@ -1,9 +1,14 @@
-// The verbs over handles.
+// Errors as texts, one a thread; and the verbs over handles.
 #include <algorithm>
 #include <cstddef>
+#include <exception>
+#include <functional>
+#include <initializer_list>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <optional>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <string_view>
@@ -12,7 +17,7 @@
 
 #include "camber.h"
 #include "handles.hpp"
-#include "words.hpp"
+#include "program.hpp"
 import camber.core;
 import camber.app_shell;
 import camber.commands;
@@ -20,6 +25,70 @@ import camber.config;
 import camber.io;
 import camber.recipes;
 import camber.reports;
+
+namespace camber::c {
+
+namespace {
+
+std::string& last_error() {
+    static thread_local std::string text;
+    return text;
+}
+
+int status_of(ErrorKind kind) {
+    switch (kind) {
+        case ErrorKind::usage: return CAMBER_USAGE;
+        case ErrorKind::input:
+        case ErrorKind::unsupported:
+        case ErrorKind::write: return CAMBER_INPUT;
+        case ErrorKind::stopped: return CAMBER_STOPPED;
+        case ErrorKind::memory:
+        case ErrorKind::internal: return CAMBER_INTERNAL;
+    }
+    return CAMBER_INTERNAL;
+}
+
+}  // namespace
+
+int status_of(const Error& error) {
+    last_error() = describe(error);
+    return status_of(error.kind);
+}
+
+int guarded_status(const std::function<int()>& f) {
+    try {
+        return f();
+    } catch (const std::bad_alloc& failure) {
+        return status_of(out_of_memory(failure));
+    } catch (const std::length_error&) {  // more than any memory has
+        return status_of(out_of_memory(std::bad_alloc()));
+    } catch (const std::exception& error) {
+        return status_of(Error{ErrorKind::internal, error.what(), {}, {}, {}});
+    }
+}
+
+Error wrong_argument(const std::string& function, const std::string& argument, std::string what, std::string remedy) {
+    return {ErrorKind::usage, std::move(what), function + ": " + argument, {}, std::move(remedy)};
+}
+
+int missing(const char* function, std::initializer_list<Pointer> arguments) {
+    for (const Pointer& argument : arguments)
+        if (argument.value == nullptr) return status_of(wrong_argument(function, argument.name, "is NULL"));
+    return CAMBER_OK;
+}
+
+int wrong_first(const char* function, int first) {
+    if (first == 0 || first == 1) return CAMBER_OK;
+    return status_of(wrong_argument(function, "first", "is " + std::to_string(first),
+                                    "give 0, or 1 where nodes count from 1, as in Fortran and Julia"));
+}
+
+}  // namespace camber::c
+
+const char* camber_version(void) { return CAMBER_VERSION; }
+const char* camber_error(void) { return camber::c::last_error().c_str(); }
+
+// ---------------------------------------------------------------- verbs
 
 using namespace camber;
 
@@ -107,20 +176,14 @@ Outcome<std::vector<std::string>> words_of(int count, const char* const* word, b
     return words;
 }
 
-/// What arguments gave is as sound as what a config says; nobody is there who could run a solver.
-Outcome<config::Pipeline> adapting(const app::Verb& verb) {
-    auto pipeline = app::pipeline_of(verb.adapt);
-    if (!pipeline) return pipeline;
+/// Errors: usage, as the program reports them; a command, which has no shell here; a pipeline that no config could
+/// have.
+Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
+    auto pipeline = call.work.pipeline();
+    if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;
     if (!pipeline->adapt.solve.empty())
         return fail(ErrorKind::usage, "is a command, which the program runs", "--solve", {}, "use camber adapt");
     return config::with_values(*pipeline, {}, "words");
-}
-
-Outcome<config::Pipeline> pipeline_of(const app::Verb& verb, const std::string& name) {
-    if (name == "curve") return app::pipeline_of(verb.curve);
-    if (name == "remesh") return app::pipeline_of(verb.remesh);
-    if (name == "repair") return app::pipeline_of(verb.repair);
-    return adapting(verb);
 }
 
 int finish(app::MadeInMemory made, camber_result** result) {
@@ -142,9 +205,9 @@ int run_pipeline(config::Pipeline pipeline, int degree, const camber_mesh* mesh,
     return made ? finish(std::move(*made), result) : status_in(function, made.error());
 }
 
-int check(const camber_mesh* mesh, const app::Verb& verb, std::optional<Solution> metric, const camber_options* options,
-          camber_result** result) {
-    auto found = app::check_in_memory(mesh->value, metric, verb.check.options, host_of(options, {}));
+int check(const camber_mesh* mesh, const app::CheckArguments& arguments, std::optional<Solution> metric,
+          const camber_options* options, camber_result** result) {
+    auto found = app::check_in_memory(mesh->value, metric, arguments.options, host_of(options, {}));
     if (!found) return status_in("camber_run", found.error());
     *result = new camber_result{{}, std::move(found->report), {}};
     return found->all_good ? CAMBER_OK : CAMBER_NOT_CERTIFIED;
@@ -166,12 +229,13 @@ int camber_run(const camber_mesh* mesh, int count, const char* const* word, cons
         words.insert(words.begin() + 1, mesh_name);
         if (name != "check") words.insert(words.end(), {"-o", mesh_name});
         if (*metric && name != "check") words.push_back(std::string("--metric=") + metric_name);
-        const auto verb = app::verb_of(std::move(words));
-        if (!verb) return c::status_of(verb.error());
-        if (name == "check") return check(mesh, **verb, std::move(*metric), options, result);
-        auto pipeline = pipeline_of(**verb, name);
+        const auto parsed = app::call_of(std::move(words));
+        if (!parsed) return c::status_of(parsed.error());
+        const app::Call& call = **parsed;
+        if (name == "check") return check(mesh, call.arguments.check, std::move(*metric), options, result);
+        auto pipeline = pipeline_of(call);
         if (!pipeline) return c::status_of(pipeline.error());
-        const int degree = name == "adapt" && (*verb)->adapt.degree == 1 ? 1 : 0;
+        const int degree = call.arguments.adapt.degree == 1 ? 1 : 0;
         return run_pipeline(std::move(*pipeline), degree, mesh, std::move(*metric), options, "camber_run", result);
     });
 }

@@ -1,7 +1,5 @@
 // The viewer of a page that Camber wrote: everything that it shows is in the page.
-import { listen } from "./keys.js";
 import { readMesh } from "./mesh.js";
-import { enlargePlots } from "./plots.js";
 import { Panel } from "./panel.js";
 import { View } from "./view.js";
 
@@ -32,6 +30,68 @@ async function start() {
       root.dataset.firstFrame = String(Math.round(performance.now()));
     }),
   );
+}
+
+// ---------------------------------------------------------------- keys
+
+const turn = 1 / 24; // of the window
+
+const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+
+const actions = {
+  "+": "nearer",
+  "=": "nearer",
+  "-": "farther",
+  f: "fit",
+  h: "wholeView",
+  e: "switchLines",
+  c: "nextColour",
+  t: "switchTheme",
+  "?": "switchHelp",
+  Escape: "clear",
+  X: "alongX",
+  Y: "alongY",
+  Z: "alongZ",
+};
+
+/// Arrows turn a mesh, or move it with Shift.
+function listen(panel) {
+  document.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName)) return;
+    if (act(panel, event)) event.preventDefault();
+  });
+}
+
+function act(panel, { key, shiftKey }) {
+  const { orbit } = panel.view;
+  if (moves[key]) {
+    const [x, y] = moves[key].map((m) => m * turn);
+    if (shiftKey) orbit.pan(x, y);
+    else orbit.rotate(x, y);
+  } else if (actions[key]) panel[actions[key]]();
+  else if ("xyz".includes(key)) {
+    if (!document.getElementById(`cut-${key}`).hidden) panel.cutAlong(panel.axis === "xyz".indexOf(key) ? -1 : "xyz".indexOf(key));
+  } else if (key === "[" || key === "]") panel.moveCut(key === "]" ? 1 : -1);
+  else if (/^[0-9]$/.test(key)) panel.choose((Number(key) + 9) % 10);
+  else return false;
+  return true;
+}
+
+// ---------------------------------------------------------------- histograms
+
+/// Histograms are small beside the picture: one that is clicked is shown as large as the window, until the next click.
+function enlargePlots() {
+  const dialog = document.getElementById("large");
+  dialog.onclick = () => dialog.close();
+  for (const plot of document.querySelectorAll(".plots svg")) {
+    plot.tabIndex = 0;
+    plot.setAttribute("role", "button");
+    plot.onclick = () => {
+      dialog.replaceChildren(plot.cloneNode(true));
+      dialog.showModal();
+    };
+    plot.onkeydown = ({ key }) => key === "Enter" && plot.onclick();
+  }
 }
 
 enlargePlots();

@@ -1,12 +1,63 @@
-// The faces of a page with their nodes, the elements behind them, and values on either.
-import { columns, ids, integers, numbers, octets } from "./arrays.js";
+// The mesh of a page: the faces with their nodes, the elements behind them, and values on either. The arrays of a page are
+// base64 of a zlib stream of bytes, those of one significance side by side (docs/page.md).
+
+// ---------------------------------------------------------------- arrays
+
+const bytesOf = (text) =>
+  Uint8Array.fromBase64 ? Uint8Array.fromBase64(text) : Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+
+async function unpacked(name) {
+  const element = document.getElementById(`camber-${name}`);
+  const packed = bytesOf(element.textContent.trim());
+  element.remove(); // a large page need not keep it
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+/// `count` words of 32 bits from their four planes of bytes, the lowest first.
+function words(bytes, count, offset = 0) {
+  const out = new Uint32Array(count);
+  for (let i = 0; i < count; ++i)
+    out[i] =
+      bytes[offset + i] |
+      (bytes[offset + count + i] << 8) |
+      (bytes[offset + 2 * count + i] << 16) |
+      (bytes[offset + 3 * count + i] << 24);
+  return out;
+}
+
+async function numbers(name) {
+  const bytes = await unpacked(name);
+  return new Float32Array(words(bytes, bytes.length / 4).buffer);
+}
+
+async function integers(name) {
+  const bytes = await unpacked(name);
+  return new Int32Array(words(bytes, bytes.length / 4).buffer);
+}
+
+/// Ids that count up by first use: each is told by how far it is below the next new one.
+async function ids(name) {
+  const bytes = await unpacked(name);
+  const out = words(bytes, bytes.length / 4);
+  let next = 0;
+  for (let i = 0; i < out.length; ++i) {
+    out[i] = next - out[i];
+    if (out[i] === next) ++next;
+  }
+  return out;
+}
+
+/// Columns of floats, one after the other.
+async function columns(name, count) {
+  const all = await numbers(name);
+  const rows = all.length / count;
+  return Array.from({ length: count }, (_, c) => all.subarray(c * rows, (c + 1) * rows));
+}
+
+// ---------------------------------------------------------------- faces and values
 
 const cornersOf = 3;
-const edges = [
-  [0, 1],
-  [1, 2],
-  [2, 0],
-];
 
 /// Places of the nodes of each face: three corners, then how far the node of each edge is off the middle of its chord.
 /// 18 numbers a face.
@@ -53,16 +104,11 @@ export async function readMesh(page) {
     ids("faces"),
     columns("nodes", page.dimension),
     owners(page.counts),
-    octets("keys"),
+    unpacked("keys"),
   ]);
   const places = placed(faceNodes, perFace, coordinates);
   return { ...behind, perFace, faceNodes, places, bends: bends(places), keys };
 }
-
-/// The step of the cut along `axis` at which an element comes to be kept.
-export const keyOf = (mesh, element, axis, elements) => mesh.keys[axis * elements + element];
-
-export const isInner = (mesh, face) => mesh.back[face] !== noElement;
 
 const readers = { elements: numbers, nodes: numbers, faces: integers };
 const read = new Map();
@@ -91,5 +137,3 @@ export async function drawnOwners(mesh, counts, groups) {
     back: Uint8Array.from(mesh.back, (e) => (e === noElement ? 0 : elements[e])),
   };
 }
-
-export { edges };

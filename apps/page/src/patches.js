@@ -1,6 +1,12 @@
 // Faces as instances of a lattice, in bins by how much they bend: each bin is as fine as its faces need on the screen.
-import { InstancedBufferAttribute, InstancedBufferGeometry, InstancedInterleavedBuffer, InterleavedBufferAttribute, Mesh } from "three";
-import { lattice } from "./lattice.js";
+import {
+  BufferAttribute,
+  InstancedBufferAttribute,
+  InstancedBufferGeometry,
+  InstancedInterleavedBuffer,
+  InterleavedBufferAttribute,
+  Mesh,
+} from "three";
 
 const chordError = 0.25; // pixels
 const finest = 16;
@@ -119,4 +125,31 @@ function nodal(mesh, faces, values) {
           : 0.5 * (corners[3 * i + k] + corners[3 * i + ((k + 1) % 3)]);
   });
   return [corners, edges];
+}
+
+// ---------------------------------------------------------------- lattices
+
+/// Lattices by their fineness.
+const lattices = new Map();
+
+/// A triangle in n^2 equal ones, as barycentric coordinates and indices.
+function lattice(n) {
+  if (!lattices.has(n)) lattices.set(n, makeLattice(n));
+  return lattices.get(n);
+}
+
+function makeLattice(n) {
+  const points = [];
+  const at = (i, j) => j * (n + 1) - (j * (j - 1)) / 2 + i; // j-th row from the edge, i-th in it
+  for (let j = 0; j <= n; ++j) for (let i = 0; i + j <= n; ++i) points.push((n - i - j) / n, i / n, j / n);
+  const triangles = [];
+  for (let j = 0; j < n; ++j)
+    for (let i = 0; i + j < n; ++i) {
+      triangles.push(at(i, j), at(i + 1, j), at(i, j + 1));
+      if (i + j + 1 < n) triangles.push(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+    }
+  return {
+    position: new BufferAttribute(new Float32Array(points), 3),
+    index: new BufferAttribute(new Uint16Array(triangles), 1),
+  };
 }

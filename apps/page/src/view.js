@@ -1,10 +1,10 @@
 // The picture: the faces that there are, how they are coloured and cut, and which of the worst elements stands out.
 import { Color, CustomBlending, DoubleSide, GLSL3, OneFactor, OneMinusSrcAlphaFactor, RawShaderMaterial, Scene, WebGLRenderer } from "three";
 
+import { badColour, paletteTexture } from "./colours.js";
 import { drawnOwners, valuesOf } from "./mesh.js";
 import { Orbit } from "./orbit.js";
 import { patches, refine, setDrawn, setValues } from "./patches.js";
-import { badColour, paletteTexture } from "./palettes.js";
 import { fragmentShader, vertexShader } from "./shaders.js";
 
 const rgb = (hex) => new Color().setStyle(hex, "");

@@ -12,7 +12,8 @@ The verbs are the program's, with its arguments as keywords, and give the same b
 memory with numpy. What goes wrong is raised (`camber.exceptions`); notices go to the logger "camber".
 """
 
-from . import _camber, _reader, exceptions, exchange, files, metric, plots
+from . import _camber, exceptions, exchange, files, metric, plots
+from ._verbs import elevate, errors, run, validate
 from .exceptions import (
     Error,
     InputError,
@@ -26,14 +27,12 @@ from .exceptions import (
 )
 from .exchange import from_gmsh, from_meshio, from_pyvista, from_vtk, to_dolfinx, to_meshio, to_pyvista, to_skfem, to_vtk
 from .files import read, write
-from .mesh import Mesh
-from .pipelines import elevate, errors, run, validate
-from .result import Made
+from .mesh import Made, Mesh
 from .verbs import adapt, check, curve, generate, geometry, remesh, repair, transfer
 
 __version__: str = _camber.version
 
-_camber.start_itself_by(_reader.words(_camber.__file__))
+_camber.start_itself_by(files.cad_reader(_camber.__file__))
 
 
 __all__ = [

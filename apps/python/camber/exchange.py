@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from .exceptions import InputError, UsageError
-from .mesh import DIMENSIONS, NODES, Mesh, _log
-from .result import mesh_of
+from .mesh import DIMENSIONS, NODES, Mesh, _log, mesh_of
 
 #: VTK's numbers of the types of cells.
 VTK_TYPES = {"line": 3, "triangle": 5, "tetra": 10, "line3": 21, "triangle6": 22, "tetra10": 24}

@@ -1,15 +1,15 @@
-"""Files of meshes, in all formats that the program reads and writes (docs/formats.md)."""
+"""Files of meshes, in all formats that the program reads and writes (docs/formats.md), and the reader of CAD files."""
 
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable
 from typing import Any, Literal
 
 from . import _camber
 from .exceptions import UsageError
-from .mesh import Mesh, _log, _tell
-from .result import mesh_of
+from .mesh import Mesh, _log, _tell, mesh_of
 
 
 def read(
@@ -57,3 +57,23 @@ def write(
     of = mesh_of(mesh)
     for loss in _camber.write(of._handle, dict(of.fields), os.fspath(path), format, progress):
         _log.warning("%s: %s", os.fspath(path), loss)
+
+
+_CAD_READER = """
+import sys
+from importlib.machinery import ExtensionFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
+path = sys.argv.pop(1)
+spec = spec_from_file_location("_camber", path, loader=ExtensionFileLoader("_camber", path))
+module = module_from_spec(spec)
+spec.loader.exec_module(module)
+sys.exit(module.read_cad(["camber", *sys.argv[1:]]))
+"""
+
+
+def cad_reader(extension: str) -> list[str]:
+    """The command of the process that reads CAD models apart: what libraries do on damaged files does not end this one.
+
+    Python with nothing but the extension; none where Python is a part of another program.
+    """
+    return [sys.executable, "-I", "-c", _CAD_READER, extension] if sys.executable else []

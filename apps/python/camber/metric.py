@@ -16,8 +16,7 @@ import numpy as np
 
 from . import _camber
 from .exceptions import UsageError, in_python
-from .mesh import _log
-from .result import mesh_of
+from .mesh import _log, mesh_of
 from .words import NOT_KEYWORDS, Words, fields_in, plain
 
 

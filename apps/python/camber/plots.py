@@ -10,8 +10,7 @@ import numpy as np
 
 from .exceptions import Error, UsageError
 from .exchange import in_space
-from .mesh import Mesh
-from .result import mesh_of
+from .mesh import Mesh, mesh_of
 
 
 #: Elements of a mesh that a notebook shows by itself: its page has 40 bytes or so of each triangle of the boundary.

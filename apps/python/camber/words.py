@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from .exceptions import UsageError
-from .mesh import Mesh
-from .result import mesh_of
+from .mesh import Mesh, mesh_of
 
 
 @dataclass

@@ -1,4 +1,4 @@
-#include "arrays.hpp"
+#include "python.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -13,7 +13,6 @@
 #include <utility>
 #include <vector>
 
-#include "watched.hpp"
 import camber.core;
 import camber.io;
 import camber.recipes;

@@ -1,4 +1,4 @@
-#include "mesh.hpp"
+#include "python.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -16,9 +16,7 @@
 #include <variant>
 #include <vector>
 
-#include "arrays.hpp"
 #include "cells_of.hpp"
-#include "watched.hpp"
 import camber.core;
 import camber.bezier;
 import camber.commands;

@@ -1,15 +1,95 @@
-// camber._camber: what the package camber is made on. Users import the package.
+// camber._camber: the module, its errors, and work that Python waits for. Users import the package.
+#include "python.hpp"
+
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <chrono>
 #include <cstddef>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "mesh.hpp"
-#include "verbs.hpp"
+import camber.core;
 import camber.app_shell;
 import camber.commands;
+
+namespace camber::python {
+
+void raise(const Error& error) {
+    const py::object made = py::module_::import("camber.exceptions")
+                                .attr("of")(static_cast<int>(error.kind), error.what, error.where,
+                                            error.entity ? error.entity->kind : std::string(),
+                                            error.entity ? error.entity->number : 0, error.remedy);
+    PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+    throw py::error_already_set();
+}
+
+app::Host Watched::host() {
+    app::Host host{.stop = stop_.get_token()};
+    host.told = [this](const std::string& stage, double part) {
+        const std::scoped_lock lock(mutex_);
+        told_ = std::pair(stage, part);
+    };
+    return host;
+}
+
+void Watched::look_after() {
+    using namespace std::chrono_literals;
+    constexpr auto tick = 50ms;
+    std::unique_lock lock(mutex_);
+    while (!done_) {
+        changed_.wait_for(lock, tick, [&] { return done_ || asked_; });
+        lock.unlock();
+        visit_python();
+        lock.lock();
+    }
+}
+
+void Watched::visit_python() {
+    std::function<void()> asked;
+    std::optional<std::pair<std::string, double>> told;
+    {
+        const std::scoped_lock lock(mutex_);
+        asked = asked_;
+        told = std::exchange(told_, std::nullopt);
+    }
+    if (!raised_) {
+        const py::gil_scoped_acquire locked;
+        try {
+            if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+            if (told && !progress_.is_none()) {
+                // None is no answer: functions without a return go on. False of whichever library stops.
+                const py::object answer = progress_(told->first, told->second);
+                const int goes_on = answer.is_none() ? 1 : PyObject_IsTrue(answer.ptr());
+                if (goes_on < 0) throw py::error_already_set();
+                if (goes_on == 0) stop_.request_stop();
+            }
+            if (asked) asked();
+        } catch (...) {
+            raised_ = std::current_exception();
+            stop_.request_stop();
+        }
+    }
+    if (!asked) return;
+    const std::scoped_lock lock(mutex_);
+    asked_ = nullptr;
+    changed_.notify_all();
+}
+
+bool Watched::call(std::function<void()> f) {
+    std::unique_lock lock(mutex_);
+    asked_ = std::move(f);
+    changed_.notify_all();
+    changed_.wait(lock, [&] { return !asked_; });
+    return !raised_;
+}
+
+}  // namespace camber::python
 
 namespace {
 

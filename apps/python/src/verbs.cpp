@@ -1,5 +1,5 @@
 // The verbs, with arguments as words of the command line.
-#include "verbs.hpp"
+#include "python.hpp"
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -12,10 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "arrays.hpp"
-#include "mesh.hpp"
-#include "watched.hpp"
-#include "words.hpp"
+#include "program.hpp"
 import camber.core;
 import camber.app_shell;
 import camber.commands;
@@ -70,16 +67,9 @@ py::dict dict_of(app::MadeInMemory made) {
     return out;
 }
 
-Outcome<config::Pipeline> pipeline_of(const Words& words, int& degree) {
-    auto verb = app::verb_of(words);
-    if (!verb) return fail(verb.error());
-    const app::Verb& v = **verb;
-    degree = words.front() == "adapt" && v.adapt.degree == 1 ? 1 : 0;
-    if (words.front() == "curve") return app::pipeline_of(v.curve);
-    if (words.front() == "remesh") return app::pipeline_of(v.remesh);
-    if (words.front() == "repair") return app::pipeline_of(v.repair);
-    auto pipeline = app::pipeline_of(v.adapt);
-    if (!pipeline) return pipeline;
+Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
+    auto pipeline = call.work.pipeline();
+    if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;
     // What arguments gave is as sound as what a config says.
     return config::with_values(*pipeline, {}, "arguments");
 }
@@ -93,8 +83,7 @@ py::dict run_pipeline(config::Pipeline pipeline, app::Given given, const py::obj
 
 py::dict run_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
                    const MeshHandle& mesh, const py::object& progress) {
-    int degree = 0;
-    auto pipeline = value_of(pipeline_of(words, degree));
+    auto pipeline = value_of(pipeline_of(*value_of(app::call_of(words))));
     return run_pipeline(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
 }
 
@@ -132,8 +121,9 @@ py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given,
 
 py::dict adapt_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
                      const MeshHandle& mesh, const py::object& solver, const py::object& progress) {
-    int degree = 0;
-    auto pipeline = value_of(pipeline_of(words, degree));
+    const auto call = value_of(app::call_of(words));
+    auto pipeline = value_of(pipeline_of(*call));
+    const int degree = call->arguments.adapt.degree == 1 ? 1 : 0;
     if (!solver.is_none()) pipeline.adapt.solve = {"memory:solver"};
     return adapt_pipeline(std::move(pipeline), degree, given_of(meshes, metrics, solutions, &mesh), solver, progress);
 }
@@ -148,11 +138,12 @@ py::dict run_config(const std::string& json, const py::dict& meshes, const py::d
 
 py::dict check(const Words& words, const MeshHandle& mesh, const std::optional<py::array>& metric,
                const py::object& progress) {
-    const auto verb = value_of(app::verb_of(words));
+    const auto call = value_of(app::call_of(words));
     std::optional<Solution> rows;
     if (metric) rows = metric_of(*metric, mesh.dimension(), "metric");
-    const auto found = Watched(progress).run(
-        [&](app::Host host) { return app::check_in_memory(mesh.value, rows, verb->check.options, std::move(host)); });
+    const auto found = Watched(progress).run([&](app::Host host) {
+        return app::check_in_memory(mesh.value, rows, call->arguments.check.options, std::move(host));
+    });
     py::dict out, elements;
     for (const app::ElementColumn& column : found.elements)
         elements[py::str(column.name)] =
@@ -171,13 +162,14 @@ std::string page(const MeshHandle& mesh, const py::dict& fields, const std::stri
 }
 
 std::string geometry(const Words& words, const MeshHandle& mesh, const py::dict& meshes, const py::object& progress) {
-    const auto verb = value_of(app::verb_of(words));
+    const auto call = value_of(app::call_of(words));
     config::Pipeline pipeline;
-    value_of(app::set_geometry(verb->geometry.geometry, pipeline));
+    value_of(app::set_geometry(call->arguments.geometry.geometry, pipeline));
     app::Given given = given_of(meshes, {}, {}, nullptr);
     return Watched(progress).run([&](app::Host host) {
         host.given = std::move(given);
-        return app::geometry_in_memory(mesh.value, pipeline.geometry, verb->geometry.options, std::move(host));
+        return app::geometry_in_memory(mesh.value, pipeline.geometry, call->arguments.geometry.options,
+                                       std::move(host));
     });
 }
 
@@ -203,8 +195,8 @@ py::dict metric_json(const std::string& json, const py::dict& meshes, const py::
 /// Of a solution, by the words of the verb metric.
 py::dict metric_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
                       const MeshHandle& mesh, const py::object& progress) {
-    const auto verb = value_of(app::verb_of(words));
-    const app::MetricArguments& a = verb->metric;
+    const auto call = value_of(app::call_of(words));
+    const app::MetricArguments& a = call->arguments.metric;
     config::Pipeline pipeline;
     pipeline.input.source = config::FilePath{a.input};
     pipeline.solution.file = a.solution;
@@ -225,20 +217,20 @@ py::array hessian(const MeshHandle& mesh, const py::dict& fields) {
 
 py::dict transfer(const Words& words, const MeshHandle& old_mesh, const MeshHandle& new_mesh, const py::dict& fields,
                   const py::object& progress) {
-    const auto verb = value_of(app::verb_of(words));
+    const auto call = value_of(app::call_of(words));
     auto known = solution_on(old_mesh, fields);
     const auto made = Watched(progress).run([&](app::Host host) {
-        return app::transfer_in_memory(old_mesh.value, new_mesh.value, std::move(known), verb->transfer.options,
-                                       std::move(host));
+        return app::transfer_in_memory(old_mesh.value, new_mesh.value, std::move(known),
+                                       call->arguments.transfer.options, std::move(host));
     });
     return arrays_of(made, new_mesh.dimension());
 }
 
 MeshHandle read(const std::string& path, const std::string& flat, const Words& words, const py::object& progress) {
-    const auto verb = value_of(app::verb_of(words));
+    const auto call = value_of(app::call_of(words));
     auto mesh = Watched(progress).run([&](app::Host host) {
         return app::read_into_memory(path, flat == "surface" ? config::Flat::surface : config::Flat::plane,
-                                     verb->info.read, std::move(host));
+                                     call->arguments.info.read, std::move(host));
     });
     return handle_of(std::move(mesh));
 }
@@ -251,9 +243,9 @@ Words write(const MeshHandle& mesh, const py::dict& fields, const std::string& p
 }
 
 MeshHandle generate(const Words& words, const py::object& progress) {
-    const auto verb = value_of(app::verb_of(words));
-    return handle_of(
-        Watched(progress).run([&](const app::Host& host) { return app::generate_in_memory(verb->generate, host); }));
+    const auto call = value_of(app::call_of(words));
+    return handle_of(Watched(progress).run(
+        [&](const app::Host& host) { return app::generate_in_memory(call->arguments.generate, host); }));
 }
 
 }  // namespace
