@@ -101,6 +101,8 @@ CLI::Validator one_of(const std::vector<std::string>& names) {
     return CLI::Validator(
         [names](const std::string& text) -> std::string {
             if (std::ranges::find(names, text) != names.end()) return {};
+            if (const std::string now = config::new_name(config::NameKind::value, text, names); !now.empty())
+                return with_remedy(in_quotes(text) + " was renamed to " + in_quotes(now), "write " + now);
             return with_remedy(in_quotes(text) + " is none of its words", suggestion(text, names));
         },
         "");

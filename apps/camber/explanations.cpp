@@ -125,6 +125,17 @@ std::string list_of(const std::string& title, const std::vector<std::string>& wo
     return title + ":\n" + paragraph(joined(words)) + "\n";
 }
 
+/// Successors of a name of earlier versions, each once; of an option those of the command line alone.
+std::vector<std::string> new_names(std::string_view name, bool is_option) {
+    std::vector<std::string> names;
+    for (const config::Rename& r : config::renames)
+        if (r.old_name == name && (r.kind == config::NameKind::argument || !is_option))
+            names.push_back((r.kind == config::NameKind::argument ? "--" : "") + std::string(r.new_name));
+    std::ranges::sort(names);
+    names.erase(std::ranges::unique(names).begin(), names.end());
+    return names;
+}
+
 }  // namespace
 
 camber::Outcome<std::string> explanation_of(const CLI::App& app, std::string_view word) {
@@ -143,6 +154,9 @@ camber::Outcome<std::string> explanation_of(const CLI::App& app, std::string_vie
         if (const Term* const term = find_term(in_small_letters(name))) add(term_text(*term));
     if (!is_option) add(report_key_text(in_small_letters(name)));
     if (!text.empty()) return text;
+    if (const auto now = new_names(name, is_option); !now.empty())
+        return camber::fail(camber::ErrorKind::usage, "was renamed to " + config::alternatives_text(now),
+                            camber::shortened(word), {}, "see: camber explain " + now.front());
     const auto foreign = is_option ? find_foreign_option(name) : std::nullopt;
     if (foreign)
         return camber::fail(camber::ErrorKind::usage, "is not an option of Camber", camber::shortened(word), {},

@@ -98,9 +98,9 @@ constexpr std::array terms{
          "Nodes or vertices of the boundary farther from the geometry than the tolerance allows."},
     Term{"surrogate",
          "The smooth cubic surface through the vertices of the mesh. It is the geometry if no other is specified."},
-    Term{"CAD faces|cad edges|vertices off the cad model|doubtful facets",
+    Term{"CAD faces|cad edges|vertices off the cad model|ambiguous facets",
          "Faces and edges of the CAD model that facets and edges of the boundary are associated with. An association "
-         "is doubtful if two faces are about equally near."},
+         "is ambiguous if two faces are about equally near."},
     Term{"slid on geometry", "Nodes of the boundary that repair moved along the geometry."},
     Term{"suspicious places|suspicious",
          "Places where another ridge angle changes the ridges, or that no smooth surface has: knife edges, tips of "
@@ -119,7 +119,8 @@ constexpr std::array terms{
     Term{"block|blocks", "A part of the mesh that is processed by itself, so that memory stays bounded."},
     Term{"rank|ranks", "A process of MPI."},
     Term{"cycle|cycles", "One iteration of adaptation: metric, remeshing, curving, transfer, and the solver."},
-    Term{"settled", "The error of the cycles no longer decreases by the share of the option --settled."},
+    Term{"converged",
+         "The error of the cycles no longer decreases by the share of the option --convergence-tolerance."},
     Term{"threads", "The number of threads that were used. The result does not depend on it."},
     Term{"time", "Wall-clock time."},
     Term{"peak memory", "The largest memory that the process had until then."},

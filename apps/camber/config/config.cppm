@@ -2,3 +2,4 @@
 /// from one description of each option.
 export module camber.config;
 export import :values;
+export import :renames;
