@@ -93,7 +93,7 @@ class Bench:
             os.chdir(folder)
             self.camber("generate", *shape, "-o", "first.meshb")
             begin = time.perf_counter()
-            self.camber("adapt", "first.meshb", "--field", field, "--complexity", complexity, "--cycles", self.cycles, "--settled", 0,
+            self.camber("adapt", "first.meshb", "--field", field, "--complexity", complexity, "--cycles", self.cycles, "--convergence-tolerance", 0,
                         *WAYS[way], *self.options[way], *options, *wall, "--threads", self.threads, "--folder", "cycles", "-o", "last.meshb")
             seconds = time.perf_counter() - begin
             whole = len(cycles_of("cycles")) - 1  # fewer than asked for where the loop gave up

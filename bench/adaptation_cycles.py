@@ -66,7 +66,7 @@ def measured(camber, case, way, given, folder):
         camber("generate", *mesh, "-o", f"{folder}/begin.meshb")
         mesh = f"{folder}/begin.meshb"
     printed = camber("adapt", mesh, "-o", f"{folder}/made.meshb", "--folder", f"{folder}/cycles", "--field", case["field"], "--complexity",
-                     f"{given.complexity / 2:g},{given.complexity:g}", "--cycles", given.cycles, "--settled", 0, "--threads", given.threads,
+                     f"{given.complexity / 2:g},{given.complexity:g}", "--cycles", given.cycles, "--convergence-tolerance", 0, "--threads", given.threads,
                      *case["options"], *given.options.split(), *WAYS[way])
     with open(f"{folder}/cycles/cycles.json", encoding="utf-8") as file:
         return json.load(file)["cycles"], printed.count("not certified")

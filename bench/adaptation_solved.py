@@ -36,7 +36,7 @@ class Bench:
         """The loop of `camber adapt --solve` with straight edges inside."""
         return {"input": {"mesh": "first.meshb"}, "geometry": SPHERES, "metric": {"solution": {}}, "threads": 1,
                 "stages": ["elevate", "remesh", {"curve": {"objective": "shape"}}, "validate", "relax", "commit"],
-                "adapt": {"cycles": self.cycles, "complexity": [complexity], "settled": 0, "exact": FIELD, "solve": self.solve, "folder": "cycles"},
+                "adapt": {"cycles": self.cycles, "complexity": [complexity], "convergence_tolerance": 0, "exact": FIELD, "solve": self.solve, "folder": "cycles"},
                 "output": {"mesh": "last.meshb"}}
 
     def adapt(self, way, complexity):
@@ -47,7 +47,7 @@ class Bench:
             self.camber("run", "config.json", "--allow-commands")
             return
         own = ("--degree", 1, "--set", "metric/solution/degree=2") if way == "chords" else ("--solve", " ".join(self.solve))
-        self.camber("adapt", "first.meshb", "--field", FIELD, *own, "--complexity", complexity, "--cycles", self.cycles, "--settled", 0,
+        self.camber("adapt", "first.meshb", "--field", FIELD, *own, "--complexity", complexity, "--cycles", self.cycles, "--convergence-tolerance", 0,
                     "--geometry", json.dumps(SPHERES), "--threads", 1, "--folder", "cycles", "-o", "last.meshb")
 
     def told(self, way):

@@ -83,8 +83,8 @@ def main():
                         "--report", file(".json")], check=True, capture_output=True)
         report = json.loads(Path(file(".json")).read_text())
         boundary, cad = report["boundary"], report["boundary"]["cad"]
-        doubtful = cad["doubtful_facets"] - cad["settled_facets"] + cad["doubtful_vertices"]
-        print(f"| {name} | {report['mesh']['elements']} | {cad['edges_met']} of {cad['edges']}, {cad['vertices_met']} of "
+        doubtful = cad["ambiguous_facets"] - cad["resolved_facets"] + cad["ambiguous_vertices"]
+        print(f"| {name} | {report['mesh']['elements']} | {cad['matched_edges']} of {cad['edges']}, {cad['matched_vertices']} of "
               f"{cad['vertices']} | {doubtful} | {cad['largest_vertex_distance']:.1e} | {cad['largest_node_distance']:.1e} | "
               f"{report['validity']['invalid']} | {boundary['largest_distance_straight']:.1e} to "
               f"{boundary['largest_distance']:.1e} |")

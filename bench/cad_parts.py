@@ -296,8 +296,8 @@ def row(part, camber, folder):
 
     size = report_size(folder / f"{part}.msh")
     return [part, report["mesh"]["elements"],
-            "{faces_met}/{faces}, {edges_met}/{edges}, {vertices_met}/{vertices}".format(**cad),
-            "{doubtful_facets}, {doubtful_edges}, {doubtful_vertices}".format(**cad),
+            "{matched_faces}/{faces}, {matched_edges}/{edges}, {matched_vertices}/{vertices}".format(**cad),
+            "{ambiguous_facets}, {ambiguous_edges}, {ambiguous_vertices}".format(**cad),
             f"{cad['largest_vertex_distance'] / size:.1e}", f"{cad['largest_node_distance'] / size:.1e}",
             f"{by_occ[0]:.1e}" if by_occ else "–", report["relax"]["relaxed_surface_edges"],
             valid["invalid"] + valid["undecided"], valid["below_bound"], f"{valid['min_scaled_jacobian']:.3g}",

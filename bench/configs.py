@@ -14,9 +14,9 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-REINSERT = ('stages=["elevate",{"reinsert":{"curve":{"objective":"energy","back_mesh":"straight"},'
+REINSERT = ('stages=["elevate",{"reinsert":{"curve":{"objective":"energy","background_mesh":"straight"},'
             '"relax":{"min_scaled_jacobian":1e-9,"target":0.01}}}]')
-WAYS = {"Camber": (), "by θ-relaxation": ("stages/relax/repair=relax",), "by cavities, `reinsert`": (REINSERT,)}
+WAYS = {"Camber": (), "by θ-relaxation": ("stages/relax/method=backtracking",), "by cavities, `reinsert`": (REINSERT,)}
 # The paper's tables: vertices, edges, tetrahedra, corrected, length reduction, preserved, smallest scaled Jacobian, seconds
 PAPER = {"paper-spheres-coarse": ("270", "1 552", "1 145", "36", "0.0190 → 0.0178", "94 %", "", "0.023"),
          "paper-spheres-fine": ("3 577", "23 058", "18 517", "627", "0.0093 → 0.0032", "34 %", "", "0.89"),

@@ -158,7 +158,7 @@ class Bench:
         found = {}
         for label, of_field in zip(fields, check["interpolation"]):
             found[label] = {"L2": of_field["curved"]["l2"]["value"], "H1": of_field["curved"]["h1"]["value"]}
-            if of_field["unresolved"] or of_field["curved_turned"]:
+            if of_field["unresolved"] or of_field["curved_inverted"]:
                 found[label]["uncertain"] = 1
         if self.poisson.exists():
             try:

@@ -12,7 +12,7 @@ all runs: accepted, of those whose star was made.
 Front: tanh((r - 1/2)/0.005) on the square, in a metric with h_t = 0.15 r and across by |u'''|; the error in L2 of the P2 interpolant, scaled
 to 3 400 unknowns by N^{3/2}. Also of the mesh that is brought to the same metric in degree 1.
 
---bend-around N: collapses may take the nodes of N edges around their cavity along (collapse/bend_around); layers alone, and how many did.
+--bend-around N: collapses may take the nodes of N edges around their cavity along (collapse/neighbour_edges); layers alone, and how many did.
 """
 import argparse
 import json
@@ -105,7 +105,7 @@ def layer(camber, folder, dim, along, least, curved, more=()):
             planned, accepted = counts.get(p['pass'], (0, 0))
             counts[p['pass']] = (planned + p['planned'] - p['rejected'].get('waits', 0), accepted + p['accepted'])
             seconds += p['seconds']
-            followed += p['bent_around']
+            followed += p['neighbour_moves']
     rows, nodes = simplices(folder / 'b.meshb')
     found = lengths(unique_curves(rows, nodes), along, least)
     valid = subprocess.run([sys.executable, ROOT / 'tests/oracle/check_p2.py', folder / 'b.meshb', '--json'], capture_output=True, text=True,
@@ -191,7 +191,7 @@ def main():
     parser.add_argument('--keep', type=pathlib.Path, help='a folder for the meshes')
     parser.add_argument('--bend-around', type=int, help='edges around a cavity that may follow')
     given = parser.parse_args()
-    more = () if given.bend_around is None else ('--set', f'stages/remesh/collapse/bend_around={given.bend_around}')
+    more = () if given.bend_around is None else ('--set', f'stages/remesh/collapse/neighbour_edges={given.bend_around}')
     camber = Program(given.camber.resolve())
     with tempfile.TemporaryDirectory() as made:
         base = given.keep or pathlib.Path(made)

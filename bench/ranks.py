@@ -42,7 +42,7 @@ def largest(numbers):
 
 def row(name, seconds, report):
     ranks = report["ranks"]
-    return {"name": name, "seconds": seconds, "processor": sum(ranks["processor_seconds"]), "peak": largest(ranks["peak_bytes"]),
+    return {"name": name, "seconds": seconds, "processor": sum(ranks["cpu_seconds"]), "peak": largest(ranks["peak_bytes"]),
             "sent": largest(ranks["sent_bytes"]), "rounds": ranks["rounds"], "ranks": ranks["number"]}
 
 
@@ -114,7 +114,7 @@ def on_paper(report, elements, ranks):
     blocks, mesh = report["blocks"]["number"], report["mesh"]
     times = {t["stage"]: t["seconds"] for t in report["stages"]}
     share = report["ranks"]["number"]
-    processor = sum(report["ranks"]["processor_seconds"])
+    processor = sum(report["ranks"]["cpu_seconds"])
     surface_of_rank = times["surface"] * min(1, (os.cpu_count() or 1) / share)  # by the clock, on processors that ranks share
     of_surface = surface_of_rank * share  # each rank makes all of it
     of_block = (processor - of_surface) / blocks

@@ -52,7 +52,7 @@ def repaired(camber, case, bound, way, folder):
     report = folder / "report.json"
     call = [*command(camber, case, folder, report), "--set", "stages/curve/objective=energy"]
     for key, value in {"validate/min_scaled_jacobian": bound, "relax/min_scaled_jacobian": bound,
-                       "relax/repair": way}.items():
+                       "relax/method": way}.items():
         call += ["--set", f"stages/{key}={value}"]
     done = subprocess.run([str(x) for x in call], capture_output=True, text=True)
     if done.returncode not in (0, 1) or not report.exists():

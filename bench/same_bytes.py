@@ -18,7 +18,7 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-RELAX = 'stages/relax/repair={}'
+RELAX = 'stages/relax/method={}'
 REINSERT = 'stages=["elevate", "reinsert"]'
 
 

@@ -95,8 +95,8 @@ def rows(body, folder, camber):
             boundary, validity = found["boundary"], found["validity"]
             nodes = boundary.get("nodes")
             told = ("–",) * 8 if nodes is None else (
-                nodes["edges"], nodes["placed"], nodes["best"], f"{100 * nodes['mean_reduction']:.2f} %", f"{100 * nodes['largest_reduction']:.1f} %",
-                nodes["walked"], nodes["limited"], "{off}, {far}, {elements}".format(**nodes))
+                nodes["edges"], nodes["moved"], nodes["no_improvement"], f"{100 * nodes['mean_reduction']:.2f} %", f"{100 * nodes['largest_reduction']:.1f} %",
+                nodes["on_other_facets"], nodes["limited"], "{off_geometry}, {too_far}, {limited_by_elements}".format(**nodes))
             yield body, geometry, by, *told, f"{boundary['largest_distance']:.1e}", validity["invalid"] + validity["undecided"]
 
 

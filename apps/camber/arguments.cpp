@@ -114,6 +114,8 @@ CLI::Validator one_of(const std::vector<std::string>& names) {
     return CLI::Validator(
         [names](const std::string& text) -> std::string {
             if (std::ranges::find(names, text) != names.end()) return {};
+            if (const std::string now = config::new_name(config::NameKind::value, text, names); !now.empty())
+                return with_remedy(in_quotes(text) + " was renamed to " + in_quotes(now), "write " + now);
             return with_remedy(in_quotes(text) + " is none of its words", suggestion(text, names));
         },
         "");
@@ -223,7 +225,7 @@ void add_geometry(CLI::App* verb, GeometryArguments& a) {
     add_words(verb, "--cad-vertices", a.cad_vertices,
               "Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default: keep, "
               "and too many of them are an error");
-    add_option(verb, "--cad-seconds", a.cad_seconds,
+    add_option(verb, "--cad-timeout", a.cad_timeout,
                "How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file")
         ->check(at_least<double>(0));
     add_option(verb, "--cad-memory", a.cad_memory,

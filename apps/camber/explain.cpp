@@ -117,9 +117,9 @@ constexpr std::array terms{
          "Nodes or vertices of the boundary farther from the geometry than the tolerance allows."},
     Term{"surrogate",
          "The smooth cubic surface through the vertices of the mesh. It is the geometry if no other is specified."},
-    Term{"CAD faces|cad edges|vertices off the cad model|doubtful facets",
+    Term{"CAD faces|cad edges|vertices off the cad model|ambiguous facets",
          "Faces and edges of the CAD model that facets and edges of the boundary are associated with. An association "
-         "is doubtful if two faces are about equally near."},
+         "is ambiguous if two faces are about equally near."},
     Term{"slid on geometry", "Nodes of the boundary that repair moved along the geometry."},
     Term{"suspicious places|suspicious",
          "Places where another ridge angle changes the ridges, or that no smooth surface has: knife edges, tips of "
@@ -138,7 +138,8 @@ constexpr std::array terms{
     Term{"block|blocks", "A part of the mesh that is processed by itself, so that memory stays bounded."},
     Term{"rank|ranks", "A process of MPI."},
     Term{"cycle|cycles", "One iteration of adaptation: metric, remeshing, curving, transfer, and the solver."},
-    Term{"settled", "The error of the cycles no longer decreases by the share of the option --settled."},
+    Term{"converged",
+         "The error of the cycles no longer decreases by the share of the option --convergence-tolerance."},
     Term{"threads", "The number of threads that were used. The result does not depend on it."},
     Term{"time", "Wall-clock time."},
     Term{"peak memory", "The largest memory that the process had until then."},
@@ -274,6 +275,17 @@ std::string list_of(const std::string& title, const std::vector<std::string>& wo
     return title + ":\n" + paragraph(joined(words)) + "\n";
 }
 
+/// Successors of a name of earlier versions, each once; of an option those of the command line alone.
+std::vector<std::string> new_names(std::string_view name, bool is_option) {
+    std::vector<std::string> names;
+    for (const config::Rename& r : config::renames)
+        if (r.old_name == name && (r.kind == config::NameKind::argument || !is_option))
+            names.push_back((r.kind == config::NameKind::argument ? "--" : "") + std::string(r.new_name));
+    std::ranges::sort(names);
+    names.erase(std::ranges::unique(names).begin(), names.end());
+    return names;
+}
+
 }  // namespace
 
 Outcome<std::string> explanation_of(const CLI::App& app, std::string_view word) {
@@ -292,6 +304,9 @@ Outcome<std::string> explanation_of(const CLI::App& app, std::string_view word) 
         if (const Term* const term = find_term(in_small_letters(name))) add(term_text(*term));
     if (!is_option) add(report_key_text(in_small_letters(name)));
     if (!text.empty()) return text;
+    if (const auto now = new_names(name, is_option); !now.empty())
+        return camber::fail(camber::ErrorKind::usage, "was renamed to " + config::alternatives_text(now),
+                            camber::shortened(word), {}, "see: camber explain " + now.front());
     const auto foreign = is_option ? find_foreign_option(name) : std::nullopt;
     if (foreign) return fail(ErrorKind::usage, "is not an option of Camber", shortened(word), {}, foreign->remedy);
     const auto near = config::nearest_words(name, all_words(app), most_suggestions);

@@ -35,7 +35,7 @@ constexpr std::array option_groups{
     OptionGroup{"Metric", "degree", "metric"},
     OptionGroup{"Input", "solution fields field flat reference-array zone"},
     OptionGroup{"Geometry",
-                "geometry cad cad-unit cad-vertices cad-seconds cad-memory geometry-tolerance boundary-tolerance "
+                "geometry cad cad-unit cad-vertices cad-timeout cad-memory geometry-tolerance boundary-tolerance "
                 "ridge-angle"},
     OptionGroup{"Metric",
                 "metric size geometry-error gradation complexity vertices elements norm error-of min-size max-size "
@@ -46,7 +46,7 @@ constexpr std::array option_groups{
         "output force format output-solution output-metric report page vtu plots surface partition cells elevate "
         "straighten json histogram worst inner-faces colour"},
     OptionGroup{"Run",
-                "threads blocks memory cycles settled result seconds folder from mesh-file solution-file set "
+                "threads blocks memory cycles convergence-tolerance result timeout folder from mesh-file solution-file set "
                 "allow-commands print-config dry-run verbose quiet help help-all"},
 };
 

@@ -166,6 +166,8 @@ Error unknown_option(const CLI::App& app, const CLI::App& verb, const std::strin
     };
     const auto own = options_of(verb);
     if (dashes == 1 && std::ranges::find(own, name) != own.end()) return error("has one dash", "write --" + name);
+    if (const std::string now = config::new_name(config::NameKind::argument, name, own); !now.empty())
+        return error("was renamed to --" + now, "write --" + now);
     if (const auto foreign = find_foreign_option(word))
         return error(foreign->program.empty() ? "is not an option of " + here
                                               : "is an option of " + foreign->program + ", not of " + here,

@@ -193,14 +193,14 @@ void add_metric_of_solution_options(CLI::App* verb, AdaptArguments& a) {
 void add_cycles(CLI::App* verb, AdaptArguments& a) {
     using S = config::Adaptation;
     add_option(verb, "--cycles", a.cycles,
-               "So many cycles at most; they end where the error has settled. Default: 8, of a solution's file 1")
+               "So many cycles at most; they end where the error has converged. Default: 8, of a solution's file 1")
         ->check(between<int>(1, 1000));
     add_option(verb, "--degree", a.degree, "Of the meshes that are made: 1, straight, or 2, curved")
         ->check(between<int>(1, 2))
         ->capture_default_str();
     add_described<double>(verb, a.adapt, option_of(&S::settled));
     add_words(verb, "--result", a.adapt.result, help_of(option_of(&S::result)));
-    add_option(verb, "--seconds", a.adapt.seconds, "How long the solver may take each time. Default: any time")
+    add_option(verb, "--timeout", a.adapt.timeout, "How long the solver may take each time. Default: any time")
         ->check(at_least<double>(0));
     add_option(verb, "--folder", a.adapt.folder,
                "Where the cycles are kept, each in a folder of its own, with series.pvd for ParaView and "
@@ -232,7 +232,8 @@ Work declare_adapt(CLI::App* verb, Arguments& all) {
         "A cycle takes the mesh and its solution, makes the metric of so many elements that interpolates it best, "
         "remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every "
         "mesh is valid. The boundary stays on the geometry: that of --geometry or --cad, else the first mesh's. Cycles "
-        "end when the error has settled (--settled), after --cycles of them, or by Ctrl-C; the mesh with the least "
+        "end when the error has converged (--convergence-tolerance), after --cycles of them, or by Ctrl-C; the mesh "
+         "with the least "
         "error is then in OUTPUT (--result). How it works: docs/algorithms/adaptation.md");
     AdaptArguments& a = all.adapt;
     add_mesh(verb, a.input);

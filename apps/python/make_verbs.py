@@ -37,7 +37,7 @@ NOT_HERE = {
     "input", "output", "format", "partition", "quiet", "verbose", "force", "print-config", "dry-run", "histogram", "json", "flat", "report",
     "output-solution", "output-metric", "solve", "shape", "old_mesh", "new_mesh", "old", "new",
 }
-OF_FILES = {"folder", "from", "mesh-file", "solution-file", "seconds", "vtu", "plots", "page"}
+OF_FILES = {"folder", "from", "mesh-file", "solution-file", "timeout", "vtu", "plots", "page"}
 VERBS = {
     "curve": ("mesh", "Made", {"blocks", "memory"}),  # by blocks it goes from file to file
     "remesh": ("mesh", "Made", set()),
@@ -70,8 +70,8 @@ MORE = {
 }
 # What the program's sentences say of its own world.
 HERE = {
-    "and the exit code is 1": "and `holds` is False",
-    "exit code 1": "`holds` is False",
+    "and the exit code is 1": "and `success` is False",
+    "exit code 1": "`success` is False",
     " (.sol, .solb)": "",
     ", or by Ctrl-C; what the last whole one made is then in OUTPUT and in its folder": "",
     "on MESH": "on the mesh",
@@ -147,7 +147,7 @@ def about(text):
 def function(verb, described):
     subject, returns, without = VERBS[verb]
     arguments = [a for a in described["arguments"] if a["name"] not in NOT_HERE | without and not a["positional"]]
-    lines = [f"def {verb}("]
+    lines = ["@_verbs.with_new_names", f"def {verb}("]
     for part in subject.split(", "):
         lines.append(f"    {part}: Any,")
     lines.append("    *,")

@@ -387,14 +387,14 @@ Outcome<BroughtToMetric<D>> brought_within(Adaptation<D> state, const Adaptation
             may = {may.walls, 0, shortest_part, true};
         excess = sum->excess;
         if (s.rounds > 1)
-            if (auto cleared = far("mend", Approach::clear, s.mend); !cleared) return fail(cleared.error());
+            if (auto cleared = far("improve", Approach::clear, s.mend); !cleared) return fail(cleared.error());
         const auto done = far("smooth", Approach::snap, s.smooth)
-                              .and_then([&](Done) { return far("mend", Approach::remove, s.mend); })
+                              .and_then([&](Done) { return far("improve", Approach::remove, s.mend); })
                               .and_then([&](Done) { return far("split", Approach::split, s.split); })
                               .and_then([&](Done) { return far("swap", Approach::swap, s.swap); })
                               .and_then([&](Done) { return pass("swap", &swap<D>, options.swap, s.swap); })
                               .and_then([&](Done) { return pass("smooth", &smooth<D>, options.smooth, s.smooth); })
-                              .and_then([&](Done) { return pass("mend", &mend<D>, options.mend, s.mend); });
+                              .and_then([&](Done) { return pass("improve", &mend<D>, options.mend, s.mend); });
         if (!done) return fail(done.error());
     }
     return out;

@@ -398,10 +398,10 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
     s.after = s.before;
     bool is_converged = false;
     CollapseOptions loose = options.collapse;
-    loose.longest = std::max(loose.longest, options.loose_longest);
-    SplitOptions loose_split = options.split;
-    loose_split.longest = std::max(loose_split.longest, options.loose_split);
-    loose_split.shortest = std::max(loose_split.shortest, options.loose_shortest);
+    loose.longest = std::max(loose.longest, options.early_collapse_longest);
+    SplitOptions early_split = options.split;
+    early_split.longest = std::max(early_split.longest, options.early_split_longest);
+    early_split.shortest = std::max(early_split.shortest, options.early_split_shortest);
     bool is_last = false;
     while (!is_last && s.rounds < options.rounds) {
         is_last = is_converged || s.rounds + 1 == options.rounds;
@@ -410,7 +410,7 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
         const auto done =
             driving.pass("collapse", &collapse<D>, is_last ? options.collapse : loose, s.collapse)
                 .and_then([&](Done) {
-                    return driving.pass("split", &split<D>, is_last ? options.split : loose_split, s.split);
+                    return driving.pass("split", &split<D>, is_last ? options.split : early_split, s.split);
                 })
                 .and_then([&](Done) { return driving.pass("swap", &swap<D>, options.swap, s.swap); })
                 .and_then([&](Done) { return driving.pass("smooth", &smooth<D>, options.smooth, s.smooth); })
@@ -420,8 +420,9 @@ Outcome<BroughtToMetric<D>> driven(Adaptation<D> state, const AdaptationGoal<D>&
         is_converged =
             has_converged(before, s.after, s.collapse.accepted + s.split.accepted - changes, options.min_change);
     }
-    const auto mended =
-        driving.pass("mend", &mend<D>, options.mend, s.mend).and_then([&](Done) { return driving.measure(s.after); });
+    const auto mended = driving.pass("improve", &mend<D>, options.mend, s.mend).and_then([&](Done) {
+        return driving.measure(s.after);
+    });
     if (!mended) return fail(mended.error());
     return BroughtToMetric<D>{std::move(driving).state(), s};
 }

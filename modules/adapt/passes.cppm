@@ -72,7 +72,7 @@ struct CollapseOptions {
                    "no new facet is farther from the geometry than this share of its longest edge, unless one that it "
                    "replaces is")
                 .above(0),
-            option("bend_around", &S::bend_around,
+            option("neighbour_edges", &S::bend_around,
                    "of degree 2: where no nodes inside a cavity make its elements valid, those of so many edges around "
                    "it may follow; 0: none")
                 .at_least(0)
@@ -94,7 +94,7 @@ struct SwapOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = SwapOptions;
         return std::tuple(
-            option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+            option("target_quality", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
             option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
             option("distance", &S::distance,
                    "no new facet is farther from the geometry than this share of its longest edge, unless one that it "
@@ -127,7 +127,7 @@ struct SmoothOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = SmoothOptions;
         return std::tuple(
-            option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+            option("target_quality", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
             option("gain", &S::gain, "the least gain: the worst quality after by that before").at_least(1),
             option("sweeps", &S::sweeps, "sweeps over the vertices, and over the nodes").at_least(0).at_most(100),
             option(
@@ -149,7 +149,7 @@ struct MendOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = MendOptions;
         return std::tuple(
-            option("wanted", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
+            option("target_quality", &S::wanted, "elements of a better quality are left alone").above(0).at_most(1),
             option("sweeps", &S::sweeps, "sweeps of swaps and moves").at_least(0).at_most(1000));
     }
     friend bool operator==(const MendOptions&, const MendOptions&) = default;
@@ -164,9 +164,9 @@ template <int D>
 /// most come to be shorter by what goes on around them, and halves of them would make the mean length less than 1. Nor
 /// do splits make edges there that a collapse would have to remove.
 struct ToMetricOptions {
-    double loose_longest = 2;
-    double loose_split = 1.55;
-    double loose_shortest = 0.7;
+    double early_collapse_longest = 2;
+    double early_split_longest = 1.55;
+    double early_split_shortest = 0.7;
     CollapseOptions collapse = {};
     SplitOptions split = {};
     SwapOptions swap = {};
@@ -178,15 +178,15 @@ struct ToMetricOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = ToMetricOptions;
         return std::tuple(
-            option("loose_longest", &S::loose_longest,
+            option("early_collapse_longest", &S::early_collapse_longest,
                    "the longest edges that collapses may make in all rounds but the last, if collapse/longest is less")
                 .unit("lengths in the metric")
                 .at_least(0),
-            option("loose_split", &S::loose_split,
+            option("early_split_longest", &S::early_split_longest,
                    "the longest edges that splits leave in all rounds but the last, if split/longest is less")
                 .unit("lengths in the metric")
                 .at_least(0),
-            option("loose_shortest", &S::loose_shortest,
+            option("early_split_shortest", &S::early_split_shortest,
                    "the shortest edges that splits make in all rounds but the last, if split/shortest is less")
                 .unit("lengths in the metric")
                 .at_least(0),
@@ -194,7 +194,7 @@ struct ToMetricOptions {
             option("split", &S::split, "the options of the stage split"),
             option("swap", &S::swap, "the options of the stage swap"),
             option("smooth", &S::smooth, "the options of the stage smooth"),
-            option("mend", &S::mend, "the options of the stage mend, which comes last"),
+            option("improve", &S::mend, "the options of the stage improve, which comes last"),
             option("rounds", &S::rounds, "rounds of collapse, split, swap and smooth").at_least(0).at_most(1000),
             option("min_change", &S::min_change,
                    "ends where a round raises the share of unit edges by less and makes or removes a smaller share of "

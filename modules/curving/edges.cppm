@@ -62,7 +62,7 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
                               "of its volume edges go only a part of their way")
                            .at_least(0)
                            .below(1),
-                       option("smooth_loss", &S::smooth_loss,
+                       option("max_smooth_error_increase", &S::smooth_loss,
                               "accuracy by the mesh's own metric only: share by which the error of smooth functions, "
                               "which the mesh says nothing of, may rise by a model; nodes that cost them more go a "
                               "part of their way. 0: inner edges follow walls alone")

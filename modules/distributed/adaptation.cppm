@@ -286,8 +286,8 @@ struct RemeshBlocksOptions {
 struct BlockTurn {
     double shift = 0;  ///< of the grid, see cut_into_parts
     int rounds = 1;    ///< at most, of collapse, split, swap and smooth; then mend
-    /// Whether even its last round leaves edges that a later one will see to (ToMetricOptions::loose_longest,
-    /// loose_split, loose_shortest).
+    /// Whether even its last round leaves edges that a later one will see to (ToMetricOptions::early_collapse_longest,
+    /// early_split_longest, early_split_shortest).
     enum class Lengths : std::uint8_t { loose, strict } lengths = Lengths::strict;
     double coarser = 1;  ///< all sizes that splits mind are so many times those of the metric
 };

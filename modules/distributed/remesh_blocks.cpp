@@ -69,13 +69,13 @@ void add(ToMetricStatistics& all, const ToMetricStatistics& s) {
 ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
     options.rounds = turn.rounds;
     if (turn.lengths == BlockTurn::Lengths::loose) {
-        options.collapse.longest = std::max(options.collapse.longest, options.loose_longest);
-        options.split.longest = std::max(options.split.longest, options.loose_split);
-        options.split.shortest = std::max(options.split.shortest, options.loose_shortest);
+        options.collapse.longest = std::max(options.collapse.longest, options.early_collapse_longest);
+        options.split.longest = std::max(options.split.longest, options.early_split_longest);
+        options.split.shortest = std::max(options.split.shortest, options.early_split_shortest);
         options.mend.sweeps = 0;  // what is bad then changes anyway
     }
     options.split.longest *= turn.coarser;
-    options.loose_split *= turn.coarser;
+    options.early_split_longest *= turn.coarser;
     return options;
 }
 

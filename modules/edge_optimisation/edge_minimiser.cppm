@@ -100,7 +100,7 @@ enum class EdgeFieldKind : std::uint8_t {
     edge,  ///< the quadratic through the three nodes' log-metrics (paper §2.2.1, eq. 7)
 };
 [[nodiscard]] constexpr auto words(EdgeFieldKind) {
-    return words_of(Word{EdgeFieldKind::back, "back"}, Word{EdgeFieldKind::edge, "edge"});
+    return words_of(Word{EdgeFieldKind::back, "background"}, Word{EdgeFieldKind::edge, "edge"});
 }
 
 /// The objective at one node.
@@ -153,7 +153,8 @@ struct EdgeMinimiserOptions {
         using S = EdgeMinimiserOptions;
         return std::tuple(
             option("field", &S::field,
-                   "energy and length: metric along the edge: back, from the mesh's vertices all the way; edge, from "
+                   "energy and length: metric along the edge: background, from the mesh's vertices all the way; edge, "
+                   "from "
                    "the edge's own three "
                    "values"),
             option("quadrature_points", &S::quadrature_points, "energy and length: Gauss points along an edge")

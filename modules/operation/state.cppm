@@ -351,7 +351,7 @@ enum class RejectionReason : std::uint8_t {
         Word{R::none, "none"}, Word{R::empty, "empty"}, Word{R::required, "required"}, Word{R::surface, "surface"},
         Word{R::line, "line"}, Word{R::ball, "ball"}, Word{R::exists, "exists"}, Word{R::volume, "volume"},
         Word{R::quality, "quality"}, Word{R::length, "length"}, Word{R::wall, "wall"}, Word{R::crossing, "crossing"},
-        Word{R::height, "height"}, Word{R::gain, "gain"}, Word{R::geometry, "geometry"}, Word{R::waits, "waits"});
+        Word{R::height, "height"}, Word{R::gain, "gain"}, Word{R::geometry, "geometry"}, Word{R::waits, "deferred"});
 }
 inline constexpr std::size_t rejection_reasons = words(RejectionReason{}).size();
 

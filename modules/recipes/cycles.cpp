@@ -134,8 +134,8 @@ std::string settled_by_error(std::span<const CycleRow> rows, const config::Adapt
         return error_of_mesh(rows[row_of_result(rows.first(at + 1), adapt)], adapt);
     };
     const auto now = least(last), before = least(last - cycles);
-    if (!now || !before || *now < (1 - adapt.settled) * *before) return {};
-    return fmt::format("settled: the least error is {:.2e} after cycle {}, and was {:.2e} after cycle {}", *now,
+    if (!now || !before || *now < (1 - adapt.convergence_tolerance) * *before) return {};
+    return fmt::format("converged: the least error is {:.2e} after cycle {}, and was {:.2e} after cycle {}", *now,
                        rows[last].cycle, *before, rows[last - cycles].cycle);
 }
 
@@ -146,10 +146,10 @@ std::string settled_by_edges(std::span<const CycleRow> rows, const config::Adapt
     const CycleRow &last = rows.back(), &before = rows[rows.size() - 2];
     // What a cycle's mesh was made of has the complexity of the cycle before.
     if (before.cycle < 2 || static_cast<std::size_t>(before.cycle) <= adapt.complexity.size()) return {};
-    if (last.unit_edges == 0 || last.unit_before > before.unit_before + share * adapt.settled) return {};
+    if (last.unit_edges == 0 || last.unit_before > before.unit_before + share * adapt.convergence_tolerance) return {};
     if (last.unit_before < near_to_unit * last.unit_edges) return {};
     return fmt::format(
-        "settled: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
+        "converged: of unit length in their own solution's metric were {:.1f} % of the edges of cycle {}, "
         "{:.1f} % of cycle {}",
         100 * before.unit_before, before.cycle - 1, 100 * last.unit_before, last.cycle - 1);
 }
@@ -182,7 +182,7 @@ CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& f
             .view = within("view.vtu"),
             .vtu = output.vtu.empty() && solves ? "" : within(solves ? "run.vtu" : "view.vtu"),
             .metric = like(folder, "metric", output.metric),
-            .carried = like(folder, "carried", output.solution),
+            .carried = like(folder, "transferred", output.solution),
             .plots = output.plots.empty() ? "" : within("plots"),
             .page = output.page.empty() ? "" : within("page.html")};
 }
@@ -351,7 +351,7 @@ std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptati
 }
 
 std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt) {
-    if (adapt.settled == 0 || rows.size() < 2) return {};
+    if (adapt.convergence_tolerance == 0 || rows.size() < 2) return {};
     return error_of_mesh(rows.back(), adapt) && !returns_last(adapt) ? settled_by_error(rows, adapt)
                                                                      : settled_by_edges(rows, adapt);
 }

@@ -139,7 +139,8 @@ struct EntityReport {
               "surfaces, in 2D `curve`; `none`: facets without a surface"),
             f("number", &S::number, "its number in its geometry, from 1; 0: none"),
             f("sides", &S::sides, "of a curve: numbers of the surfaces beside it").unless_empty(),
-            f("beside", &S::beside, "of a curve between surfaces of two geometries: their names").unless_empty(),
+            f("side_geometries", &S::beside, "of a curve between surfaces of two geometries: their names")
+                .unless_empty(),
             f("flat", &S::is_flat, "true: a plane (2D: a line) with facets"),
             f("references", &S::references, "references of the facets on it (of a curve: beside it)"),
             f("pieces", &S::pieces, "number of these facets (of a curve: of edges)"),
@@ -198,11 +199,12 @@ struct SolutionMetricReport {
         constexpr Fields<S> f;
         return std::tuple(
             f("degree", &S::degree, "degree of the elements that interpolate the solution"),
-            f("asked", &S::asked, "requested complexity").unit("1"),
+            f("requested_complexity", &S::asked, "requested complexity").unit("1"),
             f("complexity", &S::complexity, "complexity of the metric").unit("1"),
             f("elements_expected", &S::elements, "expected number of elements"),
-            f("of_fixed", &S::of_fixed, "complexity of sizes, geometry, other metrics and bounds alone").unit("1"),
-            f("is_fixed_alone", &S::is_fixed_alone,
+            f("fixed_complexity", &S::of_fixed, "complexity of sizes, geometry, other metrics and bounds alone")
+                .unit("1"),
+            f("is_fixed_sufficient", &S::is_fixed_alone,
               "true: these alone reach the requested complexity; the solution has no influence"),
             f("is_reached", &S::is_reached, "true: the requested complexity is reached to 10⁻³"),
             f("is_graded", &S::is_graded, "true: the gradation converged"),
@@ -244,7 +246,7 @@ struct TransferReport {
         return std::tuple(
             f("method", &S::method, "`interpolate` or `conserve`"), f("fields", &S::names, "names of the fields"),
             f(
-                "kept", [](const S& r) { return r.statistics.kept; },
+                "unchanged", [](const S& r) { return r.statistics.kept; },
                 "number of nodes with the same values to the bit"),
             f(
                 "interpolated", [](const S& r) { return r.statistics.interpolated; },
@@ -265,10 +267,10 @@ struct TransferReport {
                 "patches", [](const S& r) { return r.statistics.patches; },
                 "`conserve`: number of their connected patches"),
             f(
-                "spread", [](const S& r) { return r.statistics.spread; },
+                "redistributed", [](const S& r) { return r.statistics.spread; },
                 "`conserve`: number of parts of patches whose integral other nodes preserve"),
             f(
-                "unkept_materials", [](const S& r) { return r.statistics.unkept; },
+                "unconserved_materials", [](const S& r) { return r.statistics.unkept; },
                 "`conserve`: number of materials without a node for that"),
             f("integrals", &S::integrals, "of each field"));
     }
@@ -413,7 +415,7 @@ inline constexpr std::tuple step_table{
     Step<config::Split>{"split", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
     Step<config::Swap>{"swap", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
     Step<config::Smooth>{"smooth", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
-    Step<config::Mend>{"mend", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
+    Step<config::Mend>{"improve", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
     Step<config::Remesh>{"remesh", Holds::straight_mesh, Holds::planned_nodes, {}, Places::refuses},
 };
 

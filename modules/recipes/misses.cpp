@@ -70,9 +70,9 @@ std::string listed(const std::vector<std::size_t>& elements) {
 
 /// Returns options that make the remaining elements valid, as far as they are known; else nothing.
 std::string remedies_of_elements(const Report& r) {
-    if (!r.kept_boundary || r.remaining.empty()) return {};
+    if (!r.input_boundary || r.remaining.empty()) return {};
     std::vector<std::string> ways;
-    if (const auto& tolerance = r.kept_boundary->would_do)
+    if (const auto& tolerance = r.input_boundary->sufficient_tolerance)
         ways.push_back(fmt::format("--boundary-tolerance {:g} (tried: every element is valid then)", *tolerance));
     if (r.validity && r.validity->straight_inverted > 0)
         ways.emplace_back("`camber remesh`, which replaces elements that are inverted when straight");
@@ -171,9 +171,9 @@ std::vector<std::string> misses(const Report& report) {
 std::string recommended_bound_note(const Report& r) {
     if (!r.validity || r.validity->is_asked || r.elements_below_bound.empty()) return {};
     std::string_view raise;
-    if (r.kept_boundary && slides_on_geometry(r))
+    if (r.input_boundary && slides_on_geometry(r))
         raise = "; --boundary-tolerance gives it room to raise them";
-    else if (r.kept_boundary)
+    else if (r.input_boundary)
         raise = "; --boundary-tolerance or --cad gives it room to raise them";
     else if (r.curve && r.curve->objective == "shape")
         raise = "; smaller elements there raise them";

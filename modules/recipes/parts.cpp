@@ -32,7 +32,7 @@ namespace {
 
 void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
     if (!sum) sum.emplace();
-    sum->repair = part.repair;
+    sum->method = part.method;
     sum->corrected_elements += part.corrected_elements;
     sum->raised_elements += part.raised_elements;
     sum->relaxed_volume_edges += part.relaxed_volume_edges;
@@ -69,7 +69,7 @@ void add_up(PassReport& sum, const PassReport& part) {
 }  // namespace
 
 RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, RepairMethod method) {
-    return {.repair = std::string(word_of(method)),
+    return {.method = std::string(word_of(method)),
             .corrected_elements = s.corrected_elements,
             .raised_elements = s.raised_elements,
             .relaxed_volume_edges = s.moved_volume_nodes,
@@ -124,7 +124,7 @@ void add(Report& report, VerdictsReport part) {
 
 void add(Report& report, const CorrectionReport& part) {
     add_up(report.relax, part.relax);
-    if (part.kept_boundary) report.kept_boundary = part.kept_boundary;
+    if (part.input_boundary) report.input_boundary = part.input_boundary;
     report.remaining = part.remaining;
 }
 

@@ -120,8 +120,8 @@ double rounded_up(double x) {
 /// A tolerance of the boundary by which all elements become valid: what repair needs where it may take any, tried
 /// again. None: it does not, or nothing has to move.
 template <int D>
-std::optional<double> tolerance_that_would_do(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
-                                              const config::Relax& options, const Execution& execution) {
+std::optional<double> tolerance_that_sufficient_tolerance(const JudgedProposal<D>& judged, const RepairGuide<D>& guide,
+                                                          const config::Relax& options, const Execution& execution) {
     Box<D> box;
     for (const Vec<D>& p : judged.mesh().linear.points) box.include(p);
     config::Relax freer = options;
@@ -145,11 +145,12 @@ Outcome<Relaxed<D>> relax_within_boundary(const JudgedProposal<D>& judged, const
     const BoundaryShift shift = boundary_shift(judged.mesh(), repaired->judged.proposal());
     CorrectionReport report{
         relax_report(repaired->statistics, repaired->given_up.size(), options.method),
-        KeptBoundaryReport{options.boundary_tolerance, {}, shift.moved_nodes, shift.largest, shift.largest_relative},
+        InputBoundaryReport{options.boundary_tolerance, {}, shift.moved_nodes, shift.largest, shift.largest_relative},
         remaining_report(remaining(*repaired), repaired->judged.validation(), options.min_scaled_jacobian)};
     count_slides(judged, repaired->judged, guide.onto, report.relax);
     if (!report.remaining.empty() && !guide.onto)
-        report.kept_boundary->would_do = tolerance_that_would_do(judged, guide, options, without_progress(execution));
+        report.input_boundary->sufficient_tolerance =
+            tolerance_that_sufficient_tolerance(judged, guide, options, without_progress(execution));
     return Relaxed<D>{std::move(repaired->judged), std::move(report)};
 }
 

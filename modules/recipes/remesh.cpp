@@ -138,7 +138,7 @@ Outcome<Done> go_on_with(Runner<D>& run, const Mesh& mesh, OwnField<D> field, co
     if (!run.state.crossings_of_input) run.state.crossings_of_input = made->crossing;
     run.report.remesh = RemeshReport{made->measured.report, {}, {}, {}};
     run.state.mesh = Changing<D>{std::move(made->remeshing.mesh), std::move(made->remeshing.goal),
-                                 std::move(field.report), histograms_of(made->measured, "given")};
+                                 std::move(field.report), histograms_of(made->measured, "input")};
     return Done{};
 }
 
@@ -384,7 +384,7 @@ namespace {
 void set_objective(CurveOptions& curving, config::RemeshObjective objective) {
     using Objective = config::RemeshObjective;
     switch (objective) {
-        case Objective::as_curved: break;
+        case Objective::automatic: break;
         case Objective::accuracy: curving.aim = CurvingAim::accuracy; break;
         case Objective::energy: curving.aim = CurvingAim::energy; break;
         case Objective::length: curving.aim = CurvingAim::length; break;
@@ -433,7 +433,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     const ToMetricStatistics& s = made->statistics;
     for (const auto& [pass, done] :
          {std::pair("collapse", &s.collapse), std::pair("split", &s.split), std::pair("swap", &s.swap),
-          std::pair("smooth", &s.smooth), std::pair("mend", &s.mend)})
+          std::pair("smooth", &s.smooth), std::pair("improve", &s.mend)})
         add(run.report, pass_report(pass, *done));
     return Done{};
 }

@@ -22,8 +22,9 @@ import :measurements;
 /// What a run tells: plain numbers, printed as a table and written as report.json.
 export namespace camber::run {
 
-/// The number of the layout of report.json and of `check --json`: one more when a key goes, or means something else.
-inline constexpr int report_format = 4;
+/// Format number of report.json, check --json and geometry --json. It rises when a key is removed, renamed or
+/// redefined.
+inline constexpr int report_format = 5;
 
 /// Input of a run, as the shell read it.
 struct OriginReport {
@@ -117,7 +118,7 @@ struct MeshReport {
             f("elements", &S::elements, "number of elements: triangles in 2D, tetrahedra in 3D"),
             f("facets", &S::facets, "number of edges (2D) or triangles (3D) of the boundary and of interfaces"),
             f("feature_edges", &S::feature_edges, "number of edges that the file lists in 3D"),
-            f("surface_alone", &S::is_surface_alone, "true: a surface in space without elements").unless_empty());
+            f("standalone_surface", &S::is_surface_alone, "true: a surface in space without elements").unless_empty());
     }
 };
 
@@ -152,7 +153,7 @@ struct MetricReport {
               "largest ratio of the longest to the shortest size at a vertex")
                 .unit("1"),
             f("complexity", &S::complexity, "∫ √det M: proportional to the number of elements of unit size").unit("1"),
-            f("floored_tensors", &S::floored,
+            f("corrected_tensors", &S::floored,
               "number of tensors of the file that rounding had made indefinite, and that were corrected"),
             f("gradations", &S::gradations, "one entry for each operation `gradation`").unless_empty());
     }
@@ -174,7 +175,7 @@ struct RelaxedWallsReport {
             f("nodes", &S::nodes,
               "number of boundary nodes that `curve` moved back towards their chords until no walls crossed"),
             f("largest_distance", &S::largest, "largest distance of such a node from its target").unit("length"),
-            f("near", &S::largest_at, "position of that node").unit("length"));
+            f("point", &S::largest_at, "position of that node").unit("length"));
     }
 };
 
@@ -188,7 +189,7 @@ struct FirstCrossing {
         constexpr Fields<S> f;
         return std::tuple(
             f("facets", &S::facets, "the first pair of facets that crosses, from 1; any pair makes the exit code 1"),
-            f("near", &S::near, "centre of the overlap of their boxes").unit("length"));
+            f("point", &S::near, "centre of the overlap of their boxes").unit("length"));
     }
 };
 
@@ -244,7 +245,7 @@ struct CadMovesReport {
             f("moved_vertices", &S::moved,
               "with `geometry/cad/vertices` = `move`: number of vertices that were moved onto the model before all "
               "stages"),
-            f("held_vertices", &S::held,
+            f("partly_moved_vertices", &S::held,
               "number of vertices that stopped short of the model, since an element would have been flat"),
             f("largest_vertex_move", &S::largest, "largest of these moves").unit("length"));
     }
@@ -258,7 +259,7 @@ struct JoinedFacesReport {
     [[nodiscard]] static constexpr auto fields() {
         using S = JoinedFacesReport;
         constexpr Fields<S> f;
-        return std::tuple(f("joined", &S::lists,
+        return std::tuple(f("virtual_faces", &S::lists,
                             "lists of faces (in 2D edges) of the model that meet smoothly and that the mesh treats as "
                             "one, by numbers from 1 ([cad.md](algorithms/cad.md#virtual-faces))")
                               .unless_empty());
@@ -277,7 +278,7 @@ struct AcrossRidgesReport {
         return std::tuple(
             f("facets_across_ridges", &S::count, "number of facets that span a ridge of the model").unless_empty(),
             f("first_facet_across_ridges", &S::first, "the first of them, from 1").unless_empty(),
-            f("place_of_first_ridge", &S::place, "a point of the ridge that it spans").unit("length").unless_empty());
+            f("first_ridge_point", &S::place, "a point of the ridge that it spans").unit("length").unless_empty());
     }
 };
 
@@ -310,24 +311,26 @@ struct CadReport {
             f("faces", &S::faces, "number of faces of the CAD model"),
             f("edges", &S::edges, "number of edges of the CAD model"),
             f("vertices", &S::vertices, "number of vertices of the CAD model"),
-            f("lost_faces", &S::lost_faces, "number of faces of the CAD file for which no surface could be made"),
+            f("failed_faces", &S::lost_faces, "number of faces of the CAD file for which no surface could be made"),
             f("failed_entities", &S::failed_entities, "number of entities of the CAD file whose transfer failed"),
             f("open_shells", &S::open_shells, "number of shells of solids that are not closed"),
-            f("faces_met", &S::faces_met, "number of faces of the model with facets of the mesh on them"),
-            f("edges_met", &S::edges_met, "number of edges of the model with edges of the mesh on them"),
-            f("vertices_met", &S::vertices_met, "number of vertices of the model with a vertex of the mesh on them"),
+            f("matched_faces", &S::faces_met, "number of faces of the model with facets of the mesh on them"),
+            f("matched_edges", &S::edges_met, "number of edges of the model with edges of the mesh on them"),
+            f("matched_vertices", &S::vertices_met,
+              "number of vertices of the model with a vertex of the mesh on them"),
             f("facets", &S::facets, "number of facets of the mesh on the model, by `geometry/cad`"),
             f("analytic_facets", &S::analytic_facets, "number of facets on analytic surfaces"),
             f("surrogate_facets", &S::surrogate_facets, "number of facets on the surrogate"),
             f("coincident_facets", &S::coincident_facets,
               "number of facets where two faces of the model coincide (solids that touch); they are on the first of "
               "them"),
-            f("doubtful_facets", &S::doubtful_facets,
+            f("ambiguous_facets", &S::doubtful_facets,
               "number of facets that two faces, which do not meet smoothly, fit almost equally well"),
-            f("settled_facets", &S::settled_facets, "number of these that the other facets of their reference decided"),
-            f("doubtful_edges", &S::doubtful_edges,
+            f("resolved_facets", &S::settled_facets,
+              "number of these that the other facets of their reference decided"),
+            f("ambiguous_edges", &S::doubtful_edges,
               "number of edges between facets of two faces that have no common edge nearby"),
-            f("doubtful_vertices", &S::doubtful_vertices,
+            f("ambiguous_vertices", &S::doubtful_vertices,
               "number of vertices where three or more faces meet, without a vertex of the model nearby"),
             f("largest_vertex_distance", &S::largest_vertex_distance,
               "largest distance of a boundary vertex from its CAD entity: of the final mesh where passes changed it, "
@@ -383,7 +386,8 @@ struct DeviationReport {
             f("measured", &S::measured,
               "number of nodes of boundary edges, or of boundary vertices, that have a geometry; required ones stay "
               "and are not counted"),
-            f("off", &S::off, "number of those farther from it than the tolerance; the exit code is then 1"),
+            f("beyond_tolerance", &S::off,
+              "number of those farther from it than the tolerance; the exit code is then 1"),
             f("largest", &S::largest, "largest distance from the geometry").unit("length"),
             f("largest_share", &S::share,
               "largest distance as a share of the edge's length, of a vertex of its longest boundary edge")
@@ -392,7 +396,7 @@ struct DeviationReport {
             f("vertices", &S::named_vertices,
               "place of the largest share: the vertex or the ends of the edge, as the file numbers them")
                 .unless_empty(),
-            f("at", &S::named_place, "its coordinates").unit("length").unless_empty());
+            f("point", &S::named_place, "its coordinates").unit("length").unless_empty());
     }
 };
 
@@ -406,18 +410,21 @@ struct BoundaryNodesReport {
         using S = BoundaryNodesReport;
         constexpr Fields<S> f;
         return std::tuple(
-            f("by", &S::by,
+            f("criterion", &S::by,
               "criterion of nodes of boundary edges: `length` or `accuracy` "
               "([surface.md](algorithms/surface.md#nodes-by-length))"),
             f("edges", &S::edges,
               "number of boundary edges with a target: not required, and not on a line (`accuracy`: nor in a plane)"),
-            f("placed", &S::placed, "number of edges whose node moved"),
-            f("best", &S::best, "number of edges for which nothing better than the projected middle was found"),
-            f("off", &S::off,
+            f("moved", &S::placed, "number of edges whose node moved"),
+            f("no_improvement", &S::best,
+              "number of edges for which nothing better than the projected middle was found"),
+            f("off_geometry", &S::off,
               "number of edges that keep the projected middle, since it is not on the geometry of the edge"),
-            f("far", &S::far, "number of edges that keep it, since a shorter curve leaves the geometry"),
-            f("elements", &S::elements, "number of edges that keep it, since the elements around allow no move"),
-            f("walked", &S::walked, "number of placed nodes on a facet of the surrogate that is not at their edge"),
+            f("too_far", &S::far, "number of edges that keep it, since a shorter curve leaves the geometry"),
+            f("limited_by_elements", &S::elements,
+              "number of edges that keep it, since the elements around allow no move"),
+            f("on_other_facets", &S::walked,
+              "number of placed nodes on a facet of the surrogate that is not at their edge"),
             f("limited", &S::limited, "number of placed nodes that went a part of their way only"),
             f("mean_reduction", &S::mean_reduction,
               "length (`accuracy`: root mean square distance) with the projected middle by that with the node, minus "
@@ -469,10 +476,10 @@ struct GeometryErrorReport {
               "largest such distance in the end, both ways; above `required` the exit code is 1, unless the bound is "
               "that of the expected error ([distances.md](algorithms/distances.md))")
                 .unit("length"),
-            f("far_facets", &S::far_facets, "number of facets that exceed their bounds"),
+            f("facets_beyond_bound", &S::far_facets, "number of facets that exceed their bounds"),
             f("facet", &S::facet, "the facet of that distance, from 1; 0: no facet has a bound"),
-            f("at", &S::at, "its position").unit("length"),
-            f("by", &S::origin,
+            f("point", &S::at, "its position").unit("length"),
+            f("origin", &S::origin,
               "`config`: the bound is that of `--geometry-error`; `expected_error`: in a cycle of `camber adapt`, the "
               "bound of the [expected error](algorithms/adaptation.md#the-geometry-and-the-error)"));
     }
@@ -508,7 +515,7 @@ struct BoundaryReport {
               "largest distance of the boundary from the geometry in the end (of `cad`: from the model's faces and the "
               "other surfaces of its facets)")
                 .unit("length"),
-            f("largest_distance_near", &S::curved_distance_near, "centre of the facet with that distance")
+            f("largest_distance_point", &S::curved_distance_near, "centre of the facet with that distance")
                 .unit("length")
                 .unless_empty(),
             f("cad", &S::cad, "relation to the CAD model"), f.merged(&S::off_surfaces),
@@ -539,11 +546,12 @@ struct NodesByReport {
         return std::tuple(
             f("metric_kind", &S::metric_kind, "kind of the metric that places nodes"),
             f("size_share", &S::size_share, "share σ of the metric’s sizes by which nodes may move").unit("1"),
-            f("walls", &S::walls, "number of inner nodes that curved walls move by more than 1/1000 of the chord"),
-            f("metric", &S::metric, "number of inner nodes that the metric moves by more than that"),
-            f("held_back", &S::held_back,
+            f("moved_by_walls", &S::walls,
+              "number of inner nodes that curved walls move by more than 1/1000 of the chord"),
+            f("moved_by_metric", &S::metric, "number of inner nodes that the metric moves by more than that"),
+            f("limited", &S::held_back,
               "number of inner nodes that move by less than half of the way to their targets, since smooth functions "
-              "would lose more than `smooth_loss`"));
+              "would lose more than `max_smooth_error_increase`"));
     }
 };
 
@@ -581,11 +589,11 @@ struct CurveReport {
             f("edges", &S::edges, "number of edges"),
             f("volume_edges", &S::volume_edges, "number of edges inside the volume").of_volume(),
             f("curved_edges", &S::curved_edges, "number of edges whose node is not in the middle of the chord"),
-            f("polished", &S::polished,
+            f("pattern_searches", &S::polished,
               "criteria energy and length: number of searches that stopped at a kink of the field and were completed "
               "by a pattern search")
                 .of_volume(),
-            f("exhausted", &S::exhausted,
+            f("not_converged", &S::exhausted,
               "criteria energy and length: number of searches that reached the limit of iterations")
                 .of_volume(),
             f("shortened", &S::shortened,
@@ -593,14 +601,15 @@ struct CurveReport {
               "whose offset was reduced")
                 .of_volume(),
             f("outside", &S::outside, "number of edges with samples outside the back mesh").of_volume(),
-            f("lost", &S::lost, "number of edges with samples that were not located in the back mesh").of_volume(),
-            f("drawn_back", &S::drawn_back,
+            f("not_located", &S::lost, "number of edges with samples that were not located in the back mesh")
+                .of_volume(),
+            f("limited_nodes", &S::drawn_back,
               "criterion accuracy: number of nodes in the volume, or sliding within planes, that move a part of their "
               "way or none of it, since an element would fall below `min_jacobian`")
                 .of_volume(),
             f("edges_per_second", &S::edges_per_second, "edges curved per second").unit("1/s").of_volume(),
             f("before_correction", &S::before, "lengths and curvatures as `curve` proposed them"),
-            f("by", &S::by, "inner nodes for accuracy").of_volume(),
+            f("inner_nodes", &S::by, "inner nodes for accuracy").of_volume(),
             f("expected_error", &S::expected, "expected error of the solution (objective `solution`)").of_volume(),
             f("after_correction", &S::after, "lengths and curvatures that `relax` left"),
             f("in_straight_field", &S::in_straight_field,
@@ -622,7 +631,7 @@ struct ValidityReport {
         constexpr Fields<S> f;
         return std::tuple(
             f("bound", &S::bound, "lower bound of the scaled Jacobian that is required or recommended").unit("1"),
-            f("bound_is_asked", &S::is_asked, "true: the bound is required; false: it is recommended"),
+            f("bound_is_required", &S::is_asked, "true: the bound is required; false: it is recommended"),
             f("invalid", &S::invalid, "number of elements where det J ≤ 0 at a point"),
             f("undecided", &S::undecided, "number of elements without a certified answer"),
             f("below_bound", &S::below_bound,
@@ -638,7 +647,7 @@ struct ValidityReport {
 };
 
 struct RelaxReport {
-    std::string repair;
+    std::string method;
     std::size_t corrected_elements = 0, raised_elements = 0;
     std::size_t relaxed_volume_edges = 0, relaxed_surface_edges = 0, slid_surface_edges = 0;
     std::size_t moved_vertices = 0, slid_vertices = 0;
@@ -649,8 +658,8 @@ struct RelaxReport {
         using S = RelaxReport;
         constexpr Fields<S> f;
         return std::tuple(
-            f("repair", &S::repair,
-              "method of the correction: `extension`, `cavity`, `edge`, `segment` or `relax` "
+            f("method", &S::method,
+              "method of the correction: `extension`, `cavity`, `edge`, `segment` or `backtracking` "
               "([repair.md](algorithms/repair.md))"),
             f("corrected_elements", &S::corrected_elements, "number of elements that the correction made valid"),
             f("raised_elements", &S::raised_elements,
@@ -665,25 +674,25 @@ struct RelaxReport {
             f("slid_vertices", &S::slid_vertices,
               "number of these on the boundary, which slid on a prescribed geometry"),
             f("work", &S::work, "optimisation problems solved, in the unit of the option `effort`"),
-            f("given_up", &S::given_up, "number of elements left when that work was spent"));
+            f("unrepaired_elements", &S::given_up, "number of elements left when that work was spent"));
     }
 };
 
 /// The boundary of a mesh that was read with its curves.
-struct KeptBoundaryReport {
+struct InputBoundaryReport {
     double tolerance = 0;
-    std::optional<double> would_do = {};
+    std::optional<double> sufficient_tolerance = {};
     std::size_t moved_nodes = 0;
     double largest_shift = 0, largest_relative_shift = 0;
 
     [[nodiscard]] static constexpr auto fields() {
-        using S = KeptBoundaryReport;
+        using S = InputBoundaryReport;
         constexpr Fields<S> f;
         return std::tuple(
             f("tolerance", &S::tolerance,
               "of a mesh that was read with its curves: limit of the moves of boundary nodes")
                 .unit("length"),
-            f("would_do", &S::would_do,
+            f("sufficient_tolerance", &S::sufficient_tolerance,
               "where elements remain and no geometry is given: a tolerance by which all of them become valid, tried; "
               "null: none is known")
                 .unit("length")
@@ -774,7 +783,7 @@ struct PassReport {
         using S = PassReport;
         constexpr Fields<S> f;
         return std::tuple(
-            f("pass", &S::pass, "`collapse`, `split`, `swap`, `smooth` or `mend`: all passes of the kind together"),
+            f("pass", &S::pass, "`collapse`, `split`, `swap`, `smooth` or `improve`: all passes of the kind together"),
             f("rounds", &S::rounds, "number of commits"),
             f("proposals", &S::proposals, "number of operations with a reason"),
             f("planned", &S::planned, "number of operations that satisfy the pass's own criteria of length and shape"),
@@ -782,13 +791,13 @@ struct PassReport {
             f("rejected", &S::rejected,
               "number of operations that were not done, by reason: `empty`, `required`, `surface`, `line`, `ball` and "
               "`exists` (topology), `volume`, `quality`, `length`, `height`, `geometry`, `wall`, `crossing`, `gain` "
-              "(no noticeable change), `waits` (counted again later) "
+              "(no noticeable change), `deferred` (counted again later) "
               "([cavity-operator.md](algorithms/cavity-operator.md))"),
             f("corrections", &S::corrections, "number of times that elements joined or left a cavity"),
             f("shortened", &S::shortened, "number of trials in which a point moved a part of the way to the geometry"),
-            f("drawn_back", &S::drawn_back, "degree 2: number of operations with nodes off the target of the metric"),
-            f("bent_around", &S::bent_around, "degree 2: number of operations that move nodes around their cavity"),
-            f("programmes", &S::programmes, "degree 2: number of optimisation problems solved for nodes"),
+            f("off_target", &S::drawn_back, "degree 2: number of operations with nodes off the target of the metric"),
+            f("neighbour_moves", &S::bent_around, "degree 2: number of operations that move nodes around their cavity"),
+            f("optimisation_problems", &S::programmes, "degree 2: number of optimisation problems solved for nodes"),
             f("moved_nodes", &S::moved_nodes,
               "degree 2: number of nodes of inner edges that `smooth` moved by distortion"),
             f("straight_inverted", &S::straight_inverted,
@@ -825,7 +834,8 @@ struct BoundedFacetsReport {
               "number of facets that the [default bound](algorithms/cavity-operator.md#the-default-bound) keeps finer "
               "than the metric requests (mesh whole on one process): edges below 0.73, and a distance that exceeds the "
               "bound in a facet of twice the size"),
-            f("far_facets", &S::far, "number of facets that exceed the bound, as facets of the mesh before did"));
+            f("facets_beyond_bound", &S::far,
+              "number of facets that exceed the bound, as facets of the mesh before did"));
     }
 };
 
@@ -888,7 +898,7 @@ struct RanksReport {
         return std::tuple(f("number", &S::number, "number of ranks"),
                           f("rounds", &S::rounds, "number of exchanges between ranks"),
                           f("peak_bytes", &S::peak_bytes, "peak memory of each rank").unit("bytes"),
-                          f("processor_seconds", &S::processor_seconds, "CPU time of each rank").unit("s"),
+                          f("cpu_seconds", &S::processor_seconds, "CPU time of each rank").unit("s"),
                           f("sent_bytes", &S::sent_bytes, "data that each rank sent").unit("bytes"));
     }
 };
@@ -904,7 +914,7 @@ struct Report {
     std::optional<CurveReport> curve;
     std::optional<ValidityReport> validity_before, validity;
     std::optional<RelaxReport> relax;
-    std::optional<KeptBoundaryReport> kept_boundary;
+    std::optional<InputBoundaryReport> input_boundary;
     std::vector<RemainingReport> remaining;
     std::optional<ReinsertReport> reinsert;
     std::optional<TransferReport> transfer;
@@ -923,7 +933,7 @@ struct Report {
         return overlaps.overlapping > 0 ? std::optional(overlaps) : std::nullopt;
     }
     [[nodiscard]] std::optional<std::vector<RemainingReport>> remaining_elements() const {
-        return kept_boundary || !remaining.empty() ? std::optional(remaining) : std::nullopt;
+        return input_boundary || !remaining.empty() ? std::optional(remaining) : std::nullopt;
     }
     [[nodiscard]] std::vector<std::string> misses() const;
     [[nodiscard]] static constexpr auto fields();
@@ -977,7 +987,7 @@ constexpr auto Report::fields() {
         f("boundary", &S::boundary, "the boundary and its geometry"), f("curve", &S::curve, "the stage `curve`"),
         f("validity_before_correction", &S::validity_before, "verdicts of the elements that `curve` proposed"),
         f("relax", &S::relax, "the stage `relax`"),
-        f("kept_boundary", &S::kept_boundary, "boundary of a mesh that was read with its curves"),
+        f("input_boundary", &S::input_boundary, "boundary of a mesh that was read with its curves"),
         f("remaining_elements", &S::remaining_elements, "elements that could not be repaired"),
         f("reinsert", &S::reinsert, "the stage `reinsert`"),
         f("validity", &S::validity, "verdicts of the elements in the end"),
@@ -1074,7 +1084,7 @@ template <int D>
 /// Of a correction.
 struct CorrectionReport {
     RelaxReport relax;
-    std::optional<KeptBoundaryReport> kept_boundary;
+    std::optional<InputBoundaryReport> input_boundary;
     std::vector<RemainingReport> remaining;
 };
 

@@ -426,8 +426,8 @@ struct CycleRun {
 /// The row whose mesh is the result. Among the valid meshes of the last complexity, for the same problem, it is the one
 /// with the least error, where meshes that miss something come last; with `result` "last" it is the last valid mesh.
 [[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// Why no more cycles are needed (`settled` of the config): the least error has not fallen, or without an error meshes
-/// become no nearer to unit in their own solution's metric. Empty: they are needed.
+/// Why no more cycles are needed (`convergence_tolerance` of the config): the least error has not fallen, or without an
+/// error meshes become no nearer to unit in their own solution's metric. Empty: they are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 /// What is worth knowing of the result: that it is not the last, and unit edges or a quality that fell.
 [[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);

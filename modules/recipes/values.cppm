@@ -43,11 +43,11 @@ struct Adaptation {
     int cycles = 0;                       ///< 0: the stages run once
     std::vector<double> complexity = {};  ///< by cycle, the last for all after it; empty: as the metric says
     std::vector<std::string> solve = {};  ///< a command and its arguments; empty: nobody is asked
-    double seconds = 0;                   ///< that it may take; 0: any
+    double timeout = 0;                   ///< of the command (s); 0: any
     std::string folder = {};              ///< empty: beside the mesh that is made, and gone in the end
     std::string mesh = "mesh.meshb", solution = "solution.sol";  ///< names of files within a cycle's folder
     std::string exact = {};                                      ///< empty: not known
-    double settled = 0.1;
+    double convergence_tolerance = 0.1;
     ResultOfCycles result = ResultOfCycles::automatic;
 
     [[nodiscard]] bool is_asked() const { return cycles > 0; }
@@ -70,7 +70,7 @@ struct Adaptation {
                    "{guess} the solution before, brought to the mesh, {cycle} the cycle's number, {folder} its folder. "
                    "Empty: none. camber run takes it with --allow-commands alone")
                 .count(0, 1000),
-            option("seconds", &S::seconds, "how long the command may take; 0: any time").unit("s").at_least(0),
+            option("timeout", &S::timeout, "how long the command may take; 0: any time").unit("s").at_least(0),
             option("folder", &S::folder,
                    "where the cycles are kept, each in a folder of its own; empty: beside the output's mesh, with its "
                    "name and .cycles, where there is a command; else nothing is kept"),
@@ -81,7 +81,7 @@ struct Adaptation {
             option("exact", &S::exact,
                    "the exact solution as an expression of x, y and z, whose errors are told by cycle; empty: not "
                    "known"),
-            option("settled", &S::settled,
+            option("convergence_tolerance", &S::convergence_tolerance,
                    "cycles end once the least error of the last complexity has fallen by no more than this share over "
                    "two cycles; without an error, once the unit edges in the metric of the mesh's own solution rise by "
                    "no more than a fifth of it in one; 0: never before their number")
@@ -411,7 +411,7 @@ struct Cad {
     std::vector<Reference> references = {};  ///< empty: all that are not among the analytic ones
     std::vector<AnalyticSurface> analytic = {};
     CadVertices vertices = CadVertices::keep;
-    double seconds = 0, memory = 0;
+    double timeout = 0, memory = 0;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Cad;
@@ -425,7 +425,7 @@ struct Cad {
             option("analytic", &S::analytic, "surfaces by their equations beside it, as in \"analytic\""),
             option("vertices", &S::vertices,
                    "vertices that are off the model: keep, where they are; move, onto it, as far as elements allow"),
-            option("seconds", &S::seconds,
+            option("timeout", &S::timeout,
                    "how long reading the model may take; 0: 10, and 1 for each megabyte of its file")
                 .unit("s")
                 .at_least(0),
@@ -497,24 +497,24 @@ using Smooth = SmoothOptions;
 using Mend = MendOptions;
 /// Where passes that change a mesh of degree 2 put the nodes of inner edges.
 enum class RemeshObjective : std::uint8_t {
-    as_curved,  ///< that of a stage curve before; accuracy
+    automatic,  ///< that of a stage curve before; accuracy
     accuracy,
     energy,
     length,
 };
 [[nodiscard]] constexpr auto words(RemeshObjective) {
-    return words_of(Word{RemeshObjective::as_curved, "as_curved"}, Word{RemeshObjective::accuracy, "accuracy"},
+    return words_of(Word{RemeshObjective::automatic, "auto"}, Word{RemeshObjective::accuracy, "accuracy"},
                     Word{RemeshObjective::energy, "energy"}, Word{RemeshObjective::length, "length"});
 }
 struct Remesh : ToMetricOptions, RemeshBlocksOptions {
-    RemeshObjective objective = RemeshObjective::as_curved;
+    RemeshObjective objective = RemeshObjective::automatic;
 
     [[nodiscard]] static constexpr auto options() {
         using S = Remesh;
         return std::tuple_cat(
             std::tuple(option("objective", &S::objective,
                               "degree 2: what inner edges are curved for, as in the stage curve: accuracy, energy or "
-                              "length; as_curved: that of a stage curve before, else accuracy")),
+                              "length; auto: that of a stage curve before, else accuracy")),
             RemeshBlocksOptions::options(), ToMetricOptions::options());
     }
     friend bool operator==(const Remesh&, const Remesh&) = default;

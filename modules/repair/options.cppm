@@ -31,12 +31,12 @@ enum class RepairMethod : std::uint8_t {
     segment,
     /// The paper's (§3.2): P_11 ← θ P_11 + (1 − θ) M for all volume edges of an element that is not valid, then for its
     /// surface edges, until it is; elements that break by it are next.
-    theta,
+    backtracking,
 };
 [[nodiscard]] constexpr auto words(RepairMethod) {
     return words_of(Word{RepairMethod::extension, "extension"}, Word{RepairMethod::cavity, "cavity"},
                     Word{RepairMethod::edge, "edge"}, Word{RepairMethod::segment, "segment"},
-                    Word{RepairMethod::theta, "relax"});
+                    Word{RepairMethod::backtracking, "backtracking"});
 }
 
 /// Whether a method ends with cavities, which may move vertices and surface nodes.
@@ -64,7 +64,7 @@ struct RepairOptions {
     /// A step of a programme with ten unknown points counts 1, others with the square of their number. So repair ends
     /// where what is asked cannot be had; counts, not seconds, so that the result is the same on any machine.
     double effort = 500;
-    double return_effort = 0.05;  ///< the same, of the programmes by which nodes return where they went home
+    double restore_effort = 0.05;  ///< the same, of the programmes by which nodes return where they went home
     double theta = 0.75;
     int max_corrections = 40;
     double max_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all, beside `effort`
@@ -75,12 +75,13 @@ struct RepairOptions {
     [[nodiscard]] static constexpr auto options() {
         using S = RepairOptions;
         return std::tuple(
-            option("repair", &S::method,
+            option("method", &S::method,
                    "extension: the nodes of an element that is not good enough go back towards the boundary's "
                    "displacement extended, then as near to their places as they may; what is left as by cavity; "
                    "cavity: the nodes of an element together, else one edge, then larger cavities, then vertices; "
                    "edge: one node at a time, nearest to where it is wanted; segment: the same towards the middle of "
-                   "the chord, each as little as its elements need; relax: each edge of an invalid element by theta, "
+                   "the chord, each as little as its elements need; backtracking: each edge of an invalid element by "
+                   "theta, "
                    "as in the paper"),
             option(
                 "target", &S::target,
@@ -104,7 +105,7 @@ struct RepairOptions {
                 "programmes of ten nodes; easily repaired ones leave theirs to others, and what is not repaired when "
                 "it is spent is listed")
                 .at_least(0),
-            option("return_effort", &S::return_effort,
+            option("restore_effort", &S::restore_effort,
                    "by extension: work that programmes may spend, for each element that was not good enough, to bring "
                    "nodes nearer to their places, beside that of a hundred such programmes; 1 or more wins back a "
                    "little more")
@@ -127,9 +128,9 @@ struct RepairOptions {
     return (200 + static_cast<double>(elements)) * effort;
 }
 
-/// What of it may be spent on returns of nodes that went home: 100 + return_effort · elements.
+/// What of it may be spent on returns of nodes that went home: 100 + restore_effort · elements.
 [[nodiscard]] constexpr double allowed_return_work(std::size_t elements, const RepairOptions& options) {
-    return 100 + static_cast<double>(elements) * options.return_effort;
+    return 100 + static_cast<double>(elements) * options.restore_effort;
 }
 
 /// A place of the geometry for a point of the boundary, and the projector onto the directions that lead off it there:

@@ -502,8 +502,8 @@ Outcome<Repaired<D>> relax(const JudgedProposal<D>& wanted, const RepairOptions&
         if (!around) return fail(around.error());
         Relaxing<D> relaxing{{MovedMesh<D>(wanted), *around, proposal.kinds, options}, execution};
         auto queue = elements_not_valid(wanted.validation());
-        auto done = options.method == RepairMethod::theta ? relax_by_theta(relaxing, std::move(queue))
-                                                          : relax_by_segments(relaxing, std::move(queue));
+        auto done = options.method == RepairMethod::backtracking ? relax_by_theta(relaxing, std::move(queue))
+                                                                 : relax_by_segments(relaxing, std::move(queue));
         if (!done) return fail(done.error());
         auto judged = judge_moved(relaxing.state.moved, *around, wanted, quiet);
         if (!judged) return fail(judged.error());

@@ -84,7 +84,7 @@ class Surface {
             sort_unique(bad_);
             std::erase_if(bad_, [&](std::size_t t) { return verdicts_[t] == Verdict::valid; });
         }
-        for (int turn = 0; turn < return_turns && options_.method != RepairMethod::theta; ++turn)
+        for (int turn = 0; turn < return_turns && options_.method != RepairMethod::backtracking; ++turn)
             for (const EdgeId edge : pulled_) give_back(edge);
         return Done{};
     }

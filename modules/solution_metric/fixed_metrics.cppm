@@ -38,7 +38,7 @@ struct ReferenceSize {
         return std::tuple(
             option("references", &S::references, "of what has the size").count(1, 100000).required(),
             option("size", &S::size, "in all directions, at its vertices").unit("model units").above(0).required(),
-            option("of", &S::of,
+            option("entities", &S::of,
                    "what has these references: facets of the boundary and of interfaces, feature edges, "
                    "vertices, or elements"));
     }

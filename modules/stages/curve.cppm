@@ -144,7 +144,7 @@ struct ProposeOptions : CurveOptions, PlacementOptions {
                     "Jacobians of elements are made as even as may be; solution: that the run's solution is "
                     "interpolated "
                     "well, no metric"),
-                option("back_mesh", &S::back_mesh,
+                option("background_mesh", &S::back_mesh,
                        "where the metric is read: curved, in a mesh that goes along with walls that sag by more "
                        "than a little of its sizes, and nodes start from there; straight, at its point's place "
                        "in the straight mesh, as in the paper")),

@@ -187,7 +187,8 @@ inline constexpr std::size_t suspicion_count = 6;
 [[nodiscard]] constexpr auto words(Suspicion) {
     return words_of(Word{Suspicion::near_ridge, "near_ridge"}, Word{Suspicion::mild_ridge, "mild_ridge"},
                     Word{Suspicion::knife_edge, "knife_edge"}, Word{Suspicion::tip, "tip"},
-                    Word{Suspicion::spread_normals, "spread_normals"}, Word{Suspicion::turned_facet, "turned_facet"});
+                    Word{Suspicion::spread_normals, "spread_normals"},
+                    Word{Suspicion::turned_facet, "normal_deviation"});
 }
 
 /// One such place.

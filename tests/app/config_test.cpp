@@ -31,7 +31,7 @@ const std::string everything = R"({
                               {"references": [3], "plane": {"point": [0, 0, 0], "normal": [0, 0, 1]}}]},
     "features": {"ridge_angle": 30},
     "stages": ["elevate", {"curve": {"objective": "length", "quadrature_points": 6}}, {"validate": {}},
-               {"relax": {"repair": "relax", "theta": 0.5}}, {"commit": {}}],
+               {"relax": {"method": "backtracking", "theta": 0.5}}, {"commit": {}}],
     "threads": 2,
     "output": {"mesh": "out.meshb", "report": "report.json"}
 })";
@@ -56,7 +56,7 @@ TEST_CASE("a config's values arrive, and defaults fill the rest") {
     CHECK(std::get<Curve>(p.stages[1]).objective == Objective::length);
     CHECK(std::get<Curve>(p.stages[1]).quadrature_points == 6);
     CHECK(std::get<Curve>(p.stages[1]).max_iterations == Curve{}.max_iterations);
-    CHECK(std::get<Relax>(p.stages[3]).method == RepairMethod::theta);
+    CHECK(std::get<Relax>(p.stages[3]).method == RepairMethod::backtracking);
     CHECK(p.threads == 2);
     CHECK(p.output.mesh == "out.meshb");
 }

@@ -129,7 +129,8 @@ TEST_CASE("Without an error cycles end where meshes become no nearer to unit in 
     CHECK(run::reason_to_end(rows, adapt).empty());
     rows.push_back(row(5, 0.81, 0.9));
     CHECK_FALSE(run::reason_to_end(rows, adapt).empty());
-    CHECK_MESSAGE(run::reason_to_end(rows, {.cycles = 9, .settled = 0}).empty(), "never before their number");
+    CHECK_MESSAGE(run::reason_to_end(rows, {.cycles = 9, .convergence_tolerance = 0}).empty(),
+                  "never before their number");
     CHECK_MESSAGE(reason(0.1).empty(), "far from unit");
     std::vector<CycleRow> moving{row(2, 0.3, 0.9), row(3, 0.3, 0.9), row(4, 0.3, 0.9)};
     CHECK_MESSAGE(run::reason_to_end(moving, {.cycles = 9}).empty(), "what moves on has not settled");
@@ -138,7 +139,8 @@ TEST_CASE("Without an error cycles end where meshes become no nearer to unit in 
 TEST_CASE("Cycles end where the least error falls no more, and the mesh that has it is the result") {
     property("of random errors", [](std::uint64_t seed) {
         Dice dice(seed);
-        const config::Adaptation adapt{.cycles = 30, .complexity = {10, 20}, .settled = dice.uniform(0.02, 0.5)};
+        const config::Adaptation adapt{
+            .cycles = 30, .complexity = {10, 20}, .convergence_tolerance = dice.uniform(0.02, 0.5)};
         std::vector<CycleRow> rows;
         std::vector<double> least;  // of the last complexity, by cycle
         for (int cycle = 0; cycle <= 12; ++cycle) {
@@ -153,9 +155,10 @@ TEST_CASE("Cycles end where the least error falls no more, and the mesh that has
             RC_ASSERT(result.cycle >= 2);
             RC_ASSERT(*result.expected == least.back());
             const std::size_t n = least.size();
-            const bool has_settled = n > 2 && least[n - 1] >= (1 - adapt.settled) * least[n - 3];
+            const bool has_settled = n > 2 && least[n - 1] >= (1 - adapt.convergence_tolerance) * least[n - 3];
             RC_ASSERT(run::reason_to_end(rows, adapt).empty() == !has_settled);
-            RC_ASSERT(run::reason_to_end(rows, {.cycles = 30, .complexity = {10, 20}, .settled = 0}).empty());
+            RC_ASSERT(
+                run::reason_to_end(rows, {.cycles = 30, .complexity = {10, 20}, .convergence_tolerance = 0}).empty());
             auto last = adapt;
             last.result = config::ResultOfCycles::last;
             RC_ASSERT(run::row_of_result(rows, last) + 1 == rows.size());

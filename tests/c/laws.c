@@ -84,7 +84,7 @@ int main(int argc, char** argv) {
         HOLDS(camber_make(3, 5, points, 2, both, 0, &again) == CAMBER_INPUT); /* its tetrahedra count from 1 */
         HOLDS(camber_make(3, 5, points, 1, both + 1, 0, &again) == CAMBER_OK && camber_count(again, "line") == 2);
         HOLDS(camber_get_cells(again, "line", 0, lines, named) == CAMBER_OK && memcmp(lines, sides, sizeof(sides)) == 0 && named[1] == 4);
-        HOLDS(camber_get_given(again, 1, given) == CAMBER_OK && given[0] == 1 && given[4] == 5);
+        HOLDS(camber_get_input_points(again, 1, given) == CAMBER_OK && given[0] == 1 && given[4] == 5);
         camber_free_mesh(again);
         HOLDS(camber_make(3, 5, points, 2, twice, 1, &again) == CAMBER_USAGE);
         HOLDS(camber_count(NULL, "line") == 0 && camber_count(mesh, NULL) == 0);

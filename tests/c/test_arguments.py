@@ -120,7 +120,7 @@ class Calls:
             "camber_free_mesh": (self.made("camber_read", self.path),),
             "camber_dimension": (self.mesh,), "camber_degree": (self.mesh,), "camber_vertices": (self.mesh,),
             "camber_points": (self.mesh,), "camber_count": (self.mesh, b"tetra"),
-            "camber_get_given": (self.mesh, 1, (ctypes.c_int64 * 5)()),
+            "camber_get_input_points": (self.mesh, 1, (ctypes.c_int64 * 5)()),
             "camber_get_points": (self.mesh, doubles(POINTS)),
             "camber_get_cells": (self.mesh, b"tetra", 1, integers(NODES), integers([0] * 2)),
             "camber_with_field": (self.mesh, b"x", 1, 5, doubles([1] * 5), out),

@@ -72,7 +72,7 @@ class Trials:
 
     def run(self, verb, model):
         to = ["-o", self.folder / "out.mesh"] if verb == "curve" else ["--json"]
-        limits = [] if self.seconds is None else ["--cad-seconds", str(self.seconds)]
+        limits = [] if self.seconds is None else ["--cad-timeout", str(self.seconds)]
         began = time.monotonic()
         try:
             done = subprocess.run([self.program, verb, self.mesh, "--cad", model, "--threads", "1", *to, *limits],
@@ -116,14 +116,14 @@ def main():
     parser.add_argument("--mesh", help="its mesh")
     parser.add_argument("--count", type=int, default=500)
     parser.add_argument("--seconds", type=float, help="end after so many, whatever the count")
-    parser.add_argument("--cad-seconds", type=float, help="as the program's")
+    parser.add_argument("--cad-timeout", type=float, help="as the program's")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--keep", help="a folder for the files on which something went wrong")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         files, mesh = models_of(arguments, folder)
-        trials = Trials(arguments.program, folder, mesh, arguments.cad_seconds)
+        trials = Trials(arguments.program, folder, mesh, arguments.cad_timeout)
         for verb in ("curve", "geometry"):
             for file in files:
                 code, said, _ = trials.run(verb, file)

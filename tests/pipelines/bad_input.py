@@ -196,7 +196,7 @@ CASES = [
          "tetrahedron 49: has the vertices of tetrahedron 6, but another reference",
          changed(block, lambda m: appended(elements(m), elements(m).nodes[5], 8)), finds="contradicting_elements"),
     Case("Elements", "three on one face", "refused", 3, "shares a face with more than one other tetrahedron",
-         plain(three_on_a_face), finds="crowded_faces"),
+         plain(three_on_a_face), finds="non_manifold_faces"),
     Case("Elements", "a hanging vertex", "refused", 3, "vertex 6: lies inside a face of triangle 1",
          changed(square, hanging), finds="hanging_vertices"),
 
@@ -224,7 +224,7 @@ CASES = [
          "triangle 49: has the vertices of triangle 1, but another reference",
          changed(block, lambda m: appended(facets(m), facets(m).nodes[0], 77)), finds="contradicting_facets"),
     Case("Boundary", "an edge of four boundary faces", "accepted", 0,
-         "edge from vertex 1 to vertex 2 is shared by more than two faces", plain(pair_at_edge), finds="crowded_edges"),
+         "edge from vertex 1 to vertex 2 is shared by more than two faces", plain(pair_at_edge), finds="non_manifold_edges"),
     Case("Boundary", "a vertex where the boundary touches itself", "accepted", 0,
          "vertex 1 is where the boundary touches itself", plain(pair_at_vertex), finds="pinched_vertices"),
     Case("Boundary", "the same in 2D", "accepted", 0, "vertex 1 is where the boundary touches itself",
@@ -235,7 +235,7 @@ CASES = [
     Case("Boundary", "two materials, their interface not listed", "repaired", 0, "added 8 triangles of reference 7",
          changed(block, two_materials), finds="missing_interfaces"),
     Case("Boundary", "a feature edge that is an edge of nothing", "accepted", 0, "belongs to no tetrahedron",
-         with_block("Edges", "1 26 1"), finds="lone_edges"),
+         with_block("Edges", "1 26 1"), finds="isolated_edges"),
 
     # ------------------------------------------------ flat meshes
     Case("Flat meshes", "triangles with z = 0 in a file of dimension 3", "accepted", 0, "the mesh is flat (z = 0)",

@@ -86,7 +86,7 @@ class Cycles(unittest.TestCase):
     def test_straight_meshes_for_elements_of_degree_2_are_judged_by_these(self):
         with Adapting() as folder:
             done = folder.adapt("--field", FIELD, "--degree", 1, "--set", "metric/solution/degree=2", "--folder", "c",
-                                "--cycles", 3, "--settled", 0, "--result", "last")
+                                "--cycles", 3, "--convergence-tolerance", 0, "--result", "last")
             self.assertEqual(done.returncode, 0, done.stderr)
             told = folder.rows("c")[-1]["interpolation_error"]
             self.assertEqual(folder.camber("convert", "n.meshb", "--elevate", "-o", "two.meshb").returncode, 0)
@@ -127,7 +127,7 @@ class Errors(unittest.TestCase):
     def test_nodes_do_not_slide_across_fronts(self):
         """Edges are oblique to the front: the errors are those of structured meshes along it, and not a multiple."""
         with Adapting(cells=16) as folder:
-            done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 7, "--settled", 0, complexity="600")
+            done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 7, "--convergence-tolerance", 0, complexity="600")
             self.assertEqual(done.returncode, 0, done.stderr)
             for row in folder.rows("c")[5:]:
                 size = row["unknowns"] / 3000
@@ -151,7 +151,7 @@ class Errors(unittest.TestCase):
                 lines[first + v - 1] = " ".join(["0.5", *lines[first + v - 1].split()[1:]])
             (folder.path / "two.mesh").write_text("\n".join(lines))
             layer = "x<0.5 ? sin(3*x)*cos(2*y) : sin(3*x)*cos(2*y)+1-exp(-(x-0.5)*(1+y)/0.01)"
-            done = folder.adapt("--field", layer, "--folder", "c", "--cycles", 10, "--settled", 0, mesh="two.mesh",
+            done = folder.adapt("--field", layer, "--folder", "c", "--cycles", 10, "--convergence-tolerance", 0, mesh="two.mesh",
                                 complexity="300")
             self.assertEqual(done.returncode, 0, done.stderr)
             errors = [row["interpolation_error"]["l2"] for row in folder.rows("c")[4:]]
@@ -164,7 +164,7 @@ class Errors(unittest.TestCase):
                 solver = (folder.path / "solver.py").read_text().replace("u = np", f"u = {unit} * np")
                 (folder.path / "solver.py").write_text(solver)
                 done = folder.adapt("--solve", folder.solver(), "--field", f"{unit}*{FIELD}", "--mesh-file", "m.mesh",
-                                    "--cycles", 5, "--settled", 0, complexity="150")
+                                    "--cycles", 5, "--convergence-tolerance", 0, complexity="150")
                 self.assertEqual(done.returncode, 0, done.stderr)
                 for row in folder.rows("n.cycles")[4:]:
                     share = row["expected_error"] / row["interpolation_error"]["l2"]
@@ -173,7 +173,7 @@ class Errors(unittest.TestCase):
     def test_the_result_is_the_mesh_with_the_least_error(self):
         with Adapting(cells=10) as folder:
             for result in ("best", "last"):
-                done = folder.adapt("--field", S_FRONT, "--folder", result, "--cycles", 8, "--settled", 0, "--result",
+                done = folder.adapt("--field", S_FRONT, "--folder", result, "--cycles", 8, "--convergence-tolerance", 0, "--result",
                                     result, "--report", f"{result}.json", complexity="60,120",
                                     output=f"{result}.meshb")
                 self.assertEqual(done.returncode, 0, done.stderr)
@@ -189,14 +189,14 @@ class Errors(unittest.TestCase):
         with Adapting(cells=10) as folder:
             done = folder.adapt("--field", S_FRONT, "--folder", "c", "--cycles", 30, complexity="100")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn("settled: the least error", done.stdout)
+            self.assertIn("converged: the least error", done.stdout)
             errors = [row["interpolation_error"]["l2"] for row in folder.rows("c")]
             self.assertLess(len(errors), 25)
             self.assertGreater(min(errors[1:]), 0.9 * min(errors[1:-2]))
 
     def test_going_on_after_the_best_cycle_returns_it(self):
         with Adapting() as folder:
-            solve = ("--solve", folder.solver(), "--field", FIELD, "--mesh-file", "m.mesh", "--settled", 0)
+            solve = ("--solve", folder.solver(), "--field", FIELD, "--mesh-file", "m.mesh", "--convergence-tolerance", 0)
             self.assertEqual(folder.adapt(*solve, "--cycles", 6).returncode, 0)
             whole = (folder.path / "n.meshb").read_bytes()
             (folder.path / "n.meshb").unlink()
@@ -239,7 +239,7 @@ class CurvedWalls(unittest.TestCase):
         return farthest
 
     def adapt(self, folder, name, *more, field=LAYER):
-        done = folder.adapt("--field", field, "--geometry", CIRCLES, "--folder", name, "--cycles", 5, "--settled", 0,
+        done = folder.adapt("--field", field, "--geometry", CIRCLES, "--folder", name, "--cycles", 5, "--convergence-tolerance", 0,
                             "--result", "last", *more, mesh="ring.mesh", output=f"{name}.mesh", complexity="300")
         self.assertEqual(done.returncode, 0, done.stderr)
         return done, folder.rows(name)
@@ -253,9 +253,9 @@ class CurvedWalls(unittest.TestCase):
                 self.assertIn("distance, bound", done.stdout)
                 for row in bounded[2:]:
                     distance = row["boundary_distance"]
-                    self.assertEqual(distance["by"], "expected_error")
+                    self.assertEqual(distance["origin"], "expected_error")
                     self.assertLess(distance["reached"], 2 * distance["bound"])
-                self.assertEqual(free[-1]["boundary_distance"]["by"], "config")
+                self.assertEqual(free[-1]["boundary_distance"]["origin"], "config")
                 # The normal derivative is 20 along 2 pi, and u changes by 1.
                 before = bounded[-2]
                 error = before.get("expected_error", before["interpolation_error"]["l2"])
@@ -305,7 +305,7 @@ class Solvers(unittest.TestCase):
                                 "--output-solution", "v.sol", "--report", "r.json", complexity="30,50")
             self.assertEqual(done.returncode, 0, done.stderr)
             rows = folder.rows("n.cycles")
-            self.assertEqual([row["complexity_wanted"] for row in rows], [0, 30, 50])
+            self.assertEqual([row["complexity_target"] for row in rows], [0, 30, 50])
             for k, row in enumerate(rows):
                 here = folder.path / "n.cycles" / f"cycle-{k:03}"
                 self.assertEqual((here / "solver.txt").read_text().split()[0], "solved")
@@ -334,7 +334,7 @@ class Solvers(unittest.TestCase):
         with Adapting() as folder:
             for program, told in cases:
                 (folder.path / "bad.py").write_text(program)
-                done = folder.adapt("--solve", f"{sys.executable} bad.py {{mesh}} {{solution}}", "--seconds", 0.5,
+                done = folder.adapt("--solve", f"{sys.executable} bad.py {{mesh}} {{solution}}", "--timeout", 0.5,
                                     "--folder", f"c{len(told)}")
                 self.assertEqual(done.returncode, 3, (program, done.stderr))
                 self.assertIn(told, done.stderr)
@@ -433,7 +433,7 @@ class StraightLoops(unittest.TestCase):
     def loop(self, folder, *more, order="edges", solution="solution.sol", settled=0, **options):
         (folder.path / "quadratic.py").write_text(QUADRATIC_SOLVER.format(oracle=str(ROOT / "tests" / "oracle")))
         return folder.adapt("--degree", 1, "--solve", f"{sys.executable} quadratic.py {{mesh}} {{solution}} {order}",
-                            "--solution-file", solution, "--mesh-file", "mesh.mesh", "--settled", settled, *more, **options)
+                            "--solution-file", solution, "--mesh-file", "mesh.mesh", "--convergence-tolerance", settled, *more, **options)
 
     def degree_of_metric(self, folder, way, cycle):
         return report_of(folder.path / way / f"cycle-{cycle:03}" / "report.json")["solution_metric"]["degree"]
@@ -471,7 +471,7 @@ class StraightLoops(unittest.TestCase):
         with Adapting(cells=10) as folder:
             done = self.loop(folder, "--folder", "c", "--cycles", 15, settled=0.1, complexity="150")
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn("settled: the least error is", done.stdout)
+            self.assertIn("converged: the least error is", done.stdout)
             best = min(folder.rows("c")[1:], key=lambda row: row["expected_error"])
             self.assertEqual(gmf.read(folder.path / "n.meshb").points.tolist(),
                              gmf.read(folder.path / "c" / f"cycle-{best['cycle']:03}" / "mesh.mesh").points.tolist())
@@ -509,7 +509,7 @@ class MovingFronts(unittest.TestCase):
         with Adapting() as folder:
             (folder.path / "moving.py").write_text((folder.path / "solver.py").read_text().replace(
                 "- 0.5)", "- 0.3 - 0.08 * int(sys.argv[3]))"))
-            done = folder.adapt("--solve", f"{sys.executable} moving.py {{mesh}} {{solution}} {{cycle}}", "--settled", 0,
+            done = folder.adapt("--solve", f"{sys.executable} moving.py {{mesh}} {{solution}} {{cycle}}", "--convergence-tolerance", 0,
                                 "--cycles", 6, "--mesh-file", "m.mesh", complexity="120")
             self.assertEqual(done.returncode, 0, done.stderr)
 
@@ -527,13 +527,13 @@ class MovingFronts(unittest.TestCase):
 class GoingOn(unittest.TestCase):
     def test_going_on_gives_the_same_bytes_as_going_through(self):
         with Adapting() as folder:
-            whole = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--settled", 0)
+            whole = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--convergence-tolerance", 0)
             self.assertEqual(whole.returncode, 0, whole.stderr)
             last = (folder.path / "n.meshb").read_bytes()
-            again = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--settled", 0)
+            again = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--convergence-tolerance", 0)
             self.assertEqual(again.returncode, 2)
             self.assertIn("--from 3", again.stderr)
-            done = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--settled", 0,
+            done = folder.adapt("--solve", folder.solver(), "--cycles", 3, "--mesh-file", "m.mesh", "--convergence-tolerance", 0,
                                 "--from", 1)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual((folder.path / "n.meshb").read_bytes(), last)

@@ -215,7 +215,7 @@ class Check(unittest.TestCase):
                 self.assertGreater(crossings["crossing"], 0)
                 for pair in crossings["found"]:
                     self.assertEqual(pair["verdict"], "crossing")
-                    self.assertFalse(pair["straight_too"])
+                    self.assertFalse(pair["also_when_straight"])
                     self.assertTrue(all(all(1.99 < mesh.points[v - 1][0] < 2.11 for v in side)
                                         for side in pair["vertices"]), pair)
                     if listed:
@@ -240,8 +240,8 @@ class Check(unittest.TestCase):
                             one.facets + [tuple(v + number for v in f) for f in one.facets])
                 code = 1 if verdict == "crossing" else 0  # touching is told, and no harm: slits do
                 found = self.report(both, code=code)["crossings"]
-                self.assertTrue(any(pair["verdict"] == verdict and pair["straight_too"] for pair in found["found"]))
-                self.assertEqual((found["undecided"], found["cut_short"]), (0, 0))
+                self.assertTrue(any(pair["verdict"] == verdict and pair["also_when_straight"] for pair in found["found"]))
+                self.assertEqual((found["undecided"], found["truncated"]), (0, 0))
                 self.assertIn("mend the straight mesh" if verdict == "crossing" else "touch: contact",
                               self.check(both, code=code).stdout)
 
@@ -293,7 +293,7 @@ class Check(unittest.TestCase):
         self.assertFalse(found["all_good"])
         self.assertEqual(found["crossings"]["crossing"], 0)
         overlaps = found["overlaps"]
-        self.assertTrue(overlaps["looked_at"])
+        self.assertTrue(overlaps["examined"])
         self.assertEqual(overlaps["undecided"], 0)
         self.assertGreater(overlaps["overlapping"], 0)
         self.assertGreater(len(overlaps["found"]), 0)
@@ -317,7 +317,7 @@ class Check(unittest.TestCase):
                 for variant, each in self.variants(mesh, is_apart, is_apart or name == "with matching sides"):
                     with self.subTest(name, dim=dim, variant=variant):
                         overlaps = self.report(each, code=0)["overlaps"]
-                        self.assertEqual((overlaps["looked_at"], overlaps["undecided"], overlaps["overlapping"]),
+                        self.assertEqual((overlaps["examined"], overlaps["undecided"], overlaps["overlapping"]),
                                          (True, 0, 0))
                         self.assertEqual(overlaps["found"], [])
 

@@ -90,7 +90,7 @@ class BentLayers(unittest.TestCase):
         return report_of(self.folder.path / "r.json")["validity"]
 
     def expect_valid(self, objective, repair="extension", **config):
-        stages = [{"curve": {"objective": objective}}, "validate", {"relax": {"repair": repair}}, "commit"]
+        stages = [{"curve": {"objective": objective}}, "validate", {"relax": {"method": repair}}, "commit"]
         whole = {"input": {"mesh": "bent.mesh"}, "stages": stages, "output": {"mesh": "out.mesh"}, **config}
         (self.folder.path / "c.json").write_text(json.dumps(whole))
         with self.subTest(objective=objective, repair=repair):
@@ -117,7 +117,7 @@ class BentLayers(unittest.TestCase):
         self.assertGreater(before["invalid"], 0)
         for repair in ("extension", "cavity", "edge", "segment", "relax"):
             with self.subTest(repair=repair):
-                after = self.validity("repair", "bent.mesh", "-o", "out.mesh", "--set", f"stages/relax/repair={repair}",
+                after = self.validity("repair", "bent.mesh", "-o", "out.mesh", "--set", f"stages/relax/method={repair}",
                                       codes=(0, 1))
                 self.assertLessEqual(after["invalid"] + after["undecided"], before["invalid"] + before["undecided"])
 

@@ -142,9 +142,9 @@ class Field(unittest.TestCase):
         mesh.points[:, 0] -= 2  # a bump that lifts the layers above it: y -> y / 10 + 1 - x² / 4
         mesh.points[:, 1] = mesh.points[:, 1] / 10 + 1 - mesh.points[:, 0] ** 2 / 4
         found = json.loads(self.check(mesh, FRONT).stdout)["interpolation"][0]
-        self.assertEqual((found["straight_turned"], found["curved_turned"]), (0, 0))
-        self.assertGreater(found["same_boundary_turned"], 0)
-        self.assertIn(f"! {found['same_boundary_turned']} elements are inverted (det J <= 0 at a point) where inner edges are",
+        self.assertEqual((found["straight_inverted"], found["curved_inverted"]), (0, 0))
+        self.assertGreater(found["same_boundary_inverted"], 0)
+        self.assertIn(f"! {found['same_boundary_inverted']} elements are inverted (det J <= 0 at a point) where inner edges are",
                       self.check(mesh, FRONT, json_wanted=False).stdout)
 
     def test_bins_hold_every_element_and_all_of_the_error(self):
@@ -180,7 +180,7 @@ class Field(unittest.TestCase):
         mesh = elevated(lattice(2, 3), np.random.default_rng(2), 0.6)
         done = self.check(mesh, FRONT)
         self.assertEqual(done.returncode, 1)
-        self.assertGreater(json.loads(done.stdout)["interpolation"][0]["curved_turned"], 0)
+        self.assertGreater(json.loads(done.stdout)["interpolation"][0]["curved_inverted"], 0)
         self.assertIn("det J <= 0 at a point of the quadrature", self.check(mesh, FRONT, json_wanted=False).stdout)
 
     def test_the_same_bytes_for_any_number_of_threads(self):

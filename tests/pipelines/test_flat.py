@@ -237,7 +237,7 @@ class Flat(unittest.TestCase):
         mesh = self.broken()
         rows = mesh.cells["EdgesP2"].nodes
         figures = self.both("repair", without_edges(mesh))
-        self.assertEqual(figures["kept_boundary"]["moved_nodes"], 0)
+        self.assertEqual(figures["input_boundary"]["moved_nodes"], 0)
         out = gmf.read(self.path("space-out.mesh"))
         kept = lambda points, nodes: sorted(tuple(points[node][:2]) for node in nodes[:, 2])
         self.assertEqual(kept(out.points, out.cells["EdgesP2"].nodes), kept(mesh.points, rows))

@@ -182,13 +182,13 @@ class Geometry(unittest.TestCase):
                     self.assertLess(self.off_sphere("placed.meshb", OUTER, 5), 1e-12)
                     self.assertLess(self.off_sphere("placed.meshb", INNER, 1), 1e-12)
                     told = report_of(self.folder.path / "placed.json")["boundary"]["nodes"]
-                    self.assertEqual(told["by"], by)
-                    self.assertEqual(told["edges"], sum(told[k] for k in ("placed", "best", "off", "far", "elements")))
+                    self.assertEqual(told["criterion"], by)
+                    self.assertEqual(told["edges"], sum(told[k] for k in ("moved", "no_improvement", "off_geometry", "too_far", "limited_by_elements")))
                     # Of a circle the projected middle is the nearest already.
                     if by == "length":
-                        self.assertGreater(told["placed"], 0)
+                        self.assertGreater(told["moved"], 0)
                         self.assertGreater(told["mean_reduction"], 0)
-                    self.assertEqual(told["off"], 0)
+                    self.assertEqual(told["off_geometry"], 0)
 
     def test_the_boundary_of_another_mesh(self):
         """Of itself it is the surrogate's; of a finer one it is nearer to the spheres; of another body it is refused."""

@@ -81,7 +81,7 @@ class GeometryCommand(unittest.TestCase):
             self.assertAlmostEqual(ridge["min_turn"], 90)
             self.assertAlmostEqual(ridge["largest_turn"], 90)
         self.assertEqual(found["interface_facets"], 0)
-        self.assertEqual([found[k]["count"] for k in ("open_edges", "crowded_edges")], [0, 0])
+        self.assertEqual([found[k]["count"] for k in ("open_edges", "non_manifold_edges")], [0, 0])
         self.assertEqual([s["count"] for s in found["suspicious"].values()], [0] * len(found["suspicious"]))
         self.assertEqual(found["distances"]["to_geometry"]["largest"], 0)
         corners = {tuple(c["point"]) for c in found["corners"]}
@@ -92,12 +92,12 @@ class GeometryCommand(unittest.TestCase):
 
     def test_facets_that_are_turned(self):
         mesh = cone(12, 0.2)
-        self.assertEqual(self.report(mesh)["turned_facets"]["count"], 0)
+        self.assertEqual(self.report(mesh)["misoriented_facets"]["count"], 0)
         a, b, c = mesh.facets[3]
         mesh.facets[3] = (a, c, b)
         found = self.report(mesh)
-        self.assertEqual(found["turned_facets"]["count"], 2)
-        for at in found["turned_facets"]["first"]:
+        self.assertEqual(found["misoriented_facets"]["count"], 2)
+        for at in found["misoriented_facets"]["first"]:
             self.assertIn(4, at["facets"])
         self.assertEqual(found["open_edges"]["count"], 12)
         self.assertIn("turned to other sides", self.camber("geometry", "m.mesh").stdout)
@@ -207,7 +207,7 @@ class GeometryCommand(unittest.TestCase):
             self.assertAlmostEqual(face["to_boundary"]["largest"], face["to_geometry"]["largest"],
                                    delta=0.2 * face["to_geometry"]["largest"])
         self.assertEqual(sorted(f for p in found["patches"] for f in p["cad_faces"]), [1, 2])
-        self.assertEqual(found["suspicious"]["doubtful_facet"]["count"], 0)
+        self.assertEqual(found["suspicious"]["ambiguous_facet"]["count"], 0)
         # The run's report has the same.
         told = report_of(self.folder.path / "r.json")["boundary"]["distances"]
         self.assertEqual(told, found["distances"])
@@ -249,7 +249,7 @@ class GeometryCommand(unittest.TestCase):
         self.assertEqual(found["interface_facets"], len(between))
         patch = next(p for p in found["patches"] if p["references"] == [9])
         self.assertEqual((patch["facets"], patch["interface_facets"]), (8, 8))
-        self.assertEqual(found["crowded_edges"]["count"], 8)
+        self.assertEqual(found["non_manifold_edges"]["count"], 8)
 
     def test_any_number_of_threads(self):
         self.camber("generate", "shell", "-o", "s.mesh")
@@ -269,7 +269,7 @@ class GeometryCommand(unittest.TestCase):
             self.camber("generate", "annulus", "--set", "outer_radius=2", "-o", "a.mesh")
             seen |= leaves(self.report("a.mesh", "--cad", CAD_MODEL.parent / "annulus.brep"))
         else:
-            keys = {key for key in keys if "cad" not in key and "doubtful" not in key}
+            keys = {key for key in keys if "cad" not in key and "ambiguous" not in key}
         for path in sorted(seen):
             known = any(holds(key, path) or pattern(key.split("[]")[0]).match(path) for key in keys)
             self.assertTrue(known, f"docs/report.md does not know {path}")

@@ -61,6 +61,16 @@ MISTAKES = [
     "curve wing.mesh -o out.mesh --complexity 500",
     "curve wing.mesh -o out.mesh --verbose --quiet",
     "remesh wing.mesh -o out.mesh --memory 2G",
+    # names of earlier versions
+    "curve wing.mesh -o out.mesh --set stages/relax/repair=cavity",
+    "curve wing.mesh -o out.mesh --set stages/relax/method=relax",
+    "run old.json",
+    "remesh wing.mesh -o out.mesh --objective as_curved",
+    "adapt wing.mesh -o out.mesh --metric 0.5 --settled 0",
+    "curve wing.mesh -o out.mesh --cad wing.step --cad-seconds 9",
+    "plot old-report.json -o plots",
+    "report old-report.json -o out.html",
+    "explain kept_boundary",
     # options of Mmg
     "remesh -in wing.mesh -out out.mesh",
     "remesh wing.mesh out.mesh -o new.mesh",
@@ -119,6 +129,8 @@ def transcript():
         (folder.path / "wing.step").write_text("ISO-10303-21;\n")
         (folder.path / "other.sol").write_text(OTHER_SIZES)
         (folder.path / "wrong.json").write_text("$x\n")
+        (folder.path / "old.json").write_text('{"input": {"mesh": "wing.mesh"}, "stages": ["mend"]}\n')
+        (folder.path / "old-report.json").write_text('{"format": 4, "histograms": {}}\n')
         (folder.path / "abaqus.inp").write_text("*HEADING\n*NODE\n1, 0, 0, 0\n")
         text = HEAD
         for mistake in MISTAKES:

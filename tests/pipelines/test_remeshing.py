@@ -116,11 +116,11 @@ class Remesh(unittest.TestCase):
                     self.assertAlmostEqual(told[key], value, delta=1e-9 * abs(value) + 1e-12, msg=key)
             # a series each for the mesh as it was given and as it is now
             lengths = report["histograms"]["edge_length"]
-            self.assertEqual(sum(lengths["given"]), report["remesh"]["before"]["edges"])
+            self.assertEqual(sum(lengths["input"]), report["remesh"]["before"]["edges"])
             self.assertEqual(lengths["remeshed"], checked["histograms"]["edge_length"]["count"])
             # what was done, and why not more
             passes = {p["pass"]: p for p in report["remesh"]["passes"]}
-            self.assertEqual(set(passes), {"collapse", "split", "swap", "smooth", "mend"})
+            self.assertEqual(set(passes), {"collapse", "split", "swap", "smooth", "improve"})
             self.assertGreater(passes["split"]["accepted"], 0)
             for p in passes.values():
                 self.assertEqual(p["proposals"], p["accepted"] + sum(p["rejected"].values()), p)
@@ -139,7 +139,7 @@ class Remesh(unittest.TestCase):
             told = report_of(self.folder.path / "r.json")["remesh"]
             self.assertGreater(told["after"]["unit_edges"], 0.8 * told["after"]["edges"])
             self.assertGreater(told["after"]["min_quality"], 0.1)
-            self.assertEqual({p["pass"] for p in told["passes"]}, {"collapse", "split", "swap", "smooth", "mend"})
+            self.assertEqual({p["pass"] for p in told["passes"]}, {"collapse", "split", "swap", "smooth", "improve"})
             checked = json.loads(self.camber("check", "out.mesh", "--json").stdout)
             self.assertTrue(checked["soundness"]["sound"])
             written = (self.folder.path / "out.mesh").read_bytes()
@@ -357,7 +357,7 @@ class Remesh(unittest.TestCase):
                                    geometry, "-o", "out.mesh", "--report", "r.json")
                 told = report_of(self.folder.path / "r.json")["boundary"]
                 reached = told["geometry_error"]
-                self.assertEqual((reached["required"], reached["far_facets"]), (error, 0))
+                self.assertEqual((reached["required"], reached["facets_beyond_bound"]), (error, 0))
                 self.assertLessEqual(reached["reached"], error)
                 self.assertRegex(done.stdout, "distance bound +.* required, .* reached")
                 measured = json.loads(self.camber("geometry", "out.mesh", "--geometry", geometry, "--json").stdout)
@@ -365,7 +365,7 @@ class Remesh(unittest.TestCase):
                 self.assertAlmostEqual(largest, reached["reached"], delta=1e-6 * error)
                 vertices, nodes = self.off_spheres("out.mesh", dim, of_reference)
                 self.assertLess(max(vertices, nodes), 1e-9)
-                self.assertEqual(told["vertex_deviation"]["off"], 0)
+                self.assertEqual(told["vertex_deviation"]["beyond_tolerance"], 0)
                 self.assertAlmostEqual(told["vertex_deviation"]["largest"], vertices, delta=1e-12)
 
     def test_a_geometry_error_by_the_surrogate(self):
@@ -388,13 +388,13 @@ class Remesh(unittest.TestCase):
                                "-o", "out.mesh", "--report", "r.json", code=1)
             told = report_of(self.folder.path / "r.json")["boundary"]["geometry_error"]
             self.assertGreater(told["reached"], 1e-3)
-            self.assertGreater(told["far_facets"], 5)
+            self.assertGreater(told["facets_beyond_bound"], 5)
             self.assertRegex(done.stderr, r"the boundary is .* from its geometry, and 0.0001 is required: \d+ facets are "
                                           r"farther, the farthest is facet %d at \(" % told["facet"])
             mesh = self.read()
             row = cells(mesh, 1)[0][told["facet"] - 1]
             ends = mesh.points[list(row[:2])]
-            self.assertLess(np.linalg.norm(ends.mean(axis=0) - told["at"]), np.linalg.norm(ends[1] - ends[0]))
+            self.assertLess(np.linalg.norm(ends.mean(axis=0) - told["point"]), np.linalg.norm(ends[1] - ends[0]))
 
     def test_mid_nodes_on_chords_are_put_onto_the_geometry(self):
         for dim in (2, 3):
@@ -407,7 +407,7 @@ class Remesh(unittest.TestCase):
                 vertices, nodes = self.off_spheres("out.mesh", dim, of_reference)
                 self.assertLess(max(vertices, nodes), 1e-9)
                 told = report_of(self.folder.path / "r.json")["boundary"]["node_deviation"]
-                self.assertEqual(told["off"], 0)
+                self.assertEqual(told["beyond_tolerance"], 0)
                 self.assertAlmostEqual(told["largest"], nodes, delta=1e-12)
             # Nodes that are there already stay.
             before = self.read().points
@@ -502,7 +502,7 @@ class Remesh(unittest.TestCase):
             report = report_of(self.folder.path / "r.json")
             self.assertEqual(report["validity"]["invalid"], 0)
             return report["remesh"], {p["pass"]: p for p in report["remesh"]["passes"]} | {"reinsert": report.get("reinsert")}
-        smooth = {"wanted": 1, "sweeps": 3}
+        smooth = {"target_quality": 1, "sweeps": 3}
         by_objective, told = passes([{"smooth": smooth}])
         self.assertEqual(told["smooth"]["moved_nodes"], 0)
         by_distortion, told = passes([{"smooth": smooth | {"nodes": "distortion"}}])
@@ -515,7 +515,7 @@ class Remesh(unittest.TestCase):
         self.assertLess(back["after"]["mean_quality"], by_distortion["after"]["mean_quality"])
         # its options count behind passes as before: by energy edges are shorter than by accuracy
         lengths = []
-        for options in ({"curve": {"objective": "energy"}}, {}, {"curve": {"back_mesh": "straight"}}):
+        for options in ({"curve": {"objective": "energy"}}, {}, {"curve": {"background_mesh": "straight"}}):
             passes(["swap", {"reinsert": options}])
             lengths.append(report_of(self.folder.path / "r.json")["curve"]["after_correction"]["mean_length_reduction"])
         self.assertGreater(lengths[0], lengths[1])

@@ -95,7 +95,7 @@ class Repair(unittest.TestCase):
                                  self.folder.path / "out.meshb"], capture_output=True, text=True)
         self.assertEqual(oracle.returncode, 0, oracle.stdout + oracle.stderr)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
-        self.assertEqual(report["kept_boundary"]["moved_nodes"], 0)
+        self.assertEqual(report["input_boundary"]["moved_nodes"], 0)
         self.assertEqual(report["remaining_elements"], [])
         self.assertGreater(report["validity"]["min_scaled_jacobian"], 0)
         self.assertGreaterEqual(report["relax"]["corrected_elements"], at_least)
@@ -126,7 +126,7 @@ class Repair(unittest.TestCase):
         for repair, share in (("segment", 0.6), ("relax", 0.6)):
             mesh = elevate(cube(2))
             throw_volume_nodes(mesh, share)
-            self.mended(mesh, 3, "--set", f"stages/relax/repair={repair}")
+            self.mended(mesh, 3, "--set", f"stages/relax/method={repair}")
 
     def test_a_valid_mesh_stays_as_it_is(self):
         mesh = elevate(cube(2))
@@ -181,10 +181,10 @@ class Repair(unittest.TestCase):
             self.assertIn(f"! tetrahedron {entry['element']}: the boundary alone", done.stdout)
         self.assertIn("not certified valid", done.stderr)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
-        would_do = report["kept_boundary"]["would_do"]
-        self.assertIn(f"what would help: --boundary-tolerance {would_do:g} (tried", done.stderr)
+        tolerance = report["input_boundary"]["sufficient_tolerance"]
+        self.assertIn(f"what would help: --boundary-tolerance {tolerance:g} (tried", done.stderr)
         self.assertIn("--cad MODEL", done.stderr)
-        self.repair("--boundary-tolerance", would_do)
+        self.repair("--boundary-tolerance", tolerance)
 
     def test_elements_that_vertices_alone_invert_are_left_to_remesh(self):
         straight = square(3)
@@ -229,9 +229,9 @@ class Repair(unittest.TestCase):
         mesh = self.kinked()
         self.write(mesh)
         _, report = self.repair("--boundary-tolerance", 0.01, code=1)
-        self.assertEqual(report["kept_boundary"]["moved_nodes"], 0)
+        self.assertEqual(report["input_boundary"]["moved_nodes"], 0)
         _, report = self.repair("--boundary-tolerance", 0.1)
-        kept = report["kept_boundary"]
+        kept = report["input_boundary"]
         self.assertEqual(kept["tolerance"], 0.1)
         self.assertGreaterEqual(kept["moved_nodes"], 1)
         self.assertLessEqual(kept["largest_shift"], 0.1)
@@ -256,8 +256,8 @@ class Repair(unittest.TestCase):
         self.assertIn("its boundary triangle is folded", done.stdout)
         self.assertEqual(boundary_places(self.result()), boundary_places(mesh))
         _, report = self.repair("--boundary-tolerance", 0.2)
-        self.assertGreater(report["kept_boundary"]["moved_nodes"], 0)
-        self.assertLessEqual(report["kept_boundary"]["largest_shift"], 0.2)
+        self.assertGreater(report["input_boundary"]["moved_nodes"], 0)
+        self.assertLessEqual(report["input_boundary"]["largest_shift"], 0.2)
         out = self.result()
         was, now = ({tuple(p) for p in m.points[boundary_nodes(m)]} for m in (mesh, out))
         self.assertLessEqual({tuple(p) for p in mesh.points[wall]}, now)
@@ -294,10 +294,10 @@ class Repair(unittest.TestCase):
         bulge(mesh, 0.3)
         self.write(mesh)
         bound = ("--min-scaled-jacobian", 0.3)
-        self.assertEqual(self.repair(*bound)[1]["relax"]["given_up"], 0)
+        self.assertEqual(self.repair(*bound)[1]["relax"]["unrepaired_elements"], 0)
         done, report = self.repair(*bound, "--set", "stages/relax/effort=0", code=1)
-        self.assertGreater(report["relax"]["given_up"], 0)
-        self.assertEqual(len(report["remaining_elements"]), report["relax"]["given_up"])
+        self.assertGreater(report["relax"]["unrepaired_elements"], 0)
+        self.assertEqual(len(report["remaining_elements"]), report["relax"]["unrepaired_elements"])
         for entry in report["remaining_elements"]:
             self.assertIn("(option effort)", entry["reason"])
         plan = self.folder.camber("repair", "in.meshb", "-o", "plan.meshb", "--dry-run").stdout

@@ -56,10 +56,10 @@ class Walls(unittest.TestCase):
                     self.assertGreater(relaxed["largest_distance"], 0)
                     # They are off the geometry, and the run says so.
                     deviation = report["boundary"]["node_deviation"]
-                    self.assertEqual((done.returncode, deviation["off"]), (1, relaxed["nodes"]))
+                    self.assertEqual((done.returncode, deviation["beyond_tolerance"]), (1, relaxed["nodes"]))
                     self.assertIn("cause: crossing", done.stderr)
                     self.assertIn(report["misses"][0], done.stderr)
-                    near = np.linalg.norm(mesh.points - np.array(relaxed["near"]), axis=1)
+                    near = np.linalg.norm(mesh.points - np.array(relaxed["point"]), axis=1)
                     self.assertLess(near[-2**dim:].min(), 0.6)
                     wanted.append((relaxed["nodes"], round(relaxed["largest_distance"], 9)))
             self.assertEqual(wanted[0], wanted[1])

@@ -44,7 +44,7 @@ class AsTheProgram(unittest.TestCase):
         geometry = {"analytic": [{"references": [1], "sphere": {"radius": 0.5}}]}
         made = camber.curve(mesh, objective="energy", set={"stages/relax/target": 0.2}, threads=1)
         self.same(made.mesh, "curve", given, "--objective", "energy", "--set", "stages/relax/target=0.2")
-        self.assertTrue(made.holds)
+        self.assertTrue(made.success)
         self.assertEqual(made.report["mesh"]["degree"], 2)
         del geometry
 
@@ -77,7 +77,7 @@ class AsTheProgram(unittest.TestCase):
     def test_check(self):
         mesh = camber.curve(shell()).mesh
         found = camber.check(mesh, field="tanh((x-0.5)/0.1)")
-        self.assertTrue(found["holds"])
+        self.assertTrue(found["success"])
         self.assertEqual(found["element_verdicts"]["min_scaled_jacobian"].shape, (len(mesh.elements),))
         self.assertEqual(found["interpolation"][0], camber.errors(mesh, "tanh((x-0.5)/0.1)"))
         self.assertIn("certified valid", found["table"])
@@ -88,9 +88,9 @@ class AsTheProgram(unittest.TestCase):
         inner = np.setdiff1d(np.arange(first, len(points)), mesh.cells["triangle6"][:, 3:])
         points[inner[::20]] += 0.3
         broken = camber.Mesh(points, mesh.cells, mesh.references)
-        self.assertFalse(camber.check(broken)["holds"])
+        self.assertFalse(camber.check(broken)["success"])
         made = camber.repair(broken)
-        self.assertTrue(made.holds and camber.check(made)["holds"])
+        self.assertTrue(made.success and camber.check(made)["success"])
         self.same(made.mesh, "repair", self.given(broken, "broken.meshb"))
 
     def test_geometry_and_transfer(self):
@@ -110,7 +110,7 @@ class AsTheProgram(unittest.TestCase):
     def test_the_boundary_of_a_mesh_as_geometry(self):
         first = camber.curve(shell()).mesh
         made = camber.remesh(first, metric=0.7, geometry=first)
-        self.assertTrue(made.holds)
+        self.assertTrue(made.success)
         radii = np.linalg.norm(made.mesh.points, axis=1)
         self.assertLess(radii.max(), 2.01)
 
@@ -140,7 +140,7 @@ class Errors(unittest.TestCase):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             made = camber.validate(bad)
-        self.assertFalse(made.holds)
+        self.assertFalse(made.success)
         self.assertEqual([w.category for w in caught], [camber.NotCertified])
         self.assertEqual(os.path.basename(caught[0].filename), "test_verbs.py")
 
@@ -173,6 +173,13 @@ class Watching(unittest.TestCase):
         self.assertRaises(KeyboardInterrupt, camber.remesh, mesh, metric=0.06)
 
 
+class Renames(unittest.TestCase):
+    def test_old_keywords_are_errors_that_state_the_new_ones(self):
+        for verb, old, new in ((camber.curve, "cad_seconds", "cad_timeout"), (camber.adapt, "settled", "convergence_tolerance")):
+            with self.assertRaisesRegex(camber.UsageError, f"{old}: was renamed to {new}"):
+                verb(shell(), **{old: 1})
+
+
 class Adapting(unittest.TestCase):
     def test_a_solver_in_memory(self):
         def solve(mesh, guess, cycle):
@@ -181,11 +188,11 @@ class Adapting(unittest.TestCase):
             return np.tanh((x + y - 1) / 0.05)
 
         seen = []
-        made = camber.adapt(square(), solve=solve, complexity=[100, 200], cycles=3, settled=0)
+        made = camber.adapt(square(), solve=solve, complexity=[100, 200], cycles=3, convergence_tolerance=0)
         self.assertEqual([s[0] for s in seen], [0, 1, 2, 3])
         self.assertEqual(seen[0][2], set())
         self.assertEqual(seen[1][2], {"u"})
-        self.assertTrue(made.holds)
+        self.assertTrue(made.success)
         self.assertEqual(made.mesh.degree, 2)
         self.assertEqual([row["cycle"] for row in made.cycles], [0, 1, 2, 3])
         x, y = made.mesh.points.T
@@ -199,7 +206,7 @@ class Adapting(unittest.TestCase):
             x, y = quadratic.points.T
             return np.tanh((x + y - 1) / 0.1)
 
-        made = camber.adapt(square(), solve=solve, complexity=100, cycles=3, settled=0, degree=1)
+        made = camber.adapt(square(), solve=solve, complexity=100, cycles=3, convergence_tolerance=0, degree=1)
         self.assertEqual(made.mesh.degree, 1)
         self.assertEqual(made.report["solution_metric"]["degree"], 2)
         self.assertGreater(made.cycles[-1]["expected_error"], 0)

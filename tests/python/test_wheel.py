@@ -14,7 +14,7 @@ SCRIPT = """
 import sys, numpy as np, camber
 assert "site-packages" in camber.__file__, camber.__file__
 made = camber.curve(camber.generate("shell", set={"inner_size": 0.6, "outer_size": 0.6}))
-assert made.holds and camber.check(made)["holds"]
+assert made.success and camber.check(made)["success"]
 print(camber.__version__, len(made.mesh.elements))
 """
 

@@ -99,7 +99,7 @@ void test_surface_spared() {
                  auto random = random_source();
                  const auto p = planned<D>(random, D == 2 ? 8 : 3, uniform(random, 0, 0.4), 0.02);
                  RC_ASSERT(relaxed(p, RepairMethod::segment).statistics.moved_surface_nodes == 0);
-                 RC_ASSERT(relaxed(p, RepairMethod::theta).statistics.moved_surface_nodes == 0);
+                 RC_ASSERT(relaxed(p, RepairMethod::backtracking).statistics.moved_surface_nodes == 0);
              },
              {20});
 }
@@ -117,7 +117,7 @@ void test_keeps_more() {
     std::mt19937_64 random(3);
     const auto p = planned<D>(random, D == 2 ? 20 : 6, 0.25, 0.1);
     const auto shell = relaxed(p, RepairMethod::segment);
-    const auto paper = relaxed(p, RepairMethod::theta);
+    const auto paper = relaxed(p, RepairMethod::backtracking);
     CHECK(shell.statistics.corrected_elements > 0);
     CHECK(shell.statistics.moved_volume_nodes < paper.statistics.moved_volume_nodes);
     CHECK(kept(p, shell) > kept(p, paper));
@@ -127,7 +127,7 @@ template <int D>
 void test_threads() {
     std::mt19937_64 random(5);
     const auto p = planned<D>(random, less_if_sanitized(D == 2 ? 30 : 7, D == 2 ? 15 : 4), 0.3, 0.2);
-    for (const auto method : {RepairMethod::segment, RepairMethod::theta}) {
+    for (const auto method : {RepairMethod::segment, RepairMethod::backtracking}) {
         const auto one = relaxed(p, method, 1);
         const auto two = relaxed(p, method, 2);
         CHECK(one.judged == two.judged);
@@ -186,9 +186,9 @@ void check_uncrossing(std::mt19937_64& random, int n, double surface) {
 
 TEST_CASE("relax ends with a valid mesh") {
     test_ends_valid<2>(RepairMethod::segment);
-    test_ends_valid<2>(RepairMethod::theta);
+    test_ends_valid<2>(RepairMethod::backtracking);
     test_ends_valid<3>(RepairMethod::segment);
-    test_ends_valid<3>(RepairMethod::theta);
+    test_ends_valid<3>(RepairMethod::backtracking);
 }
 
 TEST_CASE("relax spares surface edges") {
@@ -226,7 +226,7 @@ TEST_CASE("relax tells what it cannot mend") {
     auto edges = take(p.mesh.edges.of_elements);
     std::swap(edges[9][1], edges[9][2]);
     p.mesh.edges.of_elements = edges;
-    for (const auto method : {RepairMethod::segment, RepairMethod::theta}) {
+    for (const auto method : {RepairMethod::segment, RepairMethod::backtracking}) {
         const auto r = relaxed(p, method);
         CHECK(r.judged.validation().invalid == 1);
         CHECK(r.judged.validation().straight_inverted == 1);

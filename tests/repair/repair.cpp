@@ -215,7 +215,7 @@ void loses_less(const std::array<int, D>& cells) {
     const auto b = shell_block<D>(cells, 3);
     const auto wanted = thrown(b, 4, 0.2);
     RepairOptions theta;
-    theta.method = RepairMethod::theta;
+    theta.method = RepairMethod::backtracking;
     theta.min_scaled_jacobian = 0.05;
     const auto judged = must(validate(b.mesh, wanted, 0.05, alone));
     CHECK(judged.validation().invalid > 0);
@@ -285,7 +285,7 @@ void goes_home(const std::array<int, D>& cells) {
                  const Column<LagrangeNode<D>> extended(std::move(home.nodes));
                  RepairOptions options;
                  options.effort = 0;
-                 options.return_effort = 0;
+                 options.restore_effort = 0;
                  options.min_scaled_jacobian = dice.below(2) == 0 ? 1e-9 : 0.1;
                  Proposal<D> p = thrown(b, seed + 2, dice.uniform(0.1, 0.4));
                  Proposal<D> at_home = p;
@@ -445,7 +445,7 @@ void never_more_invalid() {
                                      proposal.mid_nodes[e] != mesh.mid_nodes[e];
                  };
                  for (const auto method : {RepairMethod::extension, RepairMethod::cavity, RepairMethod::edge,
-                                           RepairMethod::segment, RepairMethod::theta}) {
+                                           RepairMethod::segment, RepairMethod::backtracking}) {
                      options.method = method;
                      options.effort = dice.below(2) == 0 ? 0.02 : 1;
                      const auto guide =

@@ -65,9 +65,11 @@ CAMBER_API int64_t camber_vertices(const camber_mesh* mesh); /* the first of the
 CAMBER_API int64_t camber_points(const camber_mesh* mesh);
 CAMBER_API int64_t camber_count(const camber_mesh* mesh, const char* type); /* cells of that type; 0: none */
 
-/* Of each point of the mesh the number, from `first`, of the point that it was given as; first - 1: of none. They differ
-   where a mesh of degree 2 was given with its vertices not first. */
-CAMBER_API int camber_get_given(const camber_mesh* mesh, int first, int64_t* given);
+/* The number, from `first`, of the input point of each point of the mesh; first - 1: none. The numbers differ where the
+   vertices of an input of degree 2 are not first. */
+CAMBER_API int camber_get_input_points(const camber_mesh* mesh, int first, int64_t* input);
+/* The name of an earlier version: its use is an error that states the new name. */
+#define camber_get_given camber_get_given_was_renamed_to_camber_get_input_points
 
 /* Into arrays of points × dimension, and of cells × nodes of the type; nodes and references may be NULL. */
 CAMBER_API int camber_get_points(const camber_mesh* mesh, double* coordinates);

@@ -245,12 +245,12 @@ int camber_get_points(const camber_mesh* mesh, double* coordinates) {
     return CAMBER_OK;
 }
 
-int camber_get_given(const camber_mesh* mesh, int first, int64_t* given) {
-    if (const int wrong = c::missing("camber_get_given", {{"mesh", mesh}, {"given", given}})) return wrong;
-    if (const int wrong = c::wrong_first("camber_get_given", first)) return wrong;
+int camber_get_input_points(const camber_mesh* mesh, int first, int64_t* input) {
+    if (const int wrong = c::missing("camber_get_input_points", {{"mesh", mesh}, {"input", input}})) return wrong;
+    if (const int wrong = c::wrong_first("camber_get_input_points", first)) return wrong;
     const auto points = static_cast<std::size_t>(camber_points(mesh));
     for (std::size_t p = 0; p < points; ++p)
-        given[p] = first + (mesh->given_as.empty() ? static_cast<int64_t>(p) : int64_t{mesh->given_as[p]} - 1);
+        input[p] = first + (mesh->given_as.empty() ? static_cast<int64_t>(p) : int64_t{mesh->given_as[p]} - 1);
     return CAMBER_OK;
 }
 

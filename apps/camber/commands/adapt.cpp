@@ -278,7 +278,7 @@ class Cycles {
     Outcome<Done> solve(int cycle, const run::CycleFiles& into, run::CycleRow& row) {
         const auto words = run::solver_command(pipeline_.adapt, cycle, into);
         const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
-        const auto ended = run_command_line(words, pipeline_.adapt.seconds, into.said, execution);
+        const auto ended = run_command_line(words, pipeline_.adapt.timeout, into.said, execution);
         if (!ended) return fail(ended.error());
         row.solve_seconds = ended->seconds;
         if (ended->end != CommandEnd::done) return fail(failed(*ended, words, into.said, cycle));
@@ -305,7 +305,7 @@ class Cycles {
                                const std::string& said, int cycle) const {
         const std::string last = last_line(said);
         const std::string how = ended.end == CommandEnd::out_of_time
-                                    ? fmt::format("took more than {:g} s", pipeline_.adapt.seconds)
+                                    ? fmt::format("took more than {:g} s", pipeline_.adapt.timeout)
                                     : "failed: " + ended.how;
         return {ErrorKind::input,
                 fmt::format("the solver of cycle {} {}{}", cycle, how, last.empty() ? "" : ": " + last),

@@ -58,7 +58,7 @@ struct GeometryArguments {
     std::optional<std::string> cad;       ///< a CAD file instead
     std::optional<CadUnit> cad_unit;
     std::optional<CadVertices> cad_vertices;
-    double cad_seconds = 0, cad_memory = 0;  ///< of reading the model (s, MB); 0: by the size of its file
+    double cad_timeout = 0, cad_memory = 0;  ///< of reading the model (s, MB); 0: by the size of its file
     std::optional<double> tolerance;         ///< of boundary nodes (shares of their edge's length)
 };
 

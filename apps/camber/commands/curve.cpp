@@ -153,7 +153,7 @@ Outcome<Done> set_metric(const MetricChoice& choice, config::Pipeline& pipeline)
 }
 
 Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline& pipeline) {
-    const auto& [geometry, cad, unit, vertices, seconds, memory, tolerance] = arguments;
+    const auto& [geometry, cad, unit, vertices, timeout, memory, tolerance] = arguments;
     if (tolerance) pipeline.geometry_tolerance.nodes = *tolerance;
     if (unit && !cad)
         return fail(ErrorKind::usage, "is the unit of a CAD model, and there is none", "--cad-unit", {},
@@ -166,7 +166,7 @@ Outcome<Done> set_geometry(const GeometryArguments& arguments, config::Pipeline&
         model = {.file = {*cad},
                  .unit = unit.value_or(config::Cad{}.unit),
                  .vertices = vertices.value_or(config::Cad{}.vertices),
-                 .seconds = seconds,
+                 .timeout = timeout,
                  .memory = memory};
     if (cad) pipeline.geometry = model;
     if (!geometry) return Done{};

@@ -116,7 +116,7 @@ Outcome<config::Pipeline> fitted_to(const AnyMesh& mesh, const config::Pipeline&
 /// Whether it is a step that a stage `remesh` takes again, round after round.
 bool comes_in_rounds(const config::Pipeline& pipeline, std::string_view step) {
     constexpr std::array<std::string_view, 7> passes{"blocks", "lengths", "collapse", "split",
-                                                     "swap",   "smooth",  "mend"};
+                                                     "swap",   "smooth",  "improve"};
     const auto is_remesh = [](const config::Stage& s) { return std::holds_alternative<config::Remesh>(s); };
     return std::ranges::find(passes, step) != passes.end() && std::ranges::any_of(pipeline.stages, is_remesh);
 }

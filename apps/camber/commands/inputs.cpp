@@ -273,7 +273,7 @@ ChildLimits limits_of(const config::Cad& cad) {
     const auto found = std::filesystem::file_size(cad.file.path, missing);
     const double size = missing ? 0 : static_cast<double>(found);
     const double memory = cad.memory > 0 ? cad.memory * megabyte : gigabyte + memory_a_byte * size;
-    return {cad.seconds > 0 ? cad.seconds : seconds + seconds_a_megabyte * size / megabyte,
+    return {cad.timeout > 0 ? cad.timeout : seconds + seconds_a_megabyte * size / megabyte,
             static_cast<std::size_t>(memory)};
 }
 
@@ -323,7 +323,7 @@ Error of_end(const ChildResult& result, const config::Cad& cad, const ChildLimit
                 fmt::format("reading it takes more than {:.3g} s", limits.seconds),
                 cad.file.path,
                 {},
-                "export the model again; if it is right, allow more: --cad-seconds, or geometry/cad/seconds"};
+                "export the model again; if it is right, allow more: --cad-timeout, or geometry/cad/timeout"};
     return {ErrorKind::input,
             fmt::format("OpenCASCADE crashes on it ({}): the file is damaged", result.how),
             cad.file.path,

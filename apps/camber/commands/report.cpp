@@ -48,10 +48,24 @@ Outcome<std::string> found_mesh(const std::string& path, const std::string& repo
                 "give the mesh itself, or the report.json of a run with its mesh beside it");
 }
 
+/// Rejects a report.json of another layout than that of this version.
+Outcome<Done> check_format(std::string_view text, const std::string& path) {
+    const auto format = run::format_of_report(text);
+    if (!format || *format == run::report_format) return Done{};
+    return fail(ErrorKind::input,
+                fmt::format("has the report format {}; this version reads format {}", *format, run::report_format),
+                path, {},
+                *format < run::report_format
+                    ? "write it again with this version: camber curve … --report report.json; CHANGELOG.md lists the "
+                      "renamed keys"
+                    : "read it with the version of Camber that wrote it");
+}
+
 Outcome<Subject> subject_of(const std::string& input) {
     if (!input.ends_with(".json")) return Subject{input, {}, {}};
     const auto text = read_file(input);
     if (!text) return fail(text.error());
+    if (auto current = check_format(as_text(*text), input); !current) return fail(current.error());
     auto histograms = run::histograms_of_report(as_text(*text));
     if (!histograms)
         return fail(ErrorKind::input, "is no report.json as Camber writes them", input, {},
@@ -169,6 +183,7 @@ Outcome<Done> plot(const PlotArguments& a, Written& written) {
     if (auto distinct = check_names(a); !distinct) return distinct;
     auto text = read_file(a.report);
     if (!text) return fail(std::move(text.error()));
+    if (auto current = check_format(as_text(*text), a.report); !current) return current;
     const auto histograms = run::histograms_of_report(as_text(*text));
     if (!histograms)
         return fail(ErrorKind::input, "holds no histograms as Camber writes them", a.report, {},

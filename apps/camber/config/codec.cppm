@@ -13,6 +13,7 @@ module;
 module camber.config:codec;
 import camber.core;
 import camber.recipes;
+import :renames;
 import camber.validity;
 
 namespace camber::config {
@@ -49,6 +50,10 @@ struct Place {
 
 /// `did you mean "…"?`, else the candidates.
 [[nodiscard]] std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
+
+/// The error of a word that is none of the candidates: its successor, if it is an old name, else `what`.
+[[nodiscard]] Error unknown_word(NameKind kind, const std::string& word, const std::vector<std::string>& candidates,
+                                 const Place& place, std::string what);
 
 /// Puts the limits of a number into its schema.
 void add_limits(const Limits& limits, Json& schema);

@@ -8,6 +8,7 @@ module;
 export module camber.config;
 import camber.core;
 import camber.recipes;
+export import :renames;
 
 export namespace camber::config {
 

@@ -214,7 +214,7 @@ std::string wrong_with(const Adaptation& a) {
 const Description& Described<Adaptation>::get() {
     static const Description description = described<Adaptation>(
         "adapt",
-        "Cycles of the stages, each on the mesh that the one before made, until that has settled; a solver may be "
+        "Cycles of the stages, each on the mesh that the one before made, until that has converged; a solver may be "
         "asked "
         "for the solution in between. Without a geometry of its own every cycle takes the boundary of the first mesh.",
         wrong_with);

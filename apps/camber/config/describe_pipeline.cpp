@@ -184,8 +184,8 @@ const Description& Described<Smooth>::get() {
 }
 
 const Description& Described<Mend>::get() {
-    static const Description description =
-        described<Mend>("mend", "Of a mesh of degree 1 or 2: swaps and moves for bad elements alone, turn after turn.");
+    static const Description description = described<Mend>(
+        "improve", "Of a mesh of degree 1 or 2: swaps and moves for bad elements alone, turn after turn.");
     return description;
 }
 
@@ -193,7 +193,8 @@ const Description& Described<Remesh>::get() {
     static const Description description = described<Remesh>(
         "remesh",
         "Brings a mesh to the metric, of degree 1, or of degree 2 with its curves (after commit, or as it was read): "
-        "rounds of collapse, split, swap and smooth, until edges are of unit length and nothing changes much; mend at "
+        "rounds of collapse, split, swap and smooth, until edges are of unit length and nothing changes much; improve "
+        "at "
         "last. References, materials, interfaces, ridges, listed curves, corners and whatever is required are kept, "
         "and no valid element becomes an invalid one. The metric is made of the mesh as it is before; the geometry "
         "too, and what follows is curved onto it.");
@@ -207,7 +208,7 @@ const Choice& Described<Stage>::get() {
         key<Relax>("relax", "repair what is not valid"), key<Commit>("commit", "make the plan the mesh"),
         key<Reinsert>("reinsert", "curve cavity by cavity"), key<Collapse>("collapse", "remove short edges"),
         key<Split>("split", "divide long edges"), key<Swap>("swap", "exchange edges and faces of bad elements"),
-        key<Smooth>("smooth", "move vertices"), key<Mend>("mend", "swap and move for bad elements alone"),
+        key<Smooth>("smooth", "move vertices"), key<Mend>("improve", "swap and move for bad elements alone"),
         key<Remesh>("remesh", "bring a mesh to the metric"));
     return choice;
 }

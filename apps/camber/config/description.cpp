@@ -60,7 +60,7 @@ Outcome<Done> Description::read(const Json& json, const Place& place, const Limi
                    known.empty() ? std::string() : suggestion("", known));
     for (const auto& [key, value] : json.items())
         if (std::find(known.begin(), known.end(), key) == known.end() && !(place.pointer.empty() && key == "$schema"))
-            return bad(place.at(key), "unknown key", suggestion(key, known));
+            return fail(unknown_word(NameKind::key, key, known, place.at(key), "unknown key"));
     for (const Field& field : fields)
         if (auto done = read_field(json, place, field, into); !done) return done;
     if (check)
@@ -126,8 +126,8 @@ Outcome<Done> Choice::read_key(const std::string& key, const Json& options, cons
                                void* into) const {
     const Alternative* const alternative = find(key);
     if (alternative == nullptr)
-        return bad(place, options.is_null() ? "unknown word " + in_quotes(key) : "unknown key",
-                   suggestion(key, keys()));
+        return fail(unknown_word(NameKind::key, key, keys(), place,
+                                 options.is_null() ? "unknown word " + in_quotes(key) : "unknown key"));
     if (options.is_null() && !alternative->codec->may_be_bare())
         return bad(place, "\"" + key + "\" needs its options: {\"" + key + "\": …}", "see: camber explain " + key);
     return alternative->codec->read(options.is_null() ? Json::object() : options, place, limits,

@@ -195,8 +195,8 @@ Outcome<Done> override_value(Json& json, std::string_view assignment) {
         const Json* const before = at;
         at = step(*at, path[k], k + 1 == path.size());
         if (at == nullptr)
-            return fail(ErrorKind::usage, "the path leads nowhere: there is no " + in_quotes(path[k]),
-                        shortened(assignment), {}, suggestion(path[k], words_of(*before)));
+            return fail(unknown_word(NameKind::key, path[k], words_of(*before), {{}, shortened(assignment)},
+                                     "the path leads nowhere: there is no " + in_quotes(path[k])));
     }
     const std::string value(assignment.substr(equals + 1));
     auto parsed = Json::parse(value, nullptr, false);
@@ -251,6 +251,17 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
     std::string all = candidates.empty() ? "there are none" : "known: ";
     for (std::size_t i = 0; i < candidates.size(); ++i) all += (i > 0 ? ", " : "") + candidates[i];
     return all;
+}
+
+Error unknown_word(NameKind kind, const std::string& word, const std::vector<std::string>& candidates,
+                   const Place& place, std::string what) {
+    if (const std::string now = new_name(kind, word, candidates); !now.empty())
+        return {ErrorKind::usage,
+                in_quotes(word) + " was renamed to " + in_quotes(now),
+                place.text(),
+                {},
+                "write " + in_quotes(now)};
+    return {ErrorKind::usage, std::move(what), place.text(), {}, suggestion(word, candidates)};
 }
 
 void add_limits(const Limits& limits, Json& schema) {
@@ -371,8 +382,10 @@ Outcome<Done> WordCodec::read(const Json& json, const Place& place, const Limits
             return Done{};
         }
     const std::string word = json.is_string() ? json.get<std::string>() : std::string{};
-    return bad(place, "expected " + type({}) + ", got " + kind_of(json),
-               nearest(word, words_).empty() ? "" : suggestion(word, words_));
+    std::string what = "expected " + type({}) + ", got " + kind_of(json);
+    if (nearest(word, words_).empty() && new_name(NameKind::value, word, words_).empty())
+        return bad(place, std::move(what));
+    return fail(unknown_word(NameKind::value, word, words_, place, std::move(what)));
 }
 
 Json WordCodec::write(const void* value) const {

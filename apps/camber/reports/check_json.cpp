@@ -35,8 +35,8 @@ Json json(const SoundnessReport& s) {
         first[found.key] = found.other > 0 ? Json{found.first, found.other} : Json{found.first};
         findings[found.key] = {{"count", found.count},
                                {"first", first[found.key]},
-                               {"concern", text_of(found.concern).name},
-                               {"harms", found.harms},
+                               {"category", text_of(found.concern).name},
+                               {"is_harmful", found.harms},
                                {"text", found.sentence}};
     }
     j["first"] = std::move(first);
@@ -45,22 +45,22 @@ Json json(const SoundnessReport& s) {
 }
 
 Json json(const CrossingsReport& c) {
-    Json j{{"looked_at", c.looked_at}, {"facets", c.facets},     {"pairs", c.pairs},
+    Json j{{"examined", c.looked_at},  {"facets", c.facets},     {"pairs", c.pairs},
            {"crossing", c.crossing},   {"touching", c.touching}, {"undecided", c.undecided},
-           {"cut_short", c.cut_short}, {"steps", c.steps},       {"found", Json::array()}};
+           {"truncated", c.cut_short}, {"steps", c.steps},       {"found", Json::array()}};
     for (const CrossingReport& found : c.found) {
         const auto& [a, b] = found.facets;
         j["found"].push_back({{"verdict", word(found.verdict)},
                               {"facets", {a.number, b.number}},
                               {"references", {a.reference, b.reference}},
                               {"vertices", {a.vertices, b.vertices}},
-                              {"straight_too", found.straight_too}});
+                              {"also_when_straight", found.straight_too}});
     }
     return j;
 }
 
 Json json(const OverlapsReport& o) {
-    Json j{{"looked_at", o.looked_at},
+    Json j{{"examined", o.looked_at},
            {"walls", o.walls},
            {"overlapping", o.overlapping},
            {"undecided", o.undecided},
@@ -236,10 +236,10 @@ std::string inspect_json(const GeometryReport& report, std::string_view name, st
     j["corners"] = corners(report);
     j["smooth_listed_edges"] = report.smooth_listed_edges;
     j["interface_facets"] = report.interface_facets;
-    j["lone_facets"] = report.lone_facets;
+    j["isolated_facets"] = report.lone_facets;
     j["open_edges"] = json(report.open);
-    j["crowded_edges"] = json(report.crowded);
-    j["turned_facets"] = json(report.turned);
+    j["non_manifold_edges"] = json(report.crowded);
+    j["misoriented_facets"] = json(report.turned);
     Json suspicious = Json::object();
     for (const PlacesReport& places : report.suspicious) suspicious[places.kind] = json(places);
     j["suspicious"] = std::move(suspicious);

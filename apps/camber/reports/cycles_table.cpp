@@ -29,7 +29,7 @@ Json json(const CycleRow& row) {
            {"unknowns", row.unknowns},
            {"elements", row.elements},
            {"problem", row.problem},
-           {"complexity_wanted", row.wanted},
+           {"complexity_target", row.wanted},
            {"complexity", row.complexity},
            {"unit_edges_before", row.unit_before},
            {"unit_edges", row.unit_edges},
@@ -42,7 +42,7 @@ Json json(const CycleRow& row) {
     if (row.boundary)
         j["boundary_distance"] = {{"bound", row.boundary->bound},
                                   {"reached", row.boundary->reached},
-                                  {"by", row.boundary->is_required ? "config" : "expected_error"}};
+                                  {"origin", row.boundary->is_required ? "config" : "expected_error"}};
     j["seconds"] = row.seconds;
     j["solve_seconds"] = row.solve_seconds;
     if (row.is_of_gradients) j["error_of"] = "gradients";
@@ -61,7 +61,7 @@ CycleRow row_of(const Json& j) {
                  .unknowns = j.at("unknowns").get<std::size_t>(),
                  .elements = j.at("elements").get<std::size_t>(),
                  .problem = j.value("problem", ""),
-                 .wanted = j.at("complexity_wanted").get<double>(),
+                 .wanted = j.at("complexity_target").get<double>(),
                  .complexity = j.at("complexity").get<double>(),
                  .unit_before = j.at("unit_edges_before").get<double>(),
                  .unit_edges = j.at("unit_edges").get<double>(),
@@ -78,7 +78,7 @@ CycleRow row_of(const Json& j) {
     if (j.contains("boundary_distance")) {
         const Json& distance = j.at("boundary_distance");
         row.boundary = {distance.at("bound").get<double>(), distance.at("reached").get<double>(),
-                        distance.at("by").get<std::string>() == "config"};
+                        distance.at("origin").get<std::string>() == "config"};
     }
     if (j.contains("expected_error")) row.expected = j.at("expected_error").get<double>();
     return row;
@@ -106,7 +106,7 @@ bool shows_expected(const config::Adaptation& adapt) { return adapt.exact.empty(
 
 std::string cycles_head(const config::Adaptation& adapt) {
     std::string text = fmt::format("{:>7} {:>9} {:>9} {:>19} {:>13} {:>12} {:>8}", "cycle", "unknowns", "elements",
-                                   "complexity, wanted", "unit edges, %", "quality", "least J");
+                                   "complexity, target", "unit edges, %", "quality", "least J");
     text += fmt::format(" {:>18}", "distance, bound");
     if (shows_expected(adapt)) text += fmt::format(" {:>9}", "expected");
     if (!adapt.exact.empty()) text += fmt::format(" {:>19}", "interpolated L2, H1");
@@ -145,7 +145,13 @@ Outcome<std::vector<CycleRow>> read_cycles(const std::string& text, const std::s
     try {
         const Json table = Json::parse(text);
         std::vector<CycleRow> rows;
-        for (const Json& j : table.at("cycles")) rows.push_back(row_of(j));
+        for (const Json& j : table.at("cycles")) {
+            if (j.contains("complexity_wanted"))
+                return fail(ErrorKind::input,
+                            "is of an earlier version: \"complexity_wanted\" was renamed to \"complexity_target\"",
+                            path, {}, "start again without --from, in another folder");
+            rows.push_back(row_of(j));
+        }
         return rows;
     } catch (const nlohmann::json::exception&) {
         return fail(ErrorKind::input, "is no table of cycles", path, {}, "give another folder");

@@ -147,9 +147,9 @@ std::string field_json(const FieldErrors& field) {
            {"curved", json(e.curved)},
            {"compared_with", word_of(e.compared_with)},
            {"ratio", {{"l2", ratio(e.compared().l2, e.curved.l2)}, {"h1", ratio(e.compared().h1, e.curved.h1)}}},
-           {"straight_turned", e.straight_turned},
-           {"same_boundary_turned", e.same_boundary_turned},
-           {"curved_turned", e.curved_turned},
+           {"straight_inverted", e.straight_turned},
+           {"same_boundary_inverted", e.same_boundary_turned},
+           {"curved_inverted", e.curved_turned},
            {"volume", {{"straight", e.volume.straight}, {"curved", e.volume.curved}}},
            {"unresolved", e.unresolved},
            {"evaluations", e.evaluations}};

@@ -181,9 +181,12 @@ Histogram histogram_of(Quantity quantity, const Json& json) {
     return h;
 }
 
-/// Whether the parser keeps a key of a report. Its objects are lists, in which each key is looked for.
-bool keep_histograms(int depth, nlohmann::detail::parse_event_t event, const Json& parsed) {
-    return depth != 1 || event != nlohmann::detail::parse_event_t::key || parsed == "histograms";
+/// Parses one key of a report and skips the others: objects are lists, in which each key is looked for.
+Json parse_key(std::string_view text, std::string_view key) {
+    return Json::parse(text.begin(), text.end(),
+                       [key](int depth, nlohmann::detail::parse_event_t event, const Json& parsed) {
+                           return depth != 1 || event != nlohmann::detail::parse_event_t::key || parsed == key;
+                       });
 }
 
 bool is_sound(const Histogram& h) {
@@ -220,9 +223,17 @@ nlohmann::ordered_json json_of_histograms(const std::vector<Histogram>& histogra
     return all;
 }
 
+std::optional<int> format_of_report(std::string_view text) {
+    try {
+        return parse_key(text, "format").at("format").get<int>();
+    } catch (const nlohmann::json::exception&) {
+        return {};
+    }
+}
+
 std::optional<std::vector<Histogram>> histograms_of_report(std::string_view text) {
     try {
-        const Json json = Json::parse(text.begin(), text.end(), keep_histograms);
+        const Json json = parse_key(text, "histograms");
         const Json& all = json.at("histograms");
         std::vector<Histogram> histograms;
         for (std::size_t q = 0; q < quantity_count; ++q) {

@@ -192,7 +192,7 @@ class Inspector {
             },
             64);
         if (!fits) return fail(fits.error());
-        PlacesReport doubtful{"doubtful_facet",
+        PlacesReport doubtful{"ambiguous_facet",
                               fmt::format("facets that another {} of the CAD model fits nearly as well", entity),
                               0,
                               {}};
@@ -481,7 +481,7 @@ EntityReport entity_of(const Json& j) {
     entity.kind = j.value("kind", std::string());
     entity.number = j.value("number", std::size_t{0});
     entity.sides = j.value("sides", std::vector<std::size_t>{});
-    entity.beside = j.value("beside", std::vector<std::string>{});
+    entity.beside = j.value("side_geometries", std::vector<std::string>{});
     entity.is_flat = j.value("flat", false);
     entity.references = j.value("references", std::vector<Reference>{});
     entity.pieces = j.value("pieces", std::size_t{0});

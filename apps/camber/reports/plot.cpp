@@ -31,7 +31,7 @@ std::vector<Panel> panels_of(const Histogram& h) {
     std::vector<Panel> panels;
     if (const Series* before = find_series(h, "before")) panels.push_back({before, "before correction", "#4c78a8"});
     if (const Series* after = find_series(h, "after")) panels.push_back({after, "after correction", "#e1812c"});
-    if (const Series* given = find_series(h, "given")) panels.push_back({given, "as given", "#4c78a8"});
+    if (const Series* input = find_series(h, "input")) panels.push_back({input, "input", "#4c78a8"});
     if (const Series* made = find_series(h, "remeshed")) panels.push_back({made, "remeshed", "#e1812c"});
     if (const Series* alone = find_series(h, "count")) panels.push_back({alone, "", "#4c78a8"});
     return panels;

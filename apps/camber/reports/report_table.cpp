@@ -52,9 +52,9 @@ std::string joined_text(const std::vector<std::vector<std::size_t>>& lists) {
 
 std::string damage_row(const CadReport& c) {
     if (c.lost_faces + c.failed_entities + c.open_shells == 0) return {};
-    return table_row("CAD faces lost, failures, open shells",
-                     fmt::format("{}, {}, {}: the file may be damaged", grouped(c.lost_faces),
-                                 grouped(c.failed_entities), grouped(c.open_shells)));
+    return table_row("CAD faces failed",
+                     fmt::format("{}, failed entities {}, open shells {}: the file may be damaged",
+                                 grouped(c.lost_faces), grouped(c.failed_entities), grouped(c.open_shells)));
 }
 
 std::string across_row(const CadReport& c) {
@@ -67,7 +67,7 @@ std::string across_row(const CadReport& c) {
 std::string moves_row(const CadMovesReport& moves) {
     return table_row(
         "vertices moved onto the CAD model",
-        fmt::format("{} (held back {}), by up to {:.4g}", grouped(moves.moved), grouped(moves.held), moves.largest));
+        fmt::format("{} (partly {}), by up to {:.4g}", grouped(moves.moved), grouped(moves.held), moves.largest));
 }
 
 /// Rows of the summary: an unexpected unit, damage, facets that span ridges, vertices that did not reach the model.
@@ -90,9 +90,9 @@ std::string cad_rows(const CadReport& c) {
             "facets: CAD, analytic, surrogate",
             fmt::format("{}, {}, {}", grouped(c.facets), grouped(c.analytic_facets), grouped(c.surrogate_facets)));
     if (c.coincident_facets > 0) text += table_row("facets on coincident CAD faces", c.coincident_facets);
-    text += table_row("doubtful facets, edges, vertices",
-                      fmt::format("{} (settled {}), {}, {}", grouped(c.doubtful_facets), grouped(c.settled_facets),
-                                  grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
+    text += table_row("ambiguous facets",
+                      fmt::format("{} (resolved {}), edges {}, vertices {}", grouped(c.doubtful_facets),
+                                  grouped(c.settled_facets), grouped(c.doubtful_edges), grouped(c.doubtful_vertices)));
     if (!c.joined.lists.empty())
         text += table_row(c.joined.are_edges ? "CAD edges joined smoothly" : "CAD faces joined smoothly",
                           joined_text(c.joined.lists));
@@ -195,7 +195,7 @@ std::string overlaps_row(const OverlappingReport& o) {
 }
 
 /// Nodes of the input's curved boundary that a repair moved.
-std::string kept_boundary_row(const KeptBoundaryReport& k) {
+std::string input_boundary_row(const InputBoundaryReport& k) {
     if (k.moved_nodes == 0) return {};
     return table_row("boundary nodes moved by repair",
                      fmt::format("{}, by up to {:.4g} ({:.2g} of the edge)", grouped(k.moved_nodes), k.largest_shift,
@@ -391,7 +391,7 @@ std::string summary(const Report& report) {
     if (report.validity) text += validity_row(report) + jacobian_row(report);
     text += overlaps_row(report.overlaps);
     if (report.boundary) text += boundary_rows(report);
-    if (report.kept_boundary) text += kept_boundary_row(*report.kept_boundary);
+    if (report.input_boundary) text += input_boundary_row(*report.input_boundary);
     if (report.remesh) text += remesh_rows(*report.remesh);
     text += remaining_rows(report);
     if (report.transfer) text += carried_rows(*report.transfer);

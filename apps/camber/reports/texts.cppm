@@ -17,6 +17,9 @@ export namespace camber::run {
 /// series are left out at either end, and are one row where several follow each other on one side of zero.
 [[nodiscard]] std::string bars(const Histogram& histogram);
 
+/// The number of the layout of a report.json, see report_format; none: the text has no such number.
+[[nodiscard]] std::optional<int> format_of_report(std::string_view text);
+
 /// The histograms of a report.json, also of one without extremes (written before there were). Nothing when the text is
 /// no JSON object with histograms as Camber writes them.
 [[nodiscard]] std::optional<std::vector<Histogram>> histograms_of_report(std::string_view json);

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import os
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -15,6 +16,24 @@ from .files import read
 from .mesh import Made, Mesh, made_of, mesh_of
 from .metric import of as metrics_of
 from .words import Words, fields_in, plain, solver_of, words_of
+
+#: Keywords of earlier versions and their successors.
+_RENAMED = {"cad_seconds": "cad_timeout", "settled": "convergence_tolerance"}
+
+Verb = TypeVar("Verb", bound=Callable[..., Any])
+
+
+def with_new_names(verb: Verb) -> Verb:
+    """Returns the verb with errors for old keywords that state the new ones."""
+
+    @functools.wraps(verb)
+    def checked(*values: Any, **keywords: Any) -> Any:
+        for old, new in _RENAMED.items():
+            if old in keywords:
+                raise UsageError(f"was renamed to {new}", old, remedy=f"write {new}")
+        return verb(*values, **keywords)
+
+    return cast(Verb, checked)
 
 
 _Progress = Callable[[str, float], Any]
@@ -131,7 +150,7 @@ def check(options: dict[str, Any]) -> dict[str, Any]:
         metric = np.full(len(words.mesh.vertices), float(metric))
     rows = None if metric is None else np.asarray(metric)
     raw = _camber.check(words.words, words.mesh._handle, rows, progress)
-    return {**json.loads(raw["report"]), "table": raw["table"], "element_verdicts": _columns(raw["elements"]), "holds": raw["holds"]}
+    return {**json.loads(raw["report"]), "table": raw["table"], "element_verdicts": _columns(raw["elements"]), "success": raw["success"]}
 
 
 def _columns(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

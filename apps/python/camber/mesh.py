@@ -294,9 +294,14 @@ class Made:
     report: dict[str, Any] = field(repr=False)  #: the figures of `--report`: docs/report.md
     metric: np.ndarray | None = field(repr=False)  #: (v,) or (v, D, D): at the vertices, where one was made
     solution: dict[str, np.ndarray] = field(repr=False)  #: the fields that went along, on this mesh
-    holds: bool = True  #: whether the mesh is the requested one; if not, report["misses"] says why
+    success: bool = True  #: whether the mesh is the requested one; if not, report["misses"] says why
     cycles: list[dict[str, Any]] = field(default_factory=list, repr=False)  #: of `adapt`: a row a cycle
     reason: str = ""  #: of `adapt`: why it ended before its number of cycles
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "holds":
+            raise AttributeError("holds was renamed to success")
+        raise AttributeError(f"{type(self).__name__} has no attribute {name}")
 
     def _repr_html_(self) -> str:
         return self.mesh._repr_html_()
@@ -310,7 +315,7 @@ def made_of(raw: Mapping[str, Any]) -> Made:
     for notice in raw["notices"]:
         _log.info("%s", in_python(notice))
     report = json.loads(raw["report"])
-    if not raw["holds"]:
+    if not raw["success"]:
         warnings.warn("; ".join(report["misses"]), NotCertified, stacklevel=_outside())
     solution = raw["solution"]
     cycles = json.loads(raw["cycles"]) if "cycles" in raw else []
@@ -319,7 +324,7 @@ def made_of(raw: Mapping[str, Any]) -> Made:
         report,
         raw["metric"],
         solution,
-        raw["holds"],
+        raw["success"],
         cycles["cycles"] if isinstance(cycles, dict) and "cycles" in cycles else cycles,
         in_python(raw.get("reason", "")),
     )

@@ -18,6 +18,7 @@ from .mesh import Made, Mesh
 Progress = Callable[[str, float], Any]
 
 
+@_verbs.with_new_names
 def curve(
     mesh: Any,
     *,
@@ -30,7 +31,7 @@ def curve(
     cad: str | None = None,
     cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
     cad_vertices: Literal["keep", "move"] | None = None,
-    cad_seconds: float | None = None,
+    cad_timeout: float | None = None,
     cad_memory: float | None = None,
     geometry_tolerance: float | None = None,
     objective: Literal["accuracy", "energy", "length", "shape", "solution"] | None = None,
@@ -54,7 +55,7 @@ def curve(
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
-        remesh refines until it is met, or ends with `holds` is False. Default: remesh makes no facet that is
+        remesh refines until it is met, or ends with `success` is False. Default: remesh makes no facet that is
         farther than a hundredth of the size of its surface, or that turns by more than 30 degrees, with degree 2 by
         90; none: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
@@ -70,18 +71,18 @@ def curve(
         model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
     cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
         keep, and too many of them are an error.
-    cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
+    cad_timeout: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
-    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
-        is False. Default: 1e-5. In [0, inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it:
+        `success` is False. Default: 1e-5. In [0, inf).
     objective: What edges are curved for: accuracy, that what the metric belongs to is interpolated well; energy or
         length, that this is least in the metric (energy: smooth, evenly spaced); shape: no metric, the Jacobians of
         elements are made as even as may be; solution: that the run's solution is interpolated well, no metric.
         Default: solution where there is solution and no metric, else accuracy.
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
-        `holds` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
+        `success` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
     solution: Fields on the input that go along: rows at its vertices or nodes, a file of the same mesh with fields,
         or an expression such as 'tanh((x-y)/0.05)' of its nodes. curve places inner nodes where these are
         interpolated best, but for a metric or an objective. Default: the fields of the input's own file. Or an
@@ -101,6 +102,7 @@ def curve(
     return _verbs.curve(options)
 
 
+@_verbs.with_new_names
 def remesh(
     mesh: Any,
     *,
@@ -113,12 +115,12 @@ def remesh(
     cad: str | None = None,
     cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
     cad_vertices: Literal["keep", "move"] | None = None,
-    cad_seconds: float | None = None,
+    cad_timeout: float | None = None,
     cad_memory: float | None = None,
     geometry_tolerance: float | None = None,
     rounds: int | None = None,
     blocks: int | None = None,
-    objective: Literal["as_curved", "accuracy", "energy", "length"] | None = None,
+    objective: Literal["auto", "accuracy", "energy", "length"] | None = None,
     solution: str | np.ndarray | Mapping[str, Any] | None = None,
     fields: Sequence[str] | None = None,
     transfer: Literal["interpolate", "conserve"] | None = None,
@@ -147,7 +149,7 @@ def remesh(
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
     geometry_error: Largest distance of the boundary from its geometry, both ways. The metric gets the sizes for it;
-        remesh refines until it is met, or ends with `holds` is False. Default: remesh makes no facet that is
+        remesh refines until it is met, or ends with `success` is False. Default: remesh makes no facet that is
         farther than a hundredth of the size of its surface, or that turns by more than 30 degrees, with degree 2 by
         90; none: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
@@ -163,18 +165,18 @@ def remesh(
         model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
     cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
         keep, and too many of them are an error.
-    cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
+    cad_timeout: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
-    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
-        is False. Default: 1e-5. In [0, inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it:
+        `success` is False. Default: 1e-5. In [0, inf).
     rounds: At most so many rounds of collapse, split, swap and smooth; they end where nothing changes much. In [0,
         1000].
     blocks: Of a straight mesh: elements in a block, each of which is brought to the metric by itself while what it
         shares with others stays, then again in other blocks; 0: the mesh as a whole. In [0, inf).
-    objective: Degree 2: what inner edges are curved for, as in the stage curve: accuracy, energy or length;
-        as_curved: that of a stage curve before, else accuracy. Default: as_curved.
+    objective: Degree 2: what inner edges are curved for, as in the stage curve: accuracy, energy or length; auto:
+        that of a stage curve before, else accuracy. Default: auto.
     solution: Fields on the input that go along: rows at its vertices or nodes, a file of the same mesh with fields,
         or an expression such as 'tanh((x-y)/0.05)' of its nodes. curve places inner nodes where these are
         interpolated best, but for a metric or an objective. Default: the fields of the input's own file. Or an
@@ -194,6 +196,7 @@ def remesh(
     return _verbs.remesh(options)
 
 
+@_verbs.with_new_names
 def repair(
     mesh: Any,
     *,
@@ -202,7 +205,7 @@ def repair(
     cad: str | None = None,
     cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
     cad_vertices: Literal["keep", "move"] | None = None,
-    cad_seconds: float | None = None,
+    cad_timeout: float | None = None,
     cad_memory: float | None = None,
     geometry_tolerance: float | None = None,
     min_scaled_jacobian: float | None = None,
@@ -223,7 +226,7 @@ def repair(
     on them where nothing else helps. With boundary_tolerance T the nodes of boundary edges may move too where
     nothing else helps, each by T at most (between them the surface then moves by 4/3 T at most); boundary vertices
     never do. Elements that cannot be repaired are listed with the reason, the mesh is written with them, and
-    `holds` is False. How it is done: docs/algorithms/repair.md
+    `success` is False. How it is done: docs/algorithms/repair.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     boundary_tolerance: How far the node of a boundary edge may move, in model units; 0 (the default): not at all.
@@ -237,14 +240,14 @@ def repair(
         model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
     cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
         keep, and too many of them are an error.
-    cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
+    cad_timeout: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
-    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
-        is False. Default: 1e-5. In [0, inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it:
+        `success` is False. Default: 1e-5. In [0, inf).
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
-        `holds` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
+        `success` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
     solution: Fields on the input that go along: rows at its vertices or nodes, a file of the same mesh with fields,
         or an expression such as 'tanh((x-y)/0.05)' of its nodes. curve places inner nodes where these are
         interpolated best, but for a metric or an objective. Default: the fields of the input's own file. Or an
@@ -264,6 +267,7 @@ def repair(
     return _verbs.repair(options)
 
 
+@_verbs.with_new_names
 def adapt(
     mesh: Any,
     *,
@@ -283,13 +287,13 @@ def adapt(
     gradation: float | None = None,
     cycles: int | None = None,
     degree: int | None = None,
-    settled: float | None = None,
+    convergence_tolerance: float | None = None,
     result: Literal["auto", "best", "last"] | None = None,
     geometry: str | Mapping[str, Any] | Mesh | Made | None = None,
     cad: str | None = None,
     cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
     cad_vertices: Literal["keep", "move"] | None = None,
-    cad_seconds: float | None = None,
+    cad_timeout: float | None = None,
     cad_memory: float | None = None,
     geometry_tolerance: float | None = None,
     transfer: Literal["interpolate", "conserve"] | None = None,
@@ -303,8 +307,8 @@ def adapt(
     A cycle takes the mesh and its solution, makes the metric of so many elements that interpolates it best,
     remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every
     mesh is valid. The boundary stays on the geometry: that of geometry or cad, else the first mesh's. Cycles end
-    when the error has settled (settled), after cycles of them, or by Ctrl-C; the mesh with the least error is then
-    in OUTPUT (result). How it works: docs/algorithms/adaptation.md
+    when the error has converged (convergence_tolerance), after cycles of them, or by Ctrl-C; the mesh with the
+    least error is then in OUTPUT (result). How it works: docs/algorithms/adaptation.md
 
     mesh: the mesh: a camber.Mesh, what another verb made, or a mesh of meshio's, PyVista's or VTK's.
     solve: called with each mesh, the solution before brought to it ({} of the first), and the cycle; gives the
@@ -327,17 +331,17 @@ def adapt(
         one raises that. In [0, inf). Default: 0.
     size: A size at boundary facets by their reference, as 3=0.01, or KIND:REFERENCE,REFERENCE=SIZE with facets,
         edges, vertices or elements. Or {reference: size}.
-    geometry_error: Largest distance of the boundary from its geometry, both ways; what the result misses is `holds`
-        is False. Default: by the expected error of the solution, what misses that is a note, and no facet is made
-        that is farther than with remesh; none: any. In (0, inf).
+    geometry_error: Largest distance of the boundary from its geometry, both ways; what the result misses is
+        `success` is False. Default: by the expected error of the solution, what misses that is a note, and no facet
+        is made that is farther than with remesh; none: any. In (0, inf).
     gradation: Largest ratio of the metric's sizes at adjacent edges; 0: not limited. Default: 2.5 for the metric of
         a solution, others as they are. In (1, 1000].
-    cycles: So many cycles at most; they end where the error has settled. Default: 8, of a solution's file 1. In [1,
-        1000].
+    cycles: So many cycles at most; they end where the error has converged. Default: 8, of a solution's file 1. In
+        [1, 1000].
     degree: Of the meshes that are made: 1, straight, or 2, curved. In [1, 2]. Default: 2.
-    settled: Cycles end once the least error of the last complexity has fallen by no more than this share over two
-        cycles; without an error, once the unit edges in the metric of the mesh's own solution rise by no more than
-        a fifth of it in one; 0: never before their number. In [0, 1]. Default: 0.1.
+    convergence_tolerance: Cycles end once the least error of the last complexity has fallen by no more than this
+        share over two cycles; without an error, once the unit edges in the metric of the mesh's own solution rise
+        by no more than a fifth of it in one; 0: never before their number. In [0, 1]. Default: 0.1.
     result: Best: the mesh with the least error among those of the last complexity; last: the mesh of the last
         cycle; auto: last if the solver's command has {cycle}, with which each cycle may solve another problem,
         otherwise best.
@@ -350,16 +354,16 @@ def adapt(
         model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
     cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
         keep, and too many of them are an error.
-    cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
+    cad_timeout: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
-    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it: `holds`
-        is False. Default: 1e-5. In [0, inf).
+    geometry_tolerance: Largest distance of the node of a boundary edge from its geometry; nodes beyond it:
+        `success` is False. Default: 1e-5. In [0, inf).
     transfer: Interpolate: the old field at the new nodes; conserve: where elements changed the nearest field in L2
         that keeps the integrals by material.
     min_scaled_jacobian: Every element's scaled Jacobian must be at least this, from 0 and below 1; what is not:
-        `holds` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
+        `success` is False. Without it 0.1 is recommended: what is below is a note. In [0, 1).
     set: Override one option of the config: path=value, e.g. stages/curve/objective=length. Or {path: value}.
     threads: Threads to use; 0: all. The result does not depend on it. In [0, inf).
     progress: called with the stage and its share, from 0 to 1, now and then; False from it stops the work, and
@@ -369,6 +373,7 @@ def adapt(
     return _verbs.adapt(options)
 
 
+@_verbs.with_new_names
 def check(
     mesh: Any,
     *,
@@ -408,6 +413,7 @@ def check(
     return _verbs.check(options)
 
 
+@_verbs.with_new_names
 def geometry(
     mesh: Any,
     *,
@@ -415,7 +421,7 @@ def geometry(
     cad: str | None = None,
     cad_unit: Literal["auto", "file", "m", "cm", "mm", "um", "in", "ft"] | None = None,
     cad_vertices: Literal["keep", "move"] | None = None,
-    cad_seconds: float | None = None,
+    cad_timeout: float | None = None,
     cad_memory: float | None = None,
     ridge_angle: float | None = None,
     worst: int | None = None,
@@ -446,7 +452,7 @@ def geometry(
         model's file if the mesh's boundary lies on the model in it, else the only unit in which it does.
     cad_vertices: Vertices of the boundary that are off the CAD model: keep, or move them onto it first. Default:
         keep, and too many of them are an error.
-    cad_seconds: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
+    cad_timeout: How long reading the CAD model may take (s). Default: 10, and 1 for each megabyte of its file. In
         [0, inf).
     cad_memory: How much memory reading the CAD model may take (MB). Default: 1000, and 50 times its file. In [0,
         inf).
@@ -459,6 +465,7 @@ def geometry(
     return _verbs.geometry(options)
 
 
+@_verbs.with_new_names
 def transfer(
     old_mesh: Any,
     new_mesh: Any,
@@ -488,6 +495,7 @@ def transfer(
     return _verbs.transfer(options)
 
 
+@_verbs.with_new_names
 def generate(
     shape: Any,
     *,

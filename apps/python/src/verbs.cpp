@@ -62,7 +62,7 @@ py::dict dict_of(app::MadeInMemory made) {
     out["metric"] = made.metric ? py::object(array_of(*made.metric)) : py::object(py::none());
     out["report"] = made.report;
     out["notices"] = made.notices;
-    out["holds"] = made.holds_what_was_asked;
+    out["success"] = made.holds_what_was_asked;
     out["mesh"] = mesh;
     return out;
 }
@@ -151,7 +151,7 @@ py::dict check(const Words& words, const MeshHandle& mesh, const std::optional<p
     out["report"] = found.report;
     out["table"] = found.table;
     out["elements"] = elements;
-    out["holds"] = found.all_good;
+    out["success"] = found.all_good;
     return out;
 }
 
