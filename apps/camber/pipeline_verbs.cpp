@@ -198,7 +198,7 @@ void add_cycles(CLI::App* verb, AdaptArguments& a) {
     add_option(verb, "--degree", a.degree, "Of the meshes that are made: 1, straight, or 2, curved")
         ->check(between<int>(1, 2))
         ->capture_default_str();
-    add_described<double>(verb, a.adapt, option_of(&S::settled));
+    add_described<double>(verb, a.adapt, option_of(&S::convergence_tolerance));
     add_words(verb, "--result", a.adapt.result, help_of(option_of(&S::result)));
     add_option(verb, "--timeout", a.adapt.timeout, "How long the solver may take each time. Default: any time")
         ->check(at_least<double>(0));

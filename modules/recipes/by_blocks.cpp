@@ -209,10 +209,7 @@ class BlockRunner {
         const RowCounts& n = curved.counts;
         const std::size_t edges = curved.first_edges.back();
         report_.mesh = {D, 2, n.points, n.points + edges, n.elements, n.facets, n.edges};
-        CurveReport& curve = report_.curve.emplace();
-        curve.edges = edges;
-        curve.volume_edges = curved.statistics.volume_edges;
-        curve.curved_edges = curved.statistics.curved_edges;
+        report_.curve = CurveReport{curved.statistics, edges};
         report_.blocks =
             BlocksReport{curved.parts.layout.blocks(), sources_.blocks.elements, curved.iterations};
         report_.validity_before = validity_report(curved.before, bound_, n.elements);

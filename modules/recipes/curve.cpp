@@ -43,47 +43,24 @@ constexpr const char* of_volume(CurvingAim aim) {
                  "start";
 }
 
-BoundaryNodesReport nodes_report(BoundaryNodeAim aim, const PlacementStatistics& s) {
-    return {std::string(word_of(aim)),
-            s.edges,
-            s.placed,
-            s.best,
-            s.off,
-            s.far,
-            s.elements,
-            s.walked,
-            s.limited,
-            s.mean_reduction,
-            s.largest_reduction};
+}  // namespace
+
+namespace {
+
+template <int D>
+CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) {
+    CurveReport report{curved.statistics, mesh.edges.size()};
+    if (is_surface_alone(mesh.linear)) report.curved_edges = bent_edges(mesh, curved.proposal);
+    report.before = edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths);
+    return report;
 }
 
 }  // namespace
 
 template <int D>
-CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) {
-    const CurveStatistics& s = curved.statistics;
-    return {mesh.edges.size(),
-            s.volume_edges,
-            is_surface_alone(mesh.linear) ? bent_edges(mesh, curved.proposal) : s.curved_edges,
-            s.polished,
-            s.exhausted,
-            s.shortened,
-            s.outside,
-            s.lost,
-            s.drawn_back,
-            edge_report(mesh, curved.proposal, curved.straight_lengths, curved.lengths),
-            {},
-            {},
-            {},
-            {},
-            0,
-            {}};
-}
-
-template <int D>
 void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options) {
     const Quadratic<D>& at = run.quadratic();
-    if (made.input.placed) run.report.boundary->nodes = nodes_report(options.boundary_nodes, *made.input.placed);
+    if (made.input.placed) run.report.boundary->nodes = {*made.input.placed, std::string(word_of(options.boundary_nodes))};
     CurveReport part = curve_report(at.mesh, made.curved);
     if (made.field && made.edges.aim == CurvingAim::accuracy && !is_surface_alone(at.mesh.linear)) {
         const CurveStatistics& s = made.curved.statistics;
@@ -390,7 +367,6 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
-    template CurveReport curve_report<D>(const QuadraticMesh<D>&, const Curved<D>&);                                \
     template void report_curves<D>(Runner<D>&, const ProposedCurves<D>&, const ProposeOptions&);            \
     template Wanted<D> keep_field<D>(Runner<D>&, Boundary<D>, ProposedCurves<D>, CurvingAim);                       \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);                                              \

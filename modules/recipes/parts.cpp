@@ -24,6 +24,7 @@ import camber.optimisation;
 import camber.io;
 import camber.surface;
 import camber.curving;
+import camber.operation;
 import camber.repair;
 
 namespace camber::run {
@@ -44,29 +45,15 @@ void add_up(std::optional<RelaxReport>& sum, const RelaxReport& part) {
     sum->given_up += part.given_up;
 }
 
-void add_up(PassReport& sum, const PassReport& part) {
-    sum.rounds += part.rounds;
-    sum.proposals += part.proposals;
-    sum.planned += part.planned;
-    sum.accepted += part.accepted;
-    sum.corrections += part.corrections;
-    sum.shortened += part.shortened;
-    sum.drawn_back += part.drawn_back;
-    sum.programmes += part.programmes;
-    sum.moved_nodes += part.moved_nodes;
-    sum.straight_inverted += part.straight_inverted;
-    sum.straight_positive += part.straight_positive;
-    sum.farthest_facet = std::max(sum.farthest_facet, part.farthest_facet);
-    for (const auto& [reason, count] : part.rejected) {
-        const auto there = std::ranges::find_if(sum.rejected, [&](const auto& r) { return r.first == reason; });
-        if (there == sum.rejected.end())
-            sum.rejected.emplace_back(reason, count);
-        else
-            there->second += count;
-    }
-}
-
 }  // namespace
+
+std::vector<std::pair<std::string, std::size_t>> PassReport::rejected_by_reason() const {
+    std::vector<std::pair<std::string, std::size_t>> counts;
+    for (const auto& reason : words(RejectionReason{}))
+        if (const std::size_t n = of(reason.value); n > 0 && reason.value != RejectionReason::none)
+            counts.emplace_back(reason.word, n);
+    return counts;
+}
 
 RelaxReport relax_report(const RepairStatistics& s, std::size_t given_up, RepairMethod method) {
     return {.method = std::string(word_of(method)),
@@ -134,7 +121,7 @@ void add(Report& report, const PassReport& part) {
     if (same == passes.end())
         passes.push_back(part);
     else
-        add_up(*same, part);
+        static_cast<PassStatistics&>(*same) += part;
 }
 
 void add(std::vector<Histogram>& all, std::vector<Histogram> part) {

@@ -250,28 +250,6 @@ Outcome<Done> begin_changing(Runner<D>& run) {
     return begin_changing(run, mesh);
 }
 
-PassReport pass_report(std::string_view name, const PassStatistics& s) {
-    PassReport report{.pass = std::string(name),
-                      .rounds = s.rounds,
-                      .proposals = s.proposals,
-                      .planned = s.planned,
-                      .accepted = s.accepted,
-                      .corrections = s.corrections,
-                      .shortened = s.shortened,
-                      .drawn_back = s.drawn_back,
-                      .bent_around = s.bent_around,
-                      .programmes = s.programmes,
-                      .straight_inverted = s.straight_inverted,
-                      .straight_positive = s.straight_positive,
-                      .farthest_facet = s.farthest_facet,
-                      .moved_nodes = s.moved_nodes,
-                      .rejected = {}};
-    for (const auto& reason : words(RejectionReason{}))
-        if (const std::size_t n = s.of(reason.value); n > 0 && reason.value != RejectionReason::none)
-            report.rejected.emplace_back(reason.word, n);
-    return report;
-}
-
 /// `pass(mesh, goal, execution)` on the mesh that changes, as the step of a stage.
 template <int D, class Options, class Pass>
 Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
@@ -282,7 +260,7 @@ Outcome<Done> change(Runner<D>& run, const Options& stage, const Pass& pass) {
         changing.mesh = std::move(made->state);
         run.state.reached.reset();
         constexpr std::string_view name = std::get<Step<Options>>(step_table).name;
-        add(run.report, pass_report(name, made->statistics));
+        add(run.report, PassReport{made->statistics, std::string(name)});
         return Done{};
     });
 }
@@ -434,7 +412,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     for (const auto& [pass, done] :
          {std::pair("collapse", &s.collapse), std::pair("split", &s.split), std::pair("swap", &s.swap),
           std::pair("smooth", &s.smooth), std::pair("improve", &s.mend)})
-        add(run.report, pass_report(pass, *done));
+        add(run.report, PassReport{*done, pass});
     return Done{};
 }
 

@@ -13,6 +13,8 @@ import camber.core;
 import camber.interpolation;
 import camber.metric;
 import camber.validity;
+import camber.operation;
+import camber.curving;
 import camber.repair;
 import camber.stages;
 import camber.distributed;
@@ -401,10 +403,8 @@ struct DeviationReport {
 };
 
 /// Nodes of boundary edges with a target other than the projected middle.
-struct BoundaryNodesReport {
-    std::string by;
-    std::size_t edges = 0, placed = 0, best = 0, off = 0, far = 0, elements = 0, walked = 0, limited = 0;
-    double mean_reduction = 0, largest_reduction = 0;
+struct BoundaryNodesReport : PlacementStatistics {
+    std::string by = {};
 
     [[nodiscard]] static constexpr auto fields() {
         using S = BoundaryNodesReport;
@@ -571,14 +571,13 @@ struct ExpectedErrorsReport {
     }
 };
 
-struct CurveReport {
-    std::size_t edges = 0, volume_edges = 0, curved_edges = 0;
-    std::size_t polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0, drawn_back = 0;
-    EdgeReport before;                                  ///< correction
+struct CurveReport : CurveStatistics {
+    std::size_t edges = 0;
+    EdgeReport before = {};                             ///< correction
     std::optional<NodesByReport> by = {};               ///< for accuracy
     std::optional<ExpectedErrorsReport> expected = {};  ///< of the objective solution
-    std::optional<EdgeReport> after;
-    std::optional<EdgeReport> in_straight_field;  ///< after correction, where the back mesh is curved
+    std::optional<EdgeReport> after = {};
+    std::optional<EdgeReport> in_straight_field = {};  ///< after correction, where the back mesh is curved
     double edges_per_second = 0;
     std::string objective = {};  ///< word of the configuration
 
@@ -770,15 +769,11 @@ struct UnitMeshReport {
 };
 
 /// All passes of one kind.
-struct PassReport {
-    std::string pass;
-    std::size_t rounds = 0, proposals = 0, planned = 0, accepted = 0, corrections = 0, shortened = 0;
-    std::size_t drawn_back = 0, bent_around = 0, programmes = 0, straight_inverted = 0, straight_positive = 0;
-    double farthest_facet = 0;
-    std::size_t moved_nodes = 0;
-    std::vector<std::pair<std::string, std::size_t>> rejected;
+struct PassReport : PassStatistics {
+    std::string pass = {};
     double seconds = 0;
 
+    [[nodiscard]] std::vector<std::pair<std::string, std::size_t>> rejected_by_reason() const;
     [[nodiscard]] static constexpr auto fields() {
         using S = PassReport;
         constexpr Fields<S> f;
@@ -788,7 +783,7 @@ struct PassReport {
             f("proposals", &S::proposals, "number of operations with a reason"),
             f("planned", &S::planned, "number of operations that satisfy the pass's own criteria of length and shape"),
             f("accepted", &S::accepted, "number of operations that were done"),
-            f("rejected", &S::rejected,
+            f("rejected", &S::rejected_by_reason,
               "number of operations that were not done, by reason: `empty`, `required`, `surface`, `line`, `ball` and "
               "`exists` (topology), `volume`, `quality`, `length`, `height`, `geometry`, `wall`, `crossing`, `gain` "
               "(no noticeable change), `deferred` (counted again later) "

@@ -264,10 +264,6 @@ struct MetricInput {
     const Inherited<D>* inherited;       ///< of a mesh that was remeshed: its metric is made; null of others
 };
 
-/// Of targets that were found; how fast is for the runner to say.
-template <int D>
-[[nodiscard]] CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved);
-
 /// A config's geometry as a value; the surrogate is built from the mesh. `curves`: the nodes of its edges, where its
 /// boundary's curves are the geometry; empty: smooth surfaces through its vertices. Error (usage, with the JSON path):
 /// a vector of the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on. Of a
