@@ -111,10 +111,11 @@ void by_the_paper(benchmark::State& state, const EdgeCase& c, paper::Along along
 EdgeSearchWork find_targets(const EdgeCase& c, const CurveOptions& options, const EdgeRules& rules,
                             std::span<EdgeTarget<3>> targets) {
     EdgeSearchWork work;
+    const MeshEdges<3> all{c.mesh, c.kinds, c.shell};
     for (std::size_t begin = 0; begin < c.edges.size(); begin += searched_together) {
         const std::size_t n = std::min(searched_together, c.edges.size() - begin);
-        work += searched_targets<3>(c.mesh, std::span(c.edges).subspan(begin, n), c.mesh.mid_nodes, c.shell, c.back,
-                                    rules, options, targets.subspan(begin, n));
+        work += searched_targets<3>({all, std::span(c.edges).subspan(begin, n), c.mesh.mid_nodes}, c.back, rules,
+                                    options, targets.subspan(begin, n));
     }
     return work;
 }
@@ -145,7 +146,8 @@ void by_default(benchmark::State& state, const EdgeCase& c) {
     const CurveOptions options;
     Buffer<Vec<3>> offsets;
     for (auto _ : state) {
-        offsets = accurate_offsets(c.mesh, c.kinds, EdgeKind::volume, c.shell, c.back, options, {.threads = 1}).value();
+        offsets =
+            accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, c.back, options, {.threads = 1}).value();
         benchmark::DoNotOptimize(offsets.data());
     }
     std::vector<Vec<3>> nodes;

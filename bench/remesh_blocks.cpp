@@ -155,19 +155,18 @@ Remeshing<3> begun(const Arguments& a, const Execution& execution) {
 
 void by_blocks(const Arguments& a, Remeshing<3> r, const Execution& execution) {
     const auto ranks = one_rank();
-    auto shared = must(share_of(must(rows_of(r.mesh)), *ranks));
+    BroughtRows<3> brought{must(share_of(must(rows_of(r.mesh)), *ranks))};
     r.mesh = {};
-    ToMetricStatistics statistics;
     for (const BlockTurn& turn : a.turns) {
         const Clock clock;
         const InBlocks by{a.block, *ranks};
-        shared = must(turn_by_blocks(std::move(shared), r.goal, {}, by, turn, statistics, plainly(execution)));
+        brought = must(turn_by_blocks(std::move(brought), r.goal, {}, by, turn, plainly(execution)));
         std::printf("shift %.3f, %d rounds, ", turn.shift, turn.rounds);
         clock.tell(turn.lengths == BlockTurn::Lengths::loose ? "loose" : "strict");
-        const auto whole = must(assembled(shared.rows, execution));
-        const auto near = grown(whole.state.mesh, shared.on_rim, 2);
+        const auto whole = must(assembled(brought.shared.rows, execution));
+        const auto near = grown(whole.state.mesh, brought.shared.on_rim, 2);
         tell("near rims", measured(whole.state, near));
-        tell("all", measured(whole.state, Buffer<std::uint8_t>(shared.on_rim.size(), 1)));
+        tell("all", measured(whole.state, Buffer<std::uint8_t>(brought.shared.on_rim.size(), 1)));
     }
 }
 

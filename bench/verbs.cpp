@@ -52,7 +52,7 @@ const Case& layers() {
         c.shell = *shells(c.mesh.edges, all);
         const auto ball = *balls(c.linear, all);
         c.back = *make_back_mesh(c.linear, ball, Column<LogMetric<3>>(*natural_log_metrics(c.linear, ball, all)), all);
-        c.curved = *curve(c.mesh, c.features.edge_kinds, c.boundary, c.shell, c.back, by_energy(), all);
+        c.curved = *curve({c.mesh, c.features.edge_kinds, c.shell}, c.boundary, c.back, by_energy(), all);
         return c;
     }();
     return made;
@@ -80,7 +80,7 @@ void curve_edges(benchmark::State& state) {
     options.aim = aim;
     for (auto _ : state)
         benchmark::DoNotOptimize(
-            curve(c.mesh, c.features.edge_kinds, c.boundary, c.shell, c.back, options, threads(state)));
+            curve({c.mesh, c.features.edge_kinds, c.shell}, c.boundary, c.back, options, threads(state)));
     state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations() * c.curved.statistics.volume_edges));
 }
 

@@ -100,173 +100,175 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 
 namespace {
 
-/// Offsets of volume edges for accuracy, as smooth functions and their elements bear them, and how many are less for
-/// it.
-template <int D>
-struct BorneOffsets {
-    Buffer<Vec<D>> offsets;
-    std::size_t held_back = 0, drawn_back = 0;
-};
-template <int D>
-Outcome<BorneOffsets<D>> offsets_by_element(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                            const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                            const BackMesh<D>& back, const CurveOptions& options,
-                                            const Execution& execution) {
-    auto offsets = accurate_offsets(mesh, kinds, EdgeKind::volume, shells, back, options, part_of(execution, 0, 0.7));
-    if (!offsets) return fail(offsets.error());
-    std::size_t held_back = 0;
-    if (options.metric_kind == MetricKind::natural) {
-        const auto held =
-            limit_smooth_loss<D>(mesh, shells, options.smooth_loss, *offsets, part_of(execution, 0.7, 0.84));
-        if (!held) return fail(held.error());
-        held_back = *held;
-    }
-    auto limited =
-        limit_by_jacobian<D>(mesh, base.view(), shells, options.min_jacobian, *offsets, part_of(execution, 0.84, 1));
-    if (!limited) return fail(limited.error());
-    return BorneOffsets<D>{std::move(*offsets), held_back, *limited};
-}
-
-/// Whether a node's offset is more than a thousandth of its chord.
+/// True if a node's offset is more than a thousandth of its chord.
 template <int D>
 [[nodiscard]] bool is_noticeable(const Vec<D>& offset, const Vec<D>& chord) {
     return norm_squared(offset) > 1e-6 * norm_squared(chord);
 }
 
-/// Edges from `begin` to `end`, searched together; those that are measured are measured.
+/// Curves all edges of a mesh in a field: computes the targets of the edges, in columns.
 template <int D>
-CurveStatistics search_targets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                               const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                               const BackMesh<D>& back, const EdgeRules& rules, const CurveOptions& options,
-                               std::size_t begin, std::size_t end, Columns<D>& columns) {
-    CurveStatistics statistics;
-    const auto give = [&](EdgeId e, const EdgeTarget<D>& target) {
-        columns.place(e.index(), target);
-        columns.measure(e.index(), target);
-        count(statistics, target.flags);
-    };
-    std::vector<EdgeId> edges;
-    edges.reserve(end - begin);
-    for (EdgeId e(begin); e.index() < end; e = EdgeId(e.index() + 1)) {
-        const bool volume = kinds[e] == EdgeKind::volume;
-        if (volume && !shells[e].empty())
-            edges.push_back(e);
-        else
-            give(e, boundary_target(mesh, e, volume ? mesh.mid_nodes[e] : base[e]));
-    }
-    std::vector<EdgeTarget<D>> searched(edges.size());
-    searched_targets<D>(mesh, edges, base, shells, back, rules, options, searched);
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-        if (is_measured(options.measured, edges[i].index(), mesh.edges.size()))
-            measure(mesh, {edges[i], shells[edges[i]].front()}, back, rules.report, searched[i]);
-        give(edges[i], searched[i]);
-    }
-    return statistics;
-}
+class Curving {
+  public:
+    Curving(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base, const BackMesh<D>& back,
+            const CurveOptions& options)
+        : edges_(edges),
+          mesh_(edges.mesh),
+          kinds_(edges.kinds),
+          shells_(edges.shells),
+          base_(base),
+          back_(back),
+          options_(options),
+          rules_(edge_rules(options)),
+          columns_(mesh_.edges.size()) {}
 
-/// Nodes for accuracy. Their offsets are not kept: they are as large as the nodes.
-template <int D>
-Outcome<CurveStatistics> place_accurately(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                          const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                          const BackMesh<D>& back, const CurveOptions& options,
-                                          const Execution& execution, Columns<D>& columns) {
-    const auto borne = offsets_by_element(mesh, kinds, base, shells, back, options, execution);
-    if (!borne) return fail(borne.error());
-    const auto target_of = [&](std::size_t e) {
-        if (kinds[e] != EdgeKind::volume) return boundary_target(mesh, EdgeId(e), base[e]);
-        if (shells[e].empty()) return boundary_target(mesh, EdgeId(e), mesh.mid_nodes[e]);
-        EdgeTarget<D> target = node_target(mesh, EdgeId(e), {base[e].point + borne->offsets[e]});
-        const auto& [a, b] = mesh.edges.vertices[EdgeId(e)];
-        const Vec<D>& p = mesh.linear.points[a];
-        const Vec<D>& q = mesh.linear.points[b];
-        target.flags.by_walls = is_noticeable(base[e].point - midpoint(p, q), q - p);
-        target.flags.by_metric = is_noticeable(borne->offsets[e], q - p);
-        return target;
-    };
-    auto statistics = reduce_each(
-        without_progress(execution), mesh.edges.size(), CurveStatistics{},
-        [&](CurveStatistics& met, std::size_t e) {
-            const EdgeTarget<D> target = target_of(e);
-            columns.place(e, target);
-            count(met, target.flags);
-        },
-        [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
-    if (statistics) {
-        statistics->drawn_back = borne->drawn_back;
-        statistics->held_back = borne->held_back;
+    Outcome<Curved<D>> run(const Execution& execution) {
+        const auto statistics = options_.aim == CurvingAim::accuracy ? curve_accurately(execution) : search(execution);
+        if (!statistics) return fail(statistics.error());
+        return std::move(columns_).curved(mesh_.linear, kinds_, *statistics);
     }
-    return statistics;
-}
 
-/// Lengths of those edges that are measured, whose nodes are there.
-template <int D>
-Outcome<CurveStatistics> measure_placed(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                        const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                        const CurveOptions& options, const Quadrature& report,
-                                        const Execution& execution, Columns<D>& columns) {
-    return reduce_each(
-        execution, mesh.edges.size(), CurveStatistics{},
-        [&](CurveStatistics& met, std::size_t e) {
-            EdgeTarget<D> target{.node = columns.node(e), .flags = {}};
-            if (kinds[e] == EdgeKind::volume && !shells[e].empty() &&
-                is_measured(options.measured, e, mesh.edges.size()))
-                measure(mesh, {EdgeId(e), shells[e].front()}, back, report, target);
-            columns.measure(e, target);
-            count(met, target.flags);
-        },
-        [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; }, 64);
-}
+  private:
+    static CurveStatistics sum(const CurveStatistics& a, const CurveStatistics& b) { return a + b; }
 
-/// The target of each edge; what was met.
-template <int D>
-Outcome<CurveStatistics> each_target(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                     const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                     const BackMesh<D>& back, const CurveOptions& options, const Execution& execution,
-                                     Columns<D>& columns) {
-    if (auto fits = check_columns(mesh, kinds.size(), base.size()); !fits) return fail(fits.error());
-    if (auto checked = check_limits(options); !checked) return fail(checked.error());
-    const EdgeRules rules = edge_rules(options);
-    if (options.aim != CurvingAim::accuracy) {
-        std::vector<CurveStatistics> of_chunks((mesh.edges.size() + searched_together - 1) / searched_together);
+    [[nodiscard]] bool is_searched(std::size_t e) const { return kinds_[e] == EdgeKind::volume && !shells_[e].empty(); }
+
+    Outcome<CurveStatistics> search(const Execution& execution) {
+        std::vector<CurveStatistics> of_chunks((mesh_.edges.size() + searched_together - 1) / searched_together);
         const auto done = each_chunk(
-            execution, mesh.edges.size(),
-            [&](std::size_t begin, std::size_t end) {
-                of_chunks[begin / searched_together] =
-                    search_targets(mesh, kinds, base, shells, back, rules, options, begin, end, columns);
-            },
+            execution, mesh_.edges.size(),
+            [&](std::size_t begin, std::size_t end) { of_chunks[begin / searched_together] = search(begin, end); },
             searched_together);
         if (!done) return fail(done.error());
-        return std::accumulate(of_chunks.begin(), of_chunks.end(), CurveStatistics{},
-                               [](const CurveStatistics& a, const CurveStatistics& b) { return a + b; });
+        return std::accumulate(of_chunks.begin(), of_chunks.end(), CurveStatistics{}, sum);
     }
-    const double of_nodes = options.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths take long
-    const auto placed =
-        place_accurately(mesh, kinds, base, shells, back, options, part_of(execution, 0, of_nodes), columns);
-    if (!placed) return placed;
-    const auto measured =
-        measure_placed(mesh, kinds, shells, back, options, rules.report, part_of(execution, of_nodes, 1), columns);
-    if (!measured) return measured;
-    return *placed + *measured;
-}
+
+    /// Edges from `begin` to `end`, searched together; those that are measured are measured.
+    CurveStatistics search(std::size_t begin, std::size_t end) {
+        CurveStatistics statistics;
+        const auto give = [&](EdgeId e, const EdgeTarget<D>& target) {
+            columns_.place(e.index(), target);
+            columns_.measure(e.index(), target);
+            count(statistics, target.flags);
+        };
+        std::vector<EdgeId> edges;
+        edges.reserve(end - begin);
+        for (EdgeId e(begin); e.index() < end; e = EdgeId(e.index() + 1)) {
+            if (is_searched(e.index()))
+                edges.push_back(e);
+            else
+                give(e, boundary_target(mesh_, e, kinds_[e] == EdgeKind::volume ? mesh_.mid_nodes[e] : base_[e]));
+        }
+        std::vector<EdgeTarget<D>> targets(edges.size());
+        searched_targets<D>({edges_, edges, base_}, back_, rules_, options_, targets);
+        for (std::size_t i = 0; i < edges.size(); ++i) {
+            if (is_measured(options_.measured, edges[i].index(), mesh_.edges.size()))
+                measure(mesh_, {edges[i], shells_[edges[i]].front()}, back_, rules_.report, targets[i]);
+            give(edges[i], targets[i]);
+        }
+        return statistics;
+    }
+
+    Outcome<CurveStatistics> curve_accurately(const Execution& execution) {
+        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths take long
+        const auto placed = place_accurately(part_of(execution, 0, of_nodes));
+        if (!placed) return placed;
+        const auto measured = measure_placed(part_of(execution, of_nodes, 1));
+        if (!measured) return measured;
+        return *placed + *measured;
+    }
+
+    /// Offsets of volume edges for accuracy, as smooth functions and their elements bear them, and how many are less
+    /// for it.
+    struct BorneOffsets {
+        Buffer<Vec<D>> offsets;
+        std::size_t held_back = 0, drawn_back = 0;
+    };
+    Outcome<BorneOffsets> offsets_by_element(const Execution& execution) {
+        auto offsets = accurate_offsets(edges_, EdgeKind::volume, back_, options_, part_of(execution, 0, 0.7));
+        if (!offsets) return fail(offsets.error());
+        std::size_t held_back = 0;
+        if (options_.metric_kind == MetricKind::natural) {
+            const auto held =
+                limit_smooth_loss<D>(mesh_, shells_, options_.smooth_loss, *offsets, part_of(execution, 0.7, 0.84));
+            if (!held) return fail(held.error());
+            held_back = *held;
+        }
+        auto limited = limit_by_jacobian<D>(mesh_, base_.view(), shells_, options_.min_jacobian, *offsets,
+                                            part_of(execution, 0.84, 1));
+        if (!limited) return fail(limited.error());
+        return BorneOffsets{std::move(*offsets), held_back, *limited};
+    }
+
+    /// Nodes for accuracy. Their offsets are not kept: they are as large as the nodes.
+    Outcome<CurveStatistics> place_accurately(const Execution& execution) {
+        const auto borne = offsets_by_element(execution);
+        if (!borne) return fail(borne.error());
+        const auto target_of = [&](std::size_t e) {
+            if (kinds_[e] != EdgeKind::volume) return boundary_target(mesh_, EdgeId(e), base_[e]);
+            if (shells_[e].empty()) return boundary_target(mesh_, EdgeId(e), mesh_.mid_nodes[e]);
+            EdgeTarget<D> target = node_target(mesh_, EdgeId(e), {base_[e].point + borne->offsets[e]});
+            const auto& [a, b] = mesh_.edges.vertices[EdgeId(e)];
+            const Vec<D>& p = mesh_.linear.points[a];
+            const Vec<D>& q = mesh_.linear.points[b];
+            target.flags.by_walls = is_noticeable(base_[e].point - midpoint(p, q), q - p);
+            target.flags.by_metric = is_noticeable(borne->offsets[e], q - p);
+            return target;
+        };
+        auto statistics = reduce_each(
+            without_progress(execution), mesh_.edges.size(), CurveStatistics{},
+            [&](CurveStatistics& met, std::size_t e) {
+                const EdgeTarget<D> target = target_of(e);
+                columns_.place(e, target);
+                count(met, target.flags);
+            },
+            sum);
+        if (statistics) {
+            statistics->drawn_back = borne->drawn_back;
+            statistics->held_back = borne->held_back;
+        }
+        return statistics;
+    }
+
+    /// Lengths of those edges that are measured, whose nodes are there.
+    Outcome<CurveStatistics> measure_placed(const Execution& execution) {
+        return reduce_each(
+            execution, mesh_.edges.size(), CurveStatistics{},
+            [&](CurveStatistics& met, std::size_t e) {
+                EdgeTarget<D> target{.node = columns_.node(e), .flags = {}};
+                if (is_searched(e) && is_measured(options_.measured, e, mesh_.edges.size()))
+                    measure(mesh_, {EdgeId(e), shells_[e].front()}, back_, rules_.report, target);
+                columns_.measure(e, target);
+                count(met, target.flags);
+            },
+            sum, 64);
+    }
+
+    const MeshEdges<D>& edges_;
+    const QuadraticMesh<D>& mesh_;
+    const Column<EdgeKind>& kinds_;
+    const Incidence<ElementId>& shells_;
+    const Column<LagrangeNode<D>>& base_;
+    const BackMesh<D>& back_;
+    const CurveOptions& options_;
+    EdgeRules rules_;
+    Columns<D> columns_;
+};
 
 }  // namespace
 
 template <int D>
-Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                         const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                         const BackMesh<D>& back, const CurveOptions& options, const Execution& execution) {
-    return guarded([&]() -> Outcome<Curved<D>> {
-        Columns<D> columns(mesh.edges.size());
-        const auto statistics = each_target(mesh, kinds, base, shells, back, options, execution, columns);
-        if (!statistics) return fail(statistics.error());
-        return std::move(columns).curved(mesh.linear, kinds, *statistics);
-    });
+Outcome<Curved<D>> curve(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base, const BackMesh<D>& back,
+                         const CurveOptions& options, const Execution& execution) {
+    if (auto fits = check_columns(edges.mesh, edges.kinds.size(), base.size()); !fits) return fail(fits.error());
+    if (auto checked = check_limits(options); !checked) return fail(checked.error());
+    return guarded([&] { return Curving<D>(edges, base, back, options).run(execution); });
 }
 
 template <int D>
-Outcome<Buffer<Vec<D>>> accurate_offsets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, EdgeKind kind,
-                                         const Incidence<ElementId>& shells, const BackMesh<D>& back,
+Outcome<Buffer<Vec<D>>> accurate_offsets(const MeshEdges<D>& mesh_edges, EdgeKind kind, const BackMesh<D>& back,
                                          const EdgeAccuracyOptions& options, const Execution& execution) {
+    const auto& [mesh, kinds, shells] = mesh_edges;
     return guarded([&]() -> Outcome<Buffer<Vec<D>>> {
         Buffer<Vec<D>> offsets(mesh.edges.size(), Vec<D>{});
         auto found = each_chunk(
@@ -342,8 +344,9 @@ std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId ed
 
 /// The edge's in a proposal, by that rule; its chord's only where that is not known.
 template <int D>
-Lengths lengths_of(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal, ElementId holder,
-                   const BackMesh<D>& back, const Quadrature& rule, std::optional<double> chord) {
+Lengths lengths_of(const EdgeSet<D>& edges, const HeldEdge& held, const Proposal<D>& proposal, const BackMesh<D>& back,
+                   const Quadrature& rule, std::optional<double> chord) {
+    const auto [edge, holder] = held;
     const auto& [a, b] = edges.vertices[edge];
     const Vec<D>& p = proposal.points[a];
     const Vec<D>& q = proposal.points[b];
@@ -358,22 +361,22 @@ Lengths lengths_of(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& prop
 }  // namespace
 
 template <int D>
-Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& proposal,
-                                  const Incidence<ElementId>& shells, const BackMesh<D>& back, MeasuredEdges measured,
-                                  const Execution& execution) {
+Outcome<EdgeLengths> edge_lengths(const HeldEdges<D>& held, const Proposal<D>& proposal, const BackMesh<D>& back,
+                                  MeasuredEdges measured, const Execution& execution) {
+    const auto& [edges, shells] = held;
     const Quadrature rule = gauss_legendre(report_points);
     return in_columns(edges.size(), execution, [&](std::size_t e) {
         if (proposal.kinds[e] != EdgeKind::volume || shells[e].empty()) return Lengths{};
         if (!is_measured(measured, e, edges.size())) return Lengths{};
-        return lengths_of(edges, EdgeId(e), proposal, shells[e].front(), back, rule,
+        return lengths_of(edges, {EdgeId(e), shells[e].front()}, proposal, back, rule,
                           chord_in_straight_field(edges, EdgeId(e), proposal, back, rule));
     });
 }
 
 template <int D>
-Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved, const Proposal<D>& after,
-                                     const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                     MeasuredEdges measured, const Execution& execution) {
+Outcome<EdgeLengths> updated_lengths(const HeldEdges<D>& held, const Curved<D>& curved, const Proposal<D>& after,
+                                     const BackMesh<D>& back, MeasuredEdges measured, const Execution& execution) {
+    const auto& [edges, shells] = held;
     const Quadrature rule = gauss_legendre(report_points);
     return in_columns(edges.size(), execution, [&](std::size_t e) {
         const Lengths before{curved.straight_lengths[e], curved.lengths[e]};
@@ -384,7 +387,7 @@ Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& c
             after.points[a] == curved.proposal.points[a] && after.points[b] == curved.proposal.points[b];
         if (same_chord && after.mid_nodes[e] == curved.proposal.mid_nodes[e]) return before;
         const auto chord = same_chord ? std::optional(before.straight) : std::nullopt;
-        return lengths_of(edges, EdgeId(e), after, shells[e].front(), back, rule, chord);
+        return lengths_of(edges, {EdgeId(e), shells[e].front()}, after, back, rule, chord);
     });
 }
 
@@ -487,25 +490,22 @@ Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes(const QuadraticMesh<D>& mesh, s
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&);  \
-    template Outcome<Curved<D>> curve<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                            \
-                                         const Column<LagrangeNode<D>>&, const Incidence<ElementId>&,                 \
-                                         const BackMesh<D>&, const CurveOptions&, const Execution&);                  \
-    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&, EdgeKind,  \
-                                                         const Incidence<ElementId>&, const BackMesh<D>&,             \
-                                                         const EdgeAccuracyOptions&, const Execution&);               \
-    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                   \
-                                                  const Column<LagrangeNode<D>>&, const Execution&);                  \
-    template Outcome<EdgeLengths> edge_lengths<D>(const EdgeSet<D>&, const Proposal<D>&, const Incidence<ElementId>&, \
-                                                  const BackMesh<D>&, MeasuredEdges, const Execution&);               \
-    template Outcome<EdgeLengths> updated_lengths<D>(const EdgeSet<D>&, const Curved<D>&, const Proposal<D>&,         \
-                                                     const Incidence<ElementId>&, const BackMesh<D>&, MeasuredEdges,  \
-                                                     const Execution&);                                               \
-    template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                    \
-        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&);    \
-    template Outcome<Done> limit_to_back_mesh<D>(std::span<const PartNodes<D>>, BetweenParts<D>&, const Execution&);  \
-    template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                     \
+#define CAMBER_INSTANTIATE(D)                                                                                        \
+    template Curved<D> in_columns<D>(const LinearMesh<D>&, std::span<const EdgeTarget<D>>, const Column<EdgeKind>&); \
+    template Outcome<Curved<D>> curve<D>(const MeshEdges<D>&, const Column<LagrangeNode<D>>&, const BackMesh<D>&,    \
+                                         const CurveOptions&, const Execution&);                                     \
+    template Outcome<Buffer<Vec<D>>> accurate_offsets<D>(const MeshEdges<D>&, EdgeKind, const BackMesh<D>&,          \
+                                                         const EdgeAccuracyOptions&, const Execution&);              \
+    template Outcome<Curved<D>> curve_boundary<D>(const QuadraticMesh<D>&, const Column<EdgeKind>&,                  \
+                                                  const Column<LagrangeNode<D>>&, const Execution&);                 \
+    template Outcome<EdgeLengths> edge_lengths<D>(const HeldEdges<D>&, const Proposal<D>&, const BackMesh<D>&,       \
+                                                  MeasuredEdges, const Execution&);                                  \
+    template Outcome<EdgeLengths> updated_lengths<D>(const HeldEdges<D>&, const Curved<D>&, const Proposal<D>&,      \
+                                                     const BackMesh<D>&, MeasuredEdges, const Execution&);           \
+    template Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes<D>(                                                   \
+        const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Column<LogMetric<D>>&, const Execution&);   \
+    template Outcome<Done> limit_to_back_mesh<D>(std::span<const PartNodes<D>>, BetweenParts<D>&, const Execution&); \
+    template Outcome<Buffer<LagrangeNode<D>>> back_mesh_nodes<D>(                                                    \
         const QuadraticMesh<D>&, std::span<const LagrangeNode<D>>, const Incidence<ElementId>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -54,21 +54,21 @@ EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const L
 }
 
 template <int D>
-EdgeSearchWork searched_targets(const QuadraticMesh<D>& mesh, std::span<const EdgeId> edges,
-                                const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                const BackMesh<D>& back, const EdgeRules& rules, const CurveOptions& options,
-                                std::span<EdgeTarget<D>> targets) {
+EdgeSearchWork searched_targets(const SearchedEdges<D>& searched, const BackMesh<D>& back, const EdgeRules& rules,
+                                const CurveOptions& options, std::span<EdgeTarget<D>> targets) {
+    const auto& [all, edges, base] = searched;
+    const QuadraticMesh<D>& mesh = all.mesh;
     std::vector<BackEdge> seen;
     std::vector<LagrangeNode<D>> nodes;
     seen.reserve(edges.size());
     nodes.reserve(edges.size());
     for (const EdgeId e : edges) {
         const auto& [a, b] = mesh.edges.vertices[e];
-        seen.push_back({a, b, shells[e]});
+        seen.push_back({a, b, all.shells[e]});
         nodes.push_back(base[e]);
     }
     std::vector<EdgeMinimum<D>> minima(edges.size());
-    const EdgeSearchWork work = minimise_back_edges<D>(back, seen, nodes, rules, search_options(options), minima);
+    const EdgeSearchWork work = minimise_back_edges<D>(back, {seen, nodes}, rules, search_options(options), minima);
     for (std::size_t i = 0; i < edges.size(); ++i) targets[i] = searched_target(mesh, edges[i], minima[i]);
     return work;
 }
@@ -231,7 +231,7 @@ QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const La
     }
     const Quadrature rule = gauss_legendre(4);
     const auto objective = [&](EdgeObjectiveKind kind) {
-        return edge_objective(back, rule, kind, EdgeFieldKind::back, p20, p02, shell.front());
+        return edge_objective(back, rule, kind, EdgeFieldKind::back, {p20, p02, shell.front()});
     };
     const ObjectiveSample<D> sample = objective(EdgeObjectiveKind::energy).evaluate(centre);
     const Sym<D> energy = (0.5 / sample.value) * sample.hessian;
@@ -276,23 +276,22 @@ EdgeModels<D> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<Lag
     return [=](EdgeId edge) { return implied_edge_model(mesh, edge, wanted[edge], shells[edge]); };
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);                \
-    template EdgeSearchWork searched_targets<D>(                                                                       \
-        const QuadraticMesh<D>&, std::span<const EdgeId>, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, \
-        const BackMesh<D>&, const EdgeRules&, const CurveOptions&, std::span<EdgeTarget<D>>);                          \
-    template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const BackEdge>, const BackMesh<D>&,          \
-                                      const EdgeAccuracyOptions&, std::span<Vec<D>>);                                  \
-    template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);                    \
-    template void measure<D>(const QuadraticMesh<D>&, const HeldEdge&, const BackMesh<D>&, const Quadrature&,          \
-                             EdgeTarget<D>&);                                                                          \
-    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,                  \
-                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit);                \
-    template EdgeModels<D> edge_models<D>(CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,         \
-                                          const Incidence<ElementId>&, const BackMesh<D>&);                            \
-    template QuadraticModel<D> implied_edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,          \
-                                                     std::span<const ElementId>);                                      \
-    template EdgeModels<D> implied_edge_models<D>(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,             \
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template EdgeTarget<D> boundary_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);        \
+    template EdgeSearchWork searched_targets<D>(const SearchedEdges<D>&, const BackMesh<D>&, const EdgeRules&, \
+                                                const CurveOptions&, std::span<EdgeTarget<D>>);                \
+    template void accurate_offsets<D>(const QuadraticMesh<D>&, std::span<const BackEdge>, const BackMesh<D>&,  \
+                                      const EdgeAccuracyOptions&, std::span<Vec<D>>);                          \
+    template EdgeTarget<D> node_target<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&);            \
+    template void measure<D>(const QuadraticMesh<D>&, const HeldEdge&, const BackMesh<D>&, const Quadrature&,  \
+                             EdgeTarget<D>&);                                                                  \
+    template QuadraticModel<D> edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,          \
+                                             std::span<const ElementId>, const BackMesh<D>&, ModelFit);        \
+    template EdgeModels<D> edge_models<D>(CurvingAim, const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&, \
+                                          const Incidence<ElementId>&, const BackMesh<D>&);                    \
+    template QuadraticModel<D> implied_edge_model<D>(const QuadraticMesh<D>&, EdgeId, const LagrangeNode<D>&,  \
+                                                     std::span<const ElementId>);                              \
+    template EdgeModels<D> implied_edge_models<D>(const QuadraticMesh<D>&, const Column<LagrangeNode<D>>&,     \
                                                   const Incidence<ElementId>&);
 
 CAMBER_INSTANTIATE(2)

@@ -96,18 +96,33 @@ struct EdgeTarget {
 template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
+/// A mesh, the kind of each of its edges, and the elements around each.
+template <int D>
+struct MeshEdges {
+    const QuadraticMesh<D>& mesh;
+    const Column<EdgeKind>& kinds;
+    const Incidence<ElementId>& shells;
+};
+
+/// Edges whose nodes are searched: mesh edges that an element holds, with the nodes of all edges of the mesh from which
+/// searches start.
+template <int D>
+struct SearchedEdges {
+    const MeshEdges<D>& all;
+    std::span<const EdgeId> edges;
+    const Column<LagrangeNode<D>>& base;
+};
+
 /// How many edges `curve` gives to searched_targets at a time: the last few of them do not fill a pack.
 inline constexpr std::size_t searched_together = 1024;
 
-/// Computes the nodes of volume edges for `energy` or `length`, in packs, without lengths: targets[i] of edges[i], each
-/// held by an element. `back`: the metric field; its mesh has straight edges or `base` here. The search starts from
-/// `base` too, unless that is the middle of the chord, and never returns a longer edge. The target of an edge does not
-/// depend on the other edges.
+/// Computes the nodes of volume edges for `energy` or `length`, in packs, without lengths: targets[i] of edges[i].
+/// `back`: the metric field; its mesh has straight edges or the nodes of `base`. The search starts from `base` too,
+/// unless that is the middle of the chord, and never returns a longer edge. The target of an edge does not depend on
+/// the other edges.
 template <int D>
-EdgeSearchWork searched_targets(const QuadraticMesh<D>& mesh, std::span<const EdgeId> edges,
-                                const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
-                                const BackMesh<D>& back, const EdgeRules& rules, const CurveOptions& options,
-                                std::span<EdgeTarget<D>> targets);
+EdgeSearchWork searched_targets(const SearchedEdges<D>& searched, const BackMesh<D>& back, const EdgeRules& rules,
+                                const CurveOptions& options, std::span<EdgeTarget<D>> targets);
 
 /// An edge, and an element that holds it.
 struct HeldEdge {
@@ -233,24 +248,43 @@ struct PlacementStatistics {
 template <int D>
 [[nodiscard]] PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes);
 
-/// One edge: from the node `present`, which is on the geometry. `holder`: an element that holds it. `thin`: corners
-/// opposite to it that lie on ridges, beyond which nodes must not go.
+/// A boundary edge whose node is to be placed.
 template <int D>
-[[nodiscard]] PlacedNode<D> placed_node(const Geometry<D>& geometry, const EdgeSite<D>& site,
-                                        const LagrangeNode<D>& present, std::span<const Vec<D>> thin,
-                                        const BackMesh<D>& back, ElementId holder, const EdgeRules& rules,
-                                        const CurveOptions& search, const PlacementOptions& options);
+struct EdgeToPlace {
+    const EdgeSite<D>& site;
+    LagrangeNode<D> present;       ///< on the geometry
+    std::span<const Vec<D>> thin;  ///< corners opposite to the edge that lie on ridges: nodes must not go beyond them
+    ElementId holder;              ///< an element that holds the edge
+};
 
-/// The boundary edges of a mesh: those move whose kind in `kinds` is that of the features; `nodes`: where they are, one
-/// row an edge. Where elements would suffer (`search.min_jacobian`, see limit_by_jacobian) nodes go a part of their
-/// way. Errors: rows that do not fit the mesh (ErrorKind::internal); stopped.
+/// Parameters of the placement of boundary nodes.
+struct PlacementSearch {
+    const CurveOptions& search;
+    const PlacementOptions& placement;
+    EdgeRules rules = edge_rules(search);
+};
+
+/// Moves the node of one edge on the geometry.
 template <int D>
-[[nodiscard]] Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+[[nodiscard]] PlacedNode<D> placed_node(const Geometry<D>& geometry, const EdgeToPlace<D>& edge,
+                                        const BackMesh<D>& back, const PlacementSearch& parameters);
+
+/// The features of a boundary, and its geometry.
+template <int D>
+struct GeometricBoundary {
+    const Features<D>& features;
+    const Geometry<D>& geometry;
+};
+
+/// Moves the nodes of boundary edges whose kind is that of the features. `nodes`: where they are, one row an edge.
+/// Where elements would suffer (`min_jacobian` of the search, see limit_by_jacobian) nodes go a part of their way.
+/// Errors: rows that do not fit the mesh (ErrorKind::internal); stopped.
+template <int D>
+[[nodiscard]] Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges,
                                                           const Column<LagrangeNode<D>>& nodes,
-                                                          const Incidence<ElementId>& shells,
-                                                          const Features<D>& features, const Geometry<D>& geometry,
-                                                          const BackMesh<D>& back, const CurveOptions& search,
-                                                          const PlacementOptions& options, const Execution& execution);
+                                                          const GeometricBoundary<D>& boundary, const BackMesh<D>& back,
+                                                          const PlacementSearch& parameters,
+                                                          const Execution& execution);
 
 /// What `curve` found beside the nodes.
 struct CurveStatistics {
@@ -284,22 +318,20 @@ template <int D>
                                    const Column<EdgeKind>& kinds);
 
 /// The second verb on a whole mesh: volume edges take the nodes that the options' aim asks for in the field `back`,
-/// whose mesh must be `mesh` with straight edges or with those of `base`; boundary edges take `base`, which has one row
-/// an edge: for edges of the boundary their nodes on the geometry (see camber.surface), for those of the volume where
-/// the back mesh has them, the middles of their chords in a straight one. From there searches begin, and offsets for
-/// accuracy count. Edges do not see one another, so the cost is linear and the order does not matter. Errors: columns
-/// that do not fit the mesh; options out of range (usage); stopped.
+/// whose mesh must be that of `edges` with straight edges or with those of `base`; boundary edges take `base`, which
+/// has one row an edge: for edges of the boundary their nodes on the geometry (see camber.surface), for those of the
+/// volume where the back mesh has them, the middles of their chords in a straight one. From there searches begin, and
+/// offsets for accuracy count. Edges do not see one another, so the cost is linear and the order does not matter.
+/// Errors: columns that do not fit the mesh; options out of range (usage); stopped.
 template <int D>
-[[nodiscard]] Outcome<Curved<D>> curve(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                       const Column<LagrangeNode<D>>& base, const Incidence<ElementId>& shells,
+[[nodiscard]] Outcome<Curved<D>> curve(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base,
                                        const BackMesh<D>& back, const CurveOptions& options,
                                        const Execution& execution);
 
 /// Offsets for accuracy of the edges of one kind, from where the back mesh has their nodes; 0 of all others, and of
 /// those that no element holds. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                                       EdgeKind kind, const Incidence<ElementId>& shells,
+[[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const MeshEdges<D>& edges, EdgeKind kind,
                                                        const BackMesh<D>& back, const EdgeAccuracyOptions& options,
                                                        const Execution& execution);
 
@@ -316,19 +348,25 @@ struct EdgeLengths {
     Column<double> curved;
 };
 
+/// Edges, and the elements that hold each of them.
+template <int D>
+struct HeldEdges {
+    const EdgeSet<D>& edges;
+    const Incidence<ElementId>& shells;
+};
+
 /// Lengths of a proposal in any field. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<EdgeLengths> edge_lengths(const EdgeSet<D>& edges, const Proposal<D>& proposal,
-                                                const Incidence<ElementId>& shells, const BackMesh<D>& back,
-                                                MeasuredEdges measured, const Execution& execution);
+[[nodiscard]] Outcome<EdgeLengths> edge_lengths(const HeldEdges<D>& held, const Proposal<D>& proposal,
+                                                const BackMesh<D>& back, MeasuredEdges measured,
+                                                const Execution& execution);
 
 /// Lengths of a later proposal, whose vertices may have moved since `curved` was made: against the chords as they are
 /// then. What did not change is not measured again. Errors: stopped.
 template <int D>
-[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const EdgeSet<D>& edges, const Curved<D>& curved,
-                                                   const Proposal<D>& after, const Incidence<ElementId>& shells,
-                                                   const BackMesh<D>& back, MeasuredEdges measured,
-                                                   const Execution& execution);
+[[nodiscard]] Outcome<EdgeLengths> updated_lengths(const HeldEdges<D>& held, const Curved<D>& curved,
+                                                   const Proposal<D>& after, const BackMesh<D>& back,
+                                                   MeasuredEdges measured, const Execution& execution);
 
 }  // namespace camber
 

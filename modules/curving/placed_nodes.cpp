@@ -83,20 +83,19 @@ struct FromSheet {
 template <int D>
 class NodeSearch {
   public:
-    NodeSearch(const EdgeSheet<D>& sheet, const SheetPlace<D>& start, const EdgeSite<D>& site,
-               std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder, const EdgeRules& rules,
-               const CurveOptions& search, const PlacementOptions& options)
+    NodeSearch(const EdgeSheet<D>& sheet, const SheetPlace<D>& start, const EdgeToPlace<D>& edge,
+               const BackMesh<D>& back, const PlacementSearch& parameters)
         : sheet_(sheet),
           start_(start),
-          p20_(site.ends[0]),
-          p02_(site.ends[1]),
-          reach_{start.point, site.middle(), p02_ - p20_, search.max_tangential_shift, thin},
+          p20_(edge.site.ends[0]),
+          p02_(edge.site.ends[1]),
+          reach_{start.point, edge.site.middle(), p02_ - p20_, parameters.search.max_tangential_shift, edge.thin},
           search_(sheet, reach_),
           back_(back),
-          holder_(holder),
-          rules_(rules),
-          options_(search),
-          placing_(options) {}
+          holder_(edge.holder),
+          rules_(parameters.rules),
+          options_(parameters.search),
+          placing_(parameters.placement) {}
 
     /// What the aim measures, by the finer rule.
     [[nodiscard]] double measure(const SheetPlace<D>& place) const {
@@ -147,7 +146,7 @@ class NodeSearch {
     /// The least energy, from the better of the present node and the geodesic's first step; from there the length.
     [[nodiscard]] SheetPlace<D> shortest() const {
         InMetric<D> in_metric{
-            edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field, p20_, p02_, holder_)};
+            edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field, {p20_, p02_, holder_})};
         SheetIterate<D> at = search_.evaluated(in_metric, start_);
         Vec<2> way = search_.coordinates(start_, geodesic_start(back_, p20_, p02_, holder_) - reach_.middle);
         const double longest = 0.25 * norm(reach_.chord);
@@ -206,19 +205,18 @@ class NodeSearch {
 
 /// use(placement) of an edge whose node may move; `otherwise` where there is nothing to move on.
 template <int D, class Use>
-PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeSite<D>& site, const LagrangeNode<D>& present,
-                             std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder,
-                             const EdgeRules& rules, const CurveOptions& search, const PlacementOptions& options,
-                             Use&& use) {
-    PlacedNode<D> out{.node = present};
-    const EdgeSheet<D> sheet(*geometry, site);
+PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& edge, const BackMesh<D>& back,
+                             const PlacementSearch& parameters, Use&& use) {
+    PlacedNode<D> out{.node = edge.present};
+    const EdgeSheet<D> sheet(*geometry, edge.site);
     using Kind = typename EdgeSheet<D>::Kind;
-    const bool is_near_anyway = sheet.kind() == Kind::plane && options.boundary_nodes == BoundaryNodeAim::accuracy;
+    const bool is_near_anyway =
+        sheet.kind() == Kind::plane && parameters.placement.boundary_nodes == BoundaryNodeAim::accuracy;
     if (sheet.kind() == Kind::straight || is_near_anyway) return out;
     out.fate = NodeFate::off;
-    const auto start = sheet.place_of(present.point);
+    const auto start = sheet.place_of(edge.present.point);
     if (!start) return out;
-    return use(NodeSearch<D>(sheet, *start, site, thin, back, holder, rules, search, options));
+    return use(NodeSearch<D>(sheet, *start, edge, back, parameters));
 }
 
 /// Of a mesh: what an edge's search takes.
@@ -263,19 +261,18 @@ class Boundary {
 }  // namespace
 
 template <int D>
-PlacedNode<D> placed_node(const Geometry<D>& geometry, const EdgeSite<D>& site, const LagrangeNode<D>& present,
-                          std::span<const Vec<D>> thin, const BackMesh<D>& back, ElementId holder,
-                          const EdgeRules& rules, const CurveOptions& search, const PlacementOptions& options) {
-    return with_placement(geometry, site, present, thin, back, holder, rules, search, options,
+PlacedNode<D> placed_node(const Geometry<D>& geometry, const EdgeToPlace<D>& edge, const BackMesh<D>& back,
+                          const PlacementSearch& parameters) {
+    return with_placement(geometry, edge, back, parameters,
                           [](const NodeSearch<D>& placement) { return placement.placed(); });
 }
 
 template <int D>
-Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                            const Column<LagrangeNode<D>>& nodes, const Incidence<ElementId>& shells,
-                                            const Features<D>& features, const Geometry<D>& geometry,
-                                            const BackMesh<D>& back, const CurveOptions& search,
-                                            const PlacementOptions& options, const Execution& execution) {
+Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& nodes,
+                                            const GeometricBoundary<D>& surface, const BackMesh<D>& back,
+                                            const PlacementSearch& parameters, const Execution& execution) {
+    const auto& [mesh, kinds, shells] = edges;
+    const Features<D>& features = surface.features;
     const std::size_t n = mesh.edges.size();
     if (kinds.size() != n || nodes.size() != n || features.edge_kinds.size() != n)
         return fail(ErrorKind::internal, "the kinds, the nodes or the features are not of this mesh");
@@ -283,14 +280,15 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const 
     if (!around) return fail(around.error());
     return guarded([&]() -> Outcome<Buffer<PlacedNode<D>>> {
         const Boundary<D> boundary(mesh, features, std::move(*around));
-        const EdgeRules rules = edge_rules(search);
         const auto is_asked = [&](std::size_t e) {
-            return options.boundary_nodes != BoundaryNodeAim::projection && !shells[e].empty() &&
+            return parameters.placement.boundary_nodes != BoundaryNodeAim::projection && !shells[e].empty() &&
                    kinds[e] == features.edge_kinds[e] && kinds[e] != EdgeKind::volume;
         };
         const auto placement_of = [&](std::size_t e, auto&& use) {
-            return with_placement<D>(geometry, boundary.site(e), nodes[e], boundary.thin(e), back,
-                                     *std::ranges::min_element(shells[e]), rules, search, options, use);
+            const EdgeSite<D> site = boundary.site(e);
+            const std::vector<Vec<D>> thin = boundary.thin(e);
+            return with_placement<D>(surface.geometry, {site, nodes[e], thin, *std::ranges::min_element(shells[e])},
+                                     back, parameters, use);
         };
         auto placed = map_each(
             part_of(execution, 0, 0.8), n,
@@ -302,7 +300,7 @@ Outcome<Buffer<PlacedNode<D>>> placed_nodes(const QuadraticMesh<D>& mesh, const 
         if (!placed) return placed;
         Buffer<Vec<D>> offsets(n);
         for (std::size_t e = 0; e < n; ++e) offsets[e] = (*placed)[e].node.point - nodes[e].point;
-        auto borne = limit_by_jacobian<D>(mesh, nodes.view(), shells, search.min_jacobian, offsets,
+        auto borne = limit_by_jacobian<D>(mesh, nodes.view(), shells, parameters.search.min_jacobian, offsets,
                                           part_of(execution, 0.8, 0.95));
         if (!borne) return fail(borne.error());
         return map_each(
@@ -343,15 +341,13 @@ PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes) {
     return s;
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template PlacementStatistics placement_statistics<D>(std::span<const PlacedNode<D>>);                              \
-    template PlacedNode<D> placed_node<D>(const Geometry<D>&, const EdgeSite<D>&, const LagrangeNode<D>&,              \
-                                          std::span<const Vec<D>>, const BackMesh<D>&, ElementId, const EdgeRules&,    \
-                                          const CurveOptions&, const PlacementOptions&);                               \
-    template Outcome<Buffer<PlacedNode<D>>> placed_nodes<D>(                                                           \
-        const QuadraticMesh<D>&, const Column<EdgeKind>&, const Column<LagrangeNode<D>>&, const Incidence<ElementId>&, \
-        const Features<D>&, const Geometry<D>&, const BackMesh<D>&, const CurveOptions&, const PlacementOptions&,      \
-        const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                                    \
+    template PlacementStatistics placement_statistics<D>(std::span<const PlacedNode<D>>);                        \
+    template PlacedNode<D> placed_node<D>(const Geometry<D>&, const EdgeToPlace<D>&, const BackMesh<D>&,         \
+                                          const PlacementSearch&);                                               \
+    template Outcome<Buffer<PlacedNode<D>>> placed_nodes<D>(const MeshEdges<D>&, const Column<LagrangeNode<D>>&, \
+                                                            const GeometricBoundary<D>&, const BackMesh<D>&,     \
+                                                            const PlacementSearch&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -74,7 +74,7 @@ template <int D>
 [[nodiscard]] Outcome<std::vector<Sums<D>>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own,
                                                     const Vec<D>& origin, const Execution& execution) {
     return reduce_own(
-        execution, mesh.elements.vertices.view(), mesh.points.size(), own, Sums<D>{},
+        execution, OwnSimplices<D + 1>{mesh.elements.vertices.view(), mesh.points.size(), own}, Sums<D>{},
         [&](Sums<D>& sums, ElementId e) {
             const auto corners = corners_of(mesh, e);
             const auto [volume, square, height] = size_of<D>(corners);

@@ -148,9 +148,8 @@ class Search {
 template <int D>
 class Frames {
   public:
-    Frames(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Incidence<ElementId>& shells,
-           const SolutionInElements<D>& solution, const SolutionNodesOptions& options)
-        : mesh_(mesh), kinds_(kinds), shells_(shells), solution_(solution), options_(options) {}
+    Frames(const MeshEdges<D>& edges, const SolutionInElements<D>& solution, const SolutionNodesOptions& options)
+        : mesh_(edges.mesh), kinds_(edges.kinds), shells_(edges.shells), solution_(solution), options_(options) {}
 
     Outcome<SolutionNodes<D>> run(std::span<const Column<LagrangeNode<D>>> starts, const Execution& execution) {
         constexpr double of_starts = 0.2;
@@ -290,31 +289,29 @@ class Frames {
 };
 
 template <int D>
-Outcome<Done> check_sizes(const QuadraticMesh<D>& mesh, std::size_t kinds,
-                          std::span<const Column<LagrangeNode<D>>> starts, std::size_t shells) {
-    const std::size_t n = mesh.edges.size();
+Outcome<Done> check_sizes(const MeshEdges<D>& edges, std::span<const Column<LagrangeNode<D>>> starts) {
+    const std::size_t n = edges.mesh.edges.size();
     const bool are_rows =
         std::ranges::all_of(starts, [&](const Column<LagrangeNode<D>>& nodes) { return nodes.size() == n; });
-    if (kinds == n && shells == n && !starts.empty() && are_rows) return Done{};
+    if (edges.kinds.size() == n && edges.shells.size() == n && !starts.empty() && are_rows) return Done{};
     return fail(ErrorKind::internal, "nodes for a solution need a kind, a node and a shell for each edge");
 }
 
 }  // namespace
 
 template <int D>
-Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
-                                         std::span<const Column<LagrangeNode<D>>> starts,
-                                         const Incidence<ElementId>& shells, const SolutionInElements<D>& solution,
-                                         const SolutionNodesOptions& options, const Execution& execution) {
-    if (auto fits = check_sizes(mesh, kinds.size(), starts, shells.size()); !fits) return fail(fits.error());
-    if (mesh.linear.elements.size() == 0) return SolutionNodes<D>{.nodes = starts.front()};
-    return guarded([&] { return Frames<D>(mesh, kinds, shells, solution, options).run(starts, execution); });
+Outcome<SolutionNodes<D>> solution_nodes(const MeshEdges<D>& edges, std::span<const Column<LagrangeNode<D>>> starts,
+                                         const SolutionInElements<D>& solution, const SolutionNodesOptions& options,
+                                         const Execution& execution) {
+    if (auto fits = check_sizes(edges, starts); !fits) return fail(fits.error());
+    if (edges.mesh.linear.elements.size() == 0) return SolutionNodes<D>{.nodes = starts.front()};
+    return guarded([&] { return Frames<D>(edges, solution, options).run(starts, execution); });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                       \
-    template Outcome<SolutionNodes<D>> solution_nodes<D>(                                           \
-        const QuadraticMesh<D>&, const Column<EdgeKind>&, std::span<const Column<LagrangeNode<D>>>, \
-        const Incidence<ElementId>&, const SolutionInElements<D>&, const SolutionNodesOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                                                                        \
+    template Outcome<SolutionNodes<D>> solution_nodes<D>(                                            \
+        const MeshEdges<D>&, std::span<const Column<LagrangeNode<D>>>, const SolutionInElements<D>&, \
+        const SolutionNodesOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -8,6 +8,7 @@ export module camber.curving:solution_nodes;
 import camber.core;
 import camber.bezier;
 import camber.validity;
+import :edges;
 
 /// Nodes of volume edges where a known solution is interpolated best. docs/algorithms/solution-nodes.md.
 export namespace camber {
@@ -55,9 +56,8 @@ struct SolutionNodes {
 /// rises, and is the error of the interpolant. The result does not depend on the number of threads. Errors: columns
 /// that do not fit (internal); those of `solution`; stopped, memory.
 template <int D>
-[[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
+[[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const MeshEdges<D>& edges,
                                                        std::span<const Column<LagrangeNode<D>>> starts,
-                                                       const Incidence<ElementId>& shells,
                                                        const SolutionInElements<D>& solution,
                                                        const SolutionNodesOptions& options, const Execution& execution);
 

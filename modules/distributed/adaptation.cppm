@@ -302,23 +302,24 @@ struct InBlocks {
     Ranks& ranks;
 };
 
-/// One turn: the mesh cut, its blocks brought to the metric, and joined. Adds to the statistics of passes and rounds.
-/// Errors: those of bring_to_metric, of any rank.
-template <int D>
-[[nodiscard]] Outcome<SharedRows<D>> turn_by_blocks(SharedRows<D> shared, const AdaptationGoal<D>& goal,
-                                                    const ToMetricOptions& options, const InBlocks& by,
-                                                    const BlockTurn& turn, ToMetricStatistics& statistics,
-                                                    const Around& around);
-
-/// A mesh of degree 1, the same on all ranks, brought to a metric in these turns, and still shared: the result depends
-/// on the mesh and the size of the blocks, and on nothing else. Of `statistics` there is no `after`. Errors: those of
-/// bring_to_metric; degree 2 and surfaces alone (unsupported).
+/// A mesh that turns bring to a metric, shared by the ranks.
 template <int D>
 struct BroughtRows {
     SharedRows<D> shared;
-    GivenOfMesh<D> given;
-    ToMetricStatistics statistics;
+    GivenOfMesh<D> given = {};
+    ToMetricStatistics statistics = {};  ///< of the turns so far, without `after`
 };
+
+/// One turn: the mesh cut, its blocks brought to the metric, and joined. Adds to the statistics of passes and rounds.
+/// Errors: those of bring_to_metric, of any rank.
+template <int D>
+[[nodiscard]] Outcome<BroughtRows<D>> turn_by_blocks(BroughtRows<D> rows, const AdaptationGoal<D>& goal,
+                                                     const ToMetricOptions& options, const InBlocks& by,
+                                                     const BlockTurn& turn, const Around& around);
+
+/// A mesh of degree 1, the same on all ranks, brought to a metric in these turns, and still shared: the result depends
+/// on the mesh and the size of the blocks, and on nothing else. Errors: those of bring_to_metric; degree 2 and surfaces
+/// alone (unsupported).
 template <int D>
 [[nodiscard]] Outcome<BroughtRows<D>> bring_rows_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                            const ToMetricOptions& options, const InBlocks& by,

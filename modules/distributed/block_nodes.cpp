@@ -132,7 +132,7 @@ Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
         const Column<LagrangeNode<D>> base(state.base.empty() ? starting_at(state, run.by->surface, state.extended)
                                                               : std::move(state.base));
         state.base = {};
-        auto curved = camber::curve(mesh, state.own_kinds(), base, state.shells, *field, edges, quiet);
+        auto curved = camber::curve({mesh, state.own_kinds(), state.shells}, base, *field, edges, quiet);
         if (!curved) return fail(curved.error());
         run.out.statistics += curved->statistics;
         state.nodes = take(std::move(curved->proposal.mid_nodes));
@@ -222,13 +222,14 @@ Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
         const auto field = field_of(state, KeptGradients::seen, quiet);
         if (!field) return fail(field.error());
         const Column<EdgeKind> own = state.own_kinds();
-        auto slides = accurate_offsets(state.mesh, own, EdgeKind::surface, state.shells, *field, run.by->edges, quiet);
+        const MeshEdges<D> edges{state.mesh, own, state.shells};
+        auto slides = accurate_offsets(edges, EdgeKind::surface, *field, run.by->edges, quiet);
         if (!slides) return fail(slides.error());
         if (std::ranges::any_of(*slides, [](const Vec<D>& slide) { return slide != Vec<D>{}; }))
             state.slides = std::move(*slides);
         else
             *slides = {};
-        auto offsets = accurate_offsets(state.mesh, own, EdgeKind::volume, state.shells, *field, run.by->edges, quiet);
+        auto offsets = accurate_offsets(edges, EdgeKind::volume, *field, run.by->edges, quiet);
         if (!offsets) return fail(offsets.error());
         state.offsets = std::move(*offsets);
         return Done{};

@@ -164,14 +164,14 @@ Outcome<Growing> growing(const AdaptationRows<D>& rows, Ranks& ranks, const Exec
 /// Turns before the others, as long as the mesh is to become many times larger: none makes so much of it that blocks,
 /// which are cut by what they are to become, are of few elements or outgrow what a block may be.
 template <int D>
-Outcome<SharedRows<D>> grown(SharedRows<D> shared, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
-                             const InBlocks& by, ToMetricStatistics& statistics, const Around& around) {
+Outcome<BroughtRows<D>> grown(BroughtRows<D> rows, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
+                              const InBlocks& by, const Around& around) {
     constexpr double wanted = 2.5, too_much = 4;
     constexpr int turns = 24;
     double before = 0;
     for (int k = 0; options.rounds > 0 && k < turns; ++k) {
         const auto now =
-            run_step(around, "blocks", [&](const Execution& e) { return growing(shared.rows, by.ranks, e); });
+            run_step(around, "blocks", [&](const Execution& e) { return growing(rows.shared.rows, by.ranks, e); });
         if (!now) return fail(now.error());
         if (!(now->growth() > too_much)) break;
         if (!(now->elements > 1.5 * before)) break;  // something keeps it from growing
@@ -180,11 +180,11 @@ Outcome<SharedRows<D>> grown(SharedRows<D> shared, const AdaptationGoal<D>& goal
                              .rounds = 1,
                              .lengths = BlockTurn::Lengths::loose,
                              .coarser = pow(now->growth() / wanted, 1.0 / D)};
-        auto made = turn_by_blocks(std::move(shared), goal, options, by, turn, statistics, around);
-        if (!made) return fail(made.error());
-        shared = std::move(*made);
+        auto turned = turn_by_blocks(std::move(rows), goal, options, by, turn, around);
+        if (!turned) return turned;
+        rows = std::move(*turned);
     }
-    return shared;
+    return rows;
 }
 
 template <int D>
@@ -236,13 +236,13 @@ Outcome<BroughtToMetric<D>> end(const AdaptationRows<D>& rows, const GivenOfMesh
 }  // namespace
 
 template <int D>
-Outcome<SharedRows<D>> turn_by_blocks(SharedRows<D> shared, const AdaptationGoal<D>& goal,
-                                      const ToMetricOptions& options, const InBlocks& by, const BlockTurn& turn,
-                                      ToMetricStatistics& statistics, const Around& around) {
-    return together(by.ranks, [&]() -> Outcome<SharedRows<D>> {
+Outcome<BroughtRows<D>> turn_by_blocks(BroughtRows<D> rows, const AdaptationGoal<D>& goal,
+                                       const ToMetricOptions& options, const InBlocks& by, const BlockTurn& turn,
+                                       const Around& around) {
+    return together(by.ranks, [&]() -> Outcome<BroughtRows<D>> {
         auto cut = run_step(around, "blocks", [&](const Execution& e) {
-            return expected_elements(shared.rows, turn.coarser, e).and_then([&](const ElementWeights& weights) {
-                return cut_into_parts(std::move(shared), weights, by.elements, turn.shift, by.ranks, e);
+            return expected_elements(rows.shared.rows, turn.coarser, e).and_then([&](const ElementWeights& weights) {
+                return cut_into_parts(std::move(rows.shared), weights, by.elements, turn.shift, by.ranks, e);
             });
         });
         if (!cut) return fail(cut.error());
@@ -250,11 +250,14 @@ Outcome<SharedRows<D>> turn_by_blocks(SharedRows<D> shared, const AdaptationGoal
         if (!all) return fail(all.error());
         int rounds = 0;
         for (const ToMetricStatistics& of_block : *all) {
-            add(statistics, of_block);
+            add(rows.statistics, of_block);
             rounds = std::max(rounds, of_block.rounds);
         }
-        statistics.rounds += rounds;
-        return run_step(around, "blocks", [&](const Execution&) { return joined(std::move(*cut), by.ranks); });
+        rows.statistics.rounds += rounds;
+        auto shared = run_step(around, "blocks", [&](const Execution&) { return joined(std::move(*cut), by.ranks); });
+        if (!shared) return fail(shared.error());
+        rows.shared = std::move(*shared);
+        return std::move(rows);
     });
 }
 
@@ -276,13 +279,11 @@ Outcome<BroughtRows<D>> bring_rows_to_metric(Adaptation<D> state, const Adaptati
     return together(by.ranks, [&]() -> Outcome<BroughtRows<D>> {
         auto brought = begin(std::move(state), options, by.ranks, around);
         if (!brought) return fail(brought.error());
-        auto shared = grown(std::move(brought->shared), goal, options, by, brought->statistics, around);
-        if (!shared) return fail(shared.error());
+        brought = grown(std::move(*brought), goal, options, by, around);
         for (const BlockTurn& turn : turns) {
-            shared = turn_by_blocks(std::move(*shared), goal, options, by, turn, brought->statistics, around);
-            if (!shared) return fail(shared.error());
+            if (!brought) return brought;
+            brought = turn_by_blocks(std::move(*brought), goal, options, by, turn, around);
         }
-        brought->shared = std::move(*shared);
         return brought;
     });
 }
@@ -301,17 +302,17 @@ Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const
     });
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                          \
-    template Outcome<ElementWeights> expected_elements<D>(const AdaptationRows<D>&, double, const Execution&);         \
-    template Outcome<SharedRows<D>> turn_by_blocks<D>(SharedRows<D>, const AdaptationGoal<D>&, const ToMetricOptions&, \
-                                                      const InBlocks&, const BlockTurn&, ToMetricStatistics&,          \
-                                                      const Around&);                                                  \
-    template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                            \
-    template Outcome<BroughtRows<D>> bring_rows_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&,                  \
-                                                             const ToMetricOptions&, const InBlocks&,                  \
-                                                             const std::vector<BlockTurn>&, const Around&);            \
-    template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,         \
-                                                                      const ToMetricOptions&, const InBlocks&,         \
+#define CAMBER_INSTANTIATE(D)                                                                                     \
+    template Outcome<ElementWeights> expected_elements<D>(const AdaptationRows<D>&, double, const Execution&);    \
+    template Outcome<BroughtRows<D>> turn_by_blocks<D>(BroughtRows<D>, const AdaptationGoal<D>&,                  \
+                                                       const ToMetricOptions&, const InBlocks&, const BlockTurn&, \
+                                                       const Around&);                                            \
+    template std::vector<BlockTurn> block_turns<D>(const ToMetricOptions&);                                       \
+    template Outcome<BroughtRows<D>> bring_rows_to_metric<D>(Adaptation<D>, const AdaptationGoal<D>&,             \
+                                                             const ToMetricOptions&, const InBlocks&,             \
+                                                             const std::vector<BlockTurn>&, const Around&);       \
+    template Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks<D>(Adaptation<D>, const AdaptationGoal<D>&,    \
+                                                                      const ToMetricOptions&, const InBlocks&,    \
                                                                       const std::vector<BlockTurn>&, const Around&);
 
 CAMBER_INSTANTIATE(2)

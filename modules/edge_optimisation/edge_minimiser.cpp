@@ -62,11 +62,19 @@ double riemannian_length(const EdgeField<D>& field, const QuadraticEdge<D>& edge
 
 namespace {
 
+/// A quadrature point of an edge.
+template <int D>
+struct EdgePoint {
+    double t, weight;
+    Vec<D> derivative;  ///< l'(t)
+};
+
 /// Adds one quadrature point's share of q = l'ᵀ M l', with ∂_i l' = 4(1−2t) e_i, ∂_i log M = 4t(1−t) G_i:
 /// ∂_i q = 2·4(1−2t) (M l')_i + 4t(1−t) ⟨adjoint, G_i⟩ (paper §2.2.1 through the adjoint of Daletskii–Krein).
 template <int D>
-void add_point(ObjectiveSample<D>& sum, EdgeObjectiveKind kind, double t, double w, const Vec<D>& derivative,
+void add_point(ObjectiveSample<D>& sum, EdgeObjectiveKind kind, const EdgePoint<D>& point,
                const LogMetric<D>& log_metric, const LogGradient<D>& gradient) {
+    const auto& [t, w, derivative] = point;
     const SpectralMetric<D> metric(log_metric);
     const double q = metric.length_squared(derivative);
     const Sym<D> adjoint = length_squared_adjoint(metric, derivative);
@@ -112,7 +120,7 @@ ObjectiveSample<D> EdgeObjective<D>::evaluate(const Vec<D>& node) const {
     const QuadraticEdge<D> edge{p20, {node}, p02};
     ObjectiveSample<D> sum;
     const auto add = [&](std::size_t i, const LogMetric<D>& log_metric, const LogGradient<D>& gradient) {
-        add_point<D>(sum, kind, rule->t[i], rule->w[i], edge.derivative(rule->t[i]), log_metric, gradient);
+        add_point<D>(sum, kind, {rule->t[i], rule->w[i], edge.derivative(rule->t[i])}, log_metric, gradient);
     };
     if (field == EdgeFieldKind::back) {
         each_gradient_along(*back, edge, *rule, hint, [&](std::size_t i, const FieldSample<D>& sample) {
@@ -128,7 +136,8 @@ ObjectiveSample<D> EdgeObjective<D>::evaluate(const Vec<D>& node) const {
 
 template <int D>
 EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule, EdgeObjectiveKind kind,
-                                EdgeFieldKind field, const Vec<D>& p20, const Vec<D>& p02, ElementId hint) {
+                                EdgeFieldKind field, const Chord<D>& chord) {
+    const auto& [p20, p02, hint] = chord;
     EdgeObjective<D> objective{&back, &rule, kind, field, p20, p02, {}, {}, hint};
     if (field == EdgeFieldKind::edge) {
         objective.l20 = sample_value(back, p20, hint).log_metric;
@@ -242,19 +251,19 @@ template <int D>
 EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint,
                              const EdgeRules& rules, const EdgeMinimiserOptions& options) {
     const EdgeObjective<D> objective =
-        edge_objective(back, rules.objective, options.objective, options.field, p20, p02, hint);
+        edge_objective(back, rules.objective, options.objective, options.field, {p20, p02, hint});
     const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
     const Vec<D> predicted = frame.coordinates(geodesic_start(back, p20, p02, hint));
     return minimised(back, objective, frame, start(objective, frame, predicted), rules, options);
 }
 
 template <int D>
-EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b, const LagrangeNode<D>& present,
-                                  std::span<const ElementId> shell, const EdgeRules& rules,
-                                  const EdgeMinimiserOptions& options) {
+EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, const BackEdge& edge, const LagrangeNode<D>& present,
+                                  const EdgeRules& rules, const EdgeMinimiserOptions& options) {
+    const auto& [a, b, shell] = edge;
     const EdgeObjective<D> objective =
-        edge_objective(back, rules.objective, options.objective, options.field, back->vertex(a).point,
-                       back->vertex(b).point, *std::min_element(shell.begin(), shell.end()));
+        edge_objective(back, rules.objective, options.objective, options.field,
+                       {back->vertex(a).point, back->vertex(b).point, *std::min_element(shell.begin(), shell.end())});
     const UnitFrame<D> frame = unit_frame(back, objective, options.max_tangential_shift, options.max_offset);
     Iterate<D> at = start(objective, frame, best_sector_start(back, objective, frame, a, b, shell));
     if (present.point != midpoint(objective.p20, objective.p02)) {
@@ -265,20 +274,19 @@ EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId 
                           minimised(back, objective, frame, at, rules, options));
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                     \
-    template EdgeLength riemannian_length<D>(const BackMesh<D>&, const QuadraticEdge<D>&, const Quadrature&,      \
-                                             ElementId);                                                          \
-    template EdgeField<D> edge_field<D>(const BackMesh<D>&, const QuadraticEdge<D>&, ElementId);                  \
-    template double riemannian_length<D>(const EdgeField<D>&, const QuadraticEdge<D>&, const Quadrature&);        \
-    template struct EdgeObjective<D>;                                                                             \
-    template EdgeObjective<D> edge_objective<D>(const BackMesh<D>&, const Quadrature&, EdgeObjectiveKind,         \
-                                                EdgeFieldKind, const Vec<D>&, const Vec<D>&, ElementId);          \
-    template Vec<D> geodesic_start<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId);               \
-    template EdgeMinimum<D> minimise_edge<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId,         \
-                                             const EdgeRules&, const EdgeMinimiserOptions&);                      \
-    template EdgeMinimum<D> minimise_back_edge<D>(const BackMesh<D>&, VertexId, VertexId, const LagrangeNode<D>&, \
-                                                  std::span<const ElementId>, const EdgeRules&,                   \
-                                                  const EdgeMinimiserOptions&);
+#define CAMBER_INSTANTIATE(D)                                                                                  \
+    template EdgeLength riemannian_length<D>(const BackMesh<D>&, const QuadraticEdge<D>&, const Quadrature&,   \
+                                             ElementId);                                                       \
+    template EdgeField<D> edge_field<D>(const BackMesh<D>&, const QuadraticEdge<D>&, ElementId);               \
+    template double riemannian_length<D>(const EdgeField<D>&, const QuadraticEdge<D>&, const Quadrature&);     \
+    template struct EdgeObjective<D>;                                                                          \
+    template EdgeObjective<D> edge_objective<D>(const BackMesh<D>&, const Quadrature&, EdgeObjectiveKind,      \
+                                                EdgeFieldKind, const Chord<D>&);                               \
+    template Vec<D> geodesic_start<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId);            \
+    template EdgeMinimum<D> minimise_edge<D>(const BackMesh<D>&, const Vec<D>&, const Vec<D>&, ElementId,      \
+                                             const EdgeRules&, const EdgeMinimiserOptions&);                   \
+    template EdgeMinimum<D> minimise_back_edge<D>(const BackMesh<D>&, const BackEdge&, const LagrangeNode<D>&, \
+                                                  const EdgeRules&, const EdgeMinimiserOptions&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -129,12 +129,18 @@ struct EdgeObjective {
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const;
 };
 
-/// The objective of the edge from p20 to p02; the ends are located from `hint`. It refers to `back` and `rule`, which
+/// The chord of an edge anywhere in a back mesh.
+template <int D>
+struct Chord {
+    Vec<D> p20, p02;
+    ElementId hint;  ///< an element near p20
+};
+
+/// The objective of the edge on a chord, whose ends are located from its hint. It refers to `back` and `rule`, which
 /// must outlive it.
 template <int D>
 [[nodiscard]] EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule, EdgeObjectiveKind kind,
-                                              EdgeFieldKind field, const Vec<D>& p20, const Vec<D>& p02,
-                                              ElementId hint);
+                                              EdgeFieldKind field, const Chord<D>& chord);
 
 /// How an edge's node is searched for.
 struct EdgeMinimiserOptions {
@@ -221,13 +227,20 @@ template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02,
                                            ElementId hint, const EdgeRules& rules, const EdgeMinimiserOptions& options);
 
-/// The same for an edge (a, b) of the back mesh itself, with its shell (not empty). Such a chord lies on kinks of the
+/// The same for an edge of the back mesh itself, whose shell is not empty. Such a chord lies on kinks of the
 /// field: the search starts from the best of the closed-form minima of the shell's sectors, and so does not depend on
 /// an order; or from the node that the edge has, where the objective is lower still: it is never longer than that.
 template <int D>
-[[nodiscard]] EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, VertexId a, VertexId b,
-                                                const LagrangeNode<D>& present, std::span<const ElementId> shell,
-                                                const EdgeRules& rules, const EdgeMinimiserOptions& options);
+[[nodiscard]] EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, const BackEdge& edge,
+                                                const LagrangeNode<D>& present, const EdgeRules& rules,
+                                                const EdgeMinimiserOptions& options);
+
+/// Edges of a back mesh with their present nodes, one an edge.
+template <int D>
+struct BackEdges {
+    std::span<const BackEdge> edges;
+    std::span<const LagrangeNode<D>> nodes;
+};
 
 /// What the searches of some edges took.
 struct EdgeSearchWork {
@@ -242,11 +255,10 @@ struct EdgeSearchWork {
     }
 };
 
-/// minimise_back_edge of each edge, in packs, without the lengths, which stay 0: minima[i] of edges[i] with present[i].
-/// An edge has the same bytes in any company and with any instructions.
+/// minimise_back_edge of each edge, in packs, without the lengths, which stay 0: minima[i] of the edge i. An edge has
+/// the same bytes in any company and with any instructions.
 template <int D>
-EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const BackEdge> edges,
-                                   std::span<const LagrangeNode<D>> present, const EdgeRules& rules,
+EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& edges, const EdgeRules& rules,
                                    const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
                                    Instructions set = widest_instructions());
 

@@ -346,6 +346,20 @@ template <int D>
 /// How eight searches begin: in the best of the sectors around their chords.
 namespace camber {
 
+template <int D>
+struct PackedEdges {
+    const StraightBack<D>& back;
+    std::span<const BackEdge> edges;  ///< of the back mesh; none where they are free
+    std::span<const FreeEdge<D>> free;
+    const CurvedBack<D>* curved;           ///< the field, where it goes along with curves
+    std::span<const std::uint32_t> order;  ///< in which they begin
+    const EdgeRules& rules;
+    const EdgeMinimiserOptions& options;
+    std::span<EdgeMinimum<D>> minima;
+    std::span<std::uint8_t> alone;  ///< 1: not for packs, or it turned out so; 2: its node is to be judged
+    EdgeSearchWork& work;
+};
+
 /// The best of the sectors for each lane's chord, by what its model promises.
 template <int D>
 struct BestSector {
@@ -357,8 +371,7 @@ struct BestSector {
 };
 
 template <int D>
-[[nodiscard, gnu::always_inline]] inline BestSector<D> best_sector(const StraightBack<D>& back,
-                                                                   std::span<const BackEdge> edges,
+[[nodiscard, gnu::always_inline]] inline BestSector<D> best_sector(const PackedEdges<D>& all,
                                                                    const std::array<std::uint32_t, pack_size>& lanes,
                                                                    const ChordPack<D>& chords, const ChordFrame<D>& f,
                                                                    const ObjectiveSums<D>& sums, Pack curvature) {
@@ -371,16 +384,16 @@ template <int D>
     VecPack<D> common;
     for (int i = 0; i < D; ++i) common[i] = f.scale[i] * sums.common[i] + f.shift[i] * by_b;
     std::size_t most = 0;
-    for (const std::uint32_t e : lanes) most = std::max(most, edges[e].shell.size());
+    for (const std::uint32_t e : lanes) most = std::max(most, all.edges[e].shell.size());
     const SymPack<D> inverse_hessian = multiple_of_identity<D>(curvature);
     BestSector<D> best{};
     for (std::size_t slot = 0; slot < most; ++slot) {
         std::array<ElementId, pack_size> elements;
         for (int lane = 0; lane < pack_size; ++lane) {
-            const auto& shell = edges[lanes[lane]].shell;
+            const auto& shell = all.edges[lanes[lane]].shell;
             elements[lane] = shell[std::min(slot, shell.size() - 1)];
         }
-        const ShellElementPack<D> element = shell_elements(back, chords, elements);
+        const ShellElementPack<D> element = shell_elements(all.back, chords, elements);
         std::array<VecPack<D>, D - 1> rise;
         VecPack<D> gradient = common;
         for (int n = 0; n < D - 1; ++n) {
@@ -409,20 +422,6 @@ template <int D>
     to.change = select(mask, from.change, to.change);
 }
 
-template <int D>
-struct PackedEdges {
-    const StraightBack<D>& back;
-    std::span<const BackEdge> edges;  ///< of the back mesh; none where they are free
-    std::span<const FreeEdge<D>> free;
-    const CurvedBack<D>* curved;           ///< the field, where it goes along with curves
-    std::span<const std::uint32_t> order;  ///< in which they begin
-    const EdgeRules& rules;
-    const EdgeMinimiserOptions& options;
-    std::span<EdgeMinimum<D>> minima;
-    std::span<std::uint8_t> alone;  ///< 1: not for packs, or it turned out so; 2: its node is to be judged
-    EdgeSearchWork& work;
-};
-
 /// How log M changes from end to end of an edge.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack change_of(const SearchPack<D>& s) {
@@ -450,13 +449,13 @@ template <int D>
     s.chord_unsure = unsure_share(s.sums) * s.chord_length;
     s.along = change_of(s);
     s.inverse_hessian = multiple_of_identity<D>(packed(1));
-    BestSector<D> best = best_sector(all.back, all.edges, lanes, chords, s.frame, s.sums.energy, packed(1));
+    BestSector<D> best = best_sector(all, lanes, chords, s.frame, s.sums.energy, packed(1));
     s.change = max(s.along, best.change);
     const Mask unresolved = ~(s.change < max_change);
     if (all.options.objective == EdgeObjectiveKind::length && any(unresolved)) {
         // These begin by the length.
         const Pack curvature = 2 * s.chord_length;
-        choose(unresolved, best, best_sector(all.back, all.edges, lanes, chords, s.frame, s.sums.length, curvature));
+        choose(unresolved, best, best_sector(all, lanes, chords, s.frame, s.sums.length, curvature));
         choose(unresolved, s.inverse_hessian, multiple_of_identity<D>(curvature));
         s.by_length = select(unresolved, packed(1), packed(0));
     }
@@ -525,7 +524,7 @@ template <int D>
     PointElements<D> points{};
     for (std::size_t q = 0; q < max_points; ++q) points[q] = at;
     WalkMarks marks{};
-    s.at = located_values(all.back, s.frame, s.y, all.rules.objective, points, marks);
+    s.at = located_values(all.back, {s.frame, s.y}, all.rules.objective, points, marks);
     s.chord_length = s.at.length;
     s.change = change_of(s) + sqrt(s.at.bulge);
     for (std::size_t q = 0; q < n_points; ++q)
@@ -560,7 +559,7 @@ template <int D>
     const ChordFrame<D>& f = lanes.pack.frame;
     if (all.free.empty()) return length_along(f, ParabolaPack<D>{}, all.rules.report);
     ElementsPack<D> elements = entered<D>(all.back, lanes.element);
-    return located_lengths(all.back, f, VecPack<D>{}, all.rules.report, elements, marks).length;
+    return located_lengths(all.back, {f, VecPack<D>{}}, all.rules.report, elements, marks).length;
 }
 
 }  // namespace camber

@@ -174,10 +174,16 @@ struct LocatedPack {
     VecPack<D> normal;
 };
 
+/// A face of the element in a lane, by its opposite corner.
+struct LaneFace {
+    int lane, opposite;
+};
+
 /// The element across the face of the lowest coordinate; where there is none, the point moves to its foot on that face.
 template <int D>
-[[gnu::always_inline]] inline void cross_face(const StraightBack<D>& back, ElementsPack<D>& elements, VecPack<D>& x,
-                                              LocatedPack<D>& place, WalkMarks& marks, int lane, int lowest) {
+[[gnu::always_inline]] inline void cross_face(const StraightBack<D>& back, LaneFace face, ElementsPack<D>& elements,
+                                              VecPack<D>& x, LocatedPack<D>& place, WalkMarks& marks) {
+    const auto [lane, lowest] = face;
     const ElementId next = back.neighbours[elements.element[lane].index()][lowest];
     if (next.valid()) {
         elements.element[lane] = next;
@@ -219,7 +225,7 @@ template <int D>
             walking |= open[q];
             if (step == 64) continue;
             each_lane(open[q], [&](int lane) __attribute__((always_inline)) {
-                cross_face(back, elements[q], x[q], places[q], marks, lane, static_cast<int>(lowest[lane]));
+                cross_face(back, {lane, static_cast<int>(lowest[lane])}, elements[q], x[q], places[q], marks);
                 read_corners(back, elements[q], lane);
             });
         }
@@ -281,16 +287,29 @@ template <int D>
     return across;
 }
 
+/// Eight curved edges: the frames of their chords, and their nodes in these.
+template <int D>
+struct CurvePack {
+    const ChordFrame<D>& frame;
+    const VecPack<D>& y;
+
+    /// Offsets of the nodes from the middles of the chords, along the axes of the frame.
+    [[nodiscard, gnu::always_inline]] inline VecPack<D> offset() const {
+        VecPack<D> out;
+        for (int i = 0; i < D; ++i) out[i] = frame.scale[i] * y[i];
+        return out;
+    }
+};
+
 /// Energy and length with their gradients in the unit frame, each point in its element; use(q, point, slope) of each,
 /// with the slope of w q.
 template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
-                                                                      const ChordFrame<D>& f, const VecPack<D>& y,
-                                                                      const Quadrature& rule,
+                                                                      const CurvePack<D>& curve, const Quadrature& rule,
                                                                       PointElements<D>& elements, WalkMarks& marks,
                                                                       const Use& use) {
-    VecPack<D> offset;
-    for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
+    const ChordFrame<D>& f = curve.frame;
+    const VecPack<D> offset = curve.offset();
     EdgeValues<D> out{};
     const MatPack<D> back_to_space = transposed(f.axes);
     std::array<VecPack<D>, max_points> x;
@@ -337,21 +356,20 @@ template <int D, class Use>
 
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
-                                                                      const ChordFrame<D>& f, const VecPack<D>& y,
-                                                                      const Quadrature& rule,
+                                                                      const CurvePack<D>& curve, const Quadrature& rule,
                                                                       PointElements<D>& elements, WalkMarks& marks) {
-    return located_values(back, f, y, rule, elements, marks,
+    return located_values(back, curve, rule, elements, marks,
                           [](std::size_t, const PointPack<D>&, const VecPack<D>&) __attribute__((always_inline)) {});
 }
 
 /// Energy and length alone; `elements`: where the first walk begins, and then where the last one ended.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths(const StraightBack<D>& back,
-                                                                       const ChordFrame<D>& f, const VecPack<D>& y,
+                                                                       const CurvePack<D>& curve,
                                                                        const Quadrature& rule,
                                                                        ElementsPack<D>& elements, WalkMarks& marks) {
-    VecPack<D> offset;
-    for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
+    const ChordFrame<D>& f = curve.frame;
+    const VecPack<D> offset = curve.offset();
     EdgeValues<D> out{};
     for (std::size_t q = 0; q < rule.size(); ++q) {
         VecPack<D> x = place_at(f, offset, rule.t[q]);
@@ -367,11 +385,13 @@ template <int D>
 
 /// The same, with each point's walk from where that point was before.
 template <int D>
-[[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(
-    const StraightBack<D>& back, const ChordFrame<D>& f, const VecPack<D>& y, const Quadrature& rule,
-    PointElements<D>& elements, WalkMarks& marks) {
-    VecPack<D> offset;
-    for (int i = 0; i < D; ++i) offset[i] = f.scale[i] * y[i];
+[[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(const StraightBack<D>& back,
+                                                                              const CurvePack<D>& curve,
+                                                                              const Quadrature& rule,
+                                                                              PointElements<D>& elements,
+                                                                              WalkMarks& marks) {
+    const ChordFrame<D>& f = curve.frame;
+    const VecPack<D> offset = curve.offset();
     EdgeValues<D> out{};
     std::array<VecPack<D>, max_points> x;
     std::array<LocatedPack<D>, max_points> places;

@@ -82,12 +82,12 @@ template <int D>
 [[gnu::always_inline]] inline void judge_through(const PackedEdges<D>& all, SearchLanes<D>& open, int count) {
     WalkMarks chord_marks{};
     const Pack chord = chord_length(all, open, chord_marks);
-    judged(
-        all, open, count, chord, chord_marks,
-        [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
-            ElementsPack<D> elements = entered<D>(all.back, lanes.element);
-            return located_lengths(all.back, lanes.pack.frame, lanes.pack.y, all.rules.report, elements, marks).length;
-        });
+    judged(all, open, count, chord, chord_marks,
+           [&](const SearchLanes<D>& lanes, WalkMarks& marks) __attribute__((always_inline)) {
+               ElementsPack<D> elements = entered<D>(all.back, lanes.element);
+               return located_lengths(all.back, {lanes.pack.frame, lanes.pack.y}, all.rules.report, elements, marks)
+                   .length;
+           });
 }
 
 /// Searches that wait for lanes.
@@ -114,11 +114,20 @@ struct SearchQueue {
     }
 };
 
+/// The queues of searches that leave their lanes.
+template <int D>
+struct SearchQueues {
+    SearchQueue<D>& to_judge;
+    SearchQueue<D>& leaving;
+    SearchQueue<D>& to_probe;
+    SearchQueue<D>& to_judge_through;
+};
+
 /// What ended, and is shorter beyond doubt, is done; what is not goes to be judged; what left its element to `leaving`.
 template <int D, class Where>
 [[gnu::always_inline]] inline void resolve(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Ended& ended,
-                                           const Where& where, SearchQueue<D>& to_judge, SearchQueue<D>& leaving,
-                                           SearchQueue<D>& to_probe, SearchQueue<D>& to_judge_through) {
+                                           const Where& where, const SearchQueues<D>& queues) {
+    const auto& [to_judge, leaving, to_probe, to_judge_through] = queues;
     const Mask out = ended.ended | ended.leaves;
     if (!any(out)) return;
     const VecPack<D> offset = offsets_of(lanes.pack.frame, lanes.pack.y);
@@ -212,9 +221,8 @@ void look_ahead(const PackedEdges<D>& all, std::size_t next) {
 /// An evaluation of each search, and where those go that ended.
 template <int D, class Where>
 [[gnu::always_inline]] inline void step(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Where& where,
-                                        SearchQueue<D>& to_judge, SearchQueue<D>& leaving, SearchQueue<D>& to_probe,
-                                        SearchQueue<D>& to_judge_through) {
-    resolve(all, lanes, stepped(all, lanes, where), where, to_judge, leaving, to_probe, to_judge_through);
+                                        const SearchQueues<D>& queues) {
+    resolve(all, lanes, stepped(all, lanes, where), where, queues);
 }
 
 /// Each kernel by itself is compiled for the set: all of them in one function take a compiler five times as long.
@@ -232,6 +240,8 @@ void search(Instructions set, const PackedEdges<D>& all) {
     PointElements<D> points_probed{};
     SearchQueue<D> to_judge;
     SearchQueue<D> to_judge_through;
+    const SearchQueues<D> from_within{to_judge, leaving, to_probe, to_judge_through};
+    const SearchQueues<D> from_through{to_judge_through, leaving, to_probe, to_judge_through};
     ElementsPack<D> entering{};
     const auto enter = [&](Mask come) {
         with_instructions(set, [&]() __attribute__((always_inline)) {
@@ -241,9 +251,8 @@ void search(Instructions set, const PackedEdges<D>& all) {
     };
     const auto step_within = [&](SearchLanes<D>& lanes, int busy) {
         all.work.decompositions += static_cast<std::size_t>(busy) * all.rules.objective.size();
-        with_instructions(set, [&]() __attribute__((always_inline)) {
-            step(all, lanes, WithinWedge<D>{}, to_judge, leaving, to_probe, to_judge_through);
-        });
+        with_instructions(set,
+                          [&]() __attribute__((always_inline)) { step(all, lanes, WithinWedge<D>{}, from_within); });
     };
     enter(Mask(-1));
     int fresh_lane = pack_size;
@@ -300,7 +309,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
         if (busy_through == pack_size || (busy == 0 && busy_through > 0)) {
             all.work.decompositions += static_cast<std::size_t>(busy_through) * all.rules.objective.size();
             with_instructions(set, [&]() __attribute__((always_inline)) {
-                step(all, through, ThroughElements<D>{points}, to_judge_through, leaving, to_probe, to_judge_through);
+                step(all, through, ThroughElements<D>{points}, from_through);
             });
         } else if (busy > 0) {
             step_within(within, busy);
@@ -348,10 +357,10 @@ std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
 }  // namespace
 
 template <int D>
-EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const BackEdge> edges,
-                                   std::span<const LagrangeNode<D>> present, const EdgeRules& rules,
+EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& given, const EdgeRules& rules,
                                    const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
                                    Instructions set) {
+    const auto& [edges, present] = given;
     EdgeSearchWork work;
     const auto [straight, curved] = back->packed();
     std::vector<std::uint8_t> alone(edges.size(), straight && options.field == EdgeFieldKind::back ? 0 : 1);
@@ -374,14 +383,15 @@ EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, std::span<const Back
         const auto& [a, b, shell] = edges[i];
         if (alone[i] == 2) {
             judge(back,
-                  edge_objective(back, rules.objective, options.objective, options.field, back->vertex(a).point,
-                                 back->vertex(b).point, *std::min_element(shell.begin(), shell.end())),
+                  edge_objective(
+                      back, rules.objective, options.objective, options.field,
+                      {back->vertex(a).point, back->vertex(b).point, *std::min_element(shell.begin(), shell.end())}),
                   rules.report, minima[i]);
             minima[i].straight_length = minima[i].length = 0;
             continue;
         }
         ++work.single;
-        minima[i] = minimise_back_edge(back, a, b, present[i], shell, rules, options);
+        minima[i] = minimise_back_edge(back, edges[i], present[i], rules, options);
         minima[i].straight_length = minima[i].length = 0;
     }
     return work;
@@ -407,7 +417,8 @@ EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<
         if (alone[i] == 0) continue;
         const auto& [a, b, hint] = edges[i];
         if (alone[i] == 2) {
-            judge(back, edge_objective(back, rules.objective, options.objective, options.field, a.point, b.point, hint),
+            judge(back,
+                  edge_objective(back, rules.objective, options.objective, options.field, {a.point, b.point, hint}),
                   rules.report, minima[i]);
         } else {
             ++work.single;
@@ -421,9 +432,9 @@ EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<
 #define CAMBER_INSTANTIATE(D)                                                                                        \
     template EdgeSearchWork minimise_edges<D>(const BackMesh<D>&, std::span<const FreeEdge<D>>, const EdgeRules&,    \
                                               const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions); \
-    template EdgeSearchWork minimise_back_edges<D>(                                                                  \
-        const BackMesh<D>&, std::span<const BackEdge>, std::span<const LagrangeNode<D>>, const EdgeRules&,           \
-        const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>, Instructions);
+    template EdgeSearchWork minimise_back_edges<D>(const BackMesh<D>&, const BackEdges<D>&, const EdgeRules&,        \
+                                                   const EdgeMinimiserOptions&, std::span<EdgeMinimum<D>>,           \
+                                                   Instructions);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

@@ -225,7 +225,7 @@ struct ThroughElements {
                                                                   const VecPack<D>& y, WalkMarks& marks) {
         const Quadrature& rule = all.rules.objective;
         const bool is_length = all.options.objective == EdgeObjectiveKind::length;
-        return located_values(all.back, lanes.pack.frame, y, rule, points, marks,
+        return located_values(all.back, {lanes.pack.frame, y}, rule, points, marks,
                               [&](std::size_t q, const auto& point, auto slope) __attribute__((always_inline)) {
                                   if (!is_length) return;
                                   for (int i = 0; i < D; ++i) slope[i] *= 1 / rule.w[q];
@@ -479,7 +479,7 @@ template <int D>
                                         const VecPack<D>& y, PointElements<D>& points, Probing<D>& best) {
     WalkMarks marks{.lost = ~asked};
     const Quadrature& rule = all.rules.objective;
-    const EdgeValues<D> at = located_lengths_beside(all.back, s.frame, y, rule, points, marks);
+    const EdgeValues<D> at = located_lengths_beside(all.back, {s.frame, y}, rule, points, marks);
     const Pack value = value_of(at, s.by_length != 0);
     const Mask lower = asked & ~marks.lost & ~marks.outside & (value < best.value);
     choose(lower, best.y, y);
@@ -529,7 +529,7 @@ template <int D>
     SymPack<D> hessian = multiple_of_identity<D>(packed(0));
     WalkMarks marks{.lost = ~open};
     s.at =
-        located_values(all.back, s.frame, s.y, rule, points, marks,
+        located_values(all.back, {s.frame, s.y}, rule, points, marks,
                        [&](std::size_t q, const PointPack<D>& point, const VecPack<D>&) __attribute__((always_inline)) {
                            const double c = 4 * (1 - 2 * rule.t[q]);
                            const Pack root = sqrt(point.squared);

@@ -240,7 +240,7 @@ Outcome<std::vector<double>> ExtensionPart<S, D>::volume_and_count(const Executi
     };
     const ExtensionDomain<S, D>& domain = impl_->domain;
     const auto sums = reduce_own(
-        execution, domain.simplices.view(), domain.points.size(), impl_->owned, Sum{},
+        execution, OwnSimplices<S + 1>{domain.simplices.view(), domain.points.size(), impl_->owned}, Sum{},
         [&](Sum& total, ElementId e) {
             total.volume += scaled_inverse<S, D>(corner_points(domain, e)).volume;
             ++total.count;

@@ -34,16 +34,24 @@ template <int D>
     return {VertexId(0), VertexId(mesh.points.size())};
 }
 
+/// The simplices of a mesh with `vertices` vertices, of which a part owns some.
+template <std::size_t N>
+struct OwnSimplices {
+    std::span<const std::array<VertexId, N>> all;
+    std::size_t vertices = 0;
+    const OwnVertices& own;
+};
+
 /// Computes a sum over the simplices of each run, as `reduce_each`: accumulate(value, simplex). A simplex belongs to
-/// the run of its lowest vertex. `vertices`: number of vertices of the mesh.
+/// the run of its lowest vertex.
 template <class T, std::size_t N>
-[[nodiscard]] Outcome<std::vector<T>> reduce_own(const Execution& execution,
-                                                 std::span<const std::array<VertexId, N>> simplices,
-                                                 std::size_t vertices, const OwnVertices& own, const T& init,
+[[nodiscard]] Outcome<std::vector<T>> reduce_own(const Execution& execution, const OwnSimplices<N>& of, const T& init,
                                                  const auto& accumulate, const auto& join) {
     return guarded([&]() -> Outcome<std::vector<T>> {
+        const OwnVertices& own = of.own;
+        const auto& simplices = of.all;
         // Chunks are those of a run's simplices, which a mesh by itself need not list.
-        const bool is_whole = own.runs() == 1 && own.first.index() == 0 && own.last.index() == vertices;
+        const bool is_whole = own.runs() == 1 && own.first.index() == 0 && own.last.index() == of.vertices;
         std::vector<std::size_t> begin(own.runs() + 1, 0);
         Buffer<ElementId> listed;
         if (!is_whole) {

@@ -129,7 +129,8 @@ class Errors {
     Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
                                States states) {
         Quadrature<D>& quadrature =
-            quadratures_.emplace_back(mesh, std::move(elements), field_, nodal_, rules_, sides, tolerance_, execution_);
+            quadratures_.emplace_back(IntegrationDomain<D>{mesh, std::move(elements), sides},
+                                      Integrand<D>{field_, nodal_}, rules_, tolerance_, execution_);
         quadrature.put_into(states);  // empty still: the squares are those of the others
         if (auto done = quadrature.integrate(squares_of(states)); !done) return fail(done.error());
         error_.evaluations += quadrature.evaluations();

@@ -231,23 +231,36 @@ struct State {
     std::int8_t level = -1;
 };
 
+/// The elements of a mesh that are integrated over.
+template <int D>
+struct IntegrationDomain {
+    const QuadraticMesh<D>& mesh;
+    std::vector<std::uint32_t> elements;
+    Sides sides;
+};
+
+/// A function: `nodal` has its values at the mesh's nodes if it is of degree 2; empty: of the interpolants.
+template <int D>
+struct Integrand {
+    const ScalarField<D>& field;
+    std::span<const double> nodal;
+};
+
 /// Where the integrals over elements of a mesh are refined: level after level, first with more points, then on parts of
 /// an element, until what the last refinements changed is small in all.
 template <int D>
 class Quadrature {
   public:
-    /// `nodal`: of a function of degree 2 that is given at the mesh's nodes; empty: of the interpolants.
-    Quadrature(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, const ScalarField<D>& field,
-               std::span<const double> nodal, const Rules<D>& rules, Sides sides, double tolerance,
+    Quadrature(IntegrationDomain<D> domain, const Integrand<D>& integrand, const Rules<D>& rules, double tolerance,
                const Execution& execution)
-        : mesh_(mesh),
-          field_(field),
-          nodal_(nodal),
+        : mesh_(domain.mesh),
+          field_(integrand.field),
+          nodal_(integrand.nodal),
           rules_(rules),
-          sides_(sides),
+          sides_(domain.sides),
           tolerance_(tolerance),
           execution_(execution),
-          elements_(std::move(elements)),
+          elements_(std::move(domain.elements)),
           states_(elements_.size(), State{}) {}
 
     /// To what is asked for together with `beside`, the squares of the mesh's other elements.

@@ -36,36 +36,43 @@ Outcome<Done> read_directions(const File& file, Keyword keyword, const Execution
     return read;
 }
 
-Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices, std::size_t directions,
-                         const Execution& execution, Column<DirectionRow>& pairs, std::atomic<bool>& wrong) {
+/// Reads the vertices that have directions, after the directions themselves.
+template <int D>
+Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices, const Execution& execution,
+                         DirectionsAtVertices<D>& given, std::atomic<bool>& wrong) {
     const Block* const block = file.find(keyword);
     if (!block) return Done{};
     if (auto fits = check_size(file, *block, 2, 0); !fits) return fits;
     Buffer<DirectionRow> buffer(block->count);
     auto read = read_rows<PairRow>(file, *block, execution, [&](std::size_t i, const PairRow& row) -> Fault {
-        const std::array limits{vertices, directions};
+        const std::array limits{vertices, given.table.size()};
         for (int c = 0; c < 2; ++c)
             if (from_file(row.integer[c]) >= limits[c]) wrong = true;
         buffer[i] = {VertexId(from_file(row.integer[0])), static_cast<std::uint32_t>(from_file(row.integer[1]))};
         return {};
     });
-    if (read) pairs = std::move(buffer);
+    if (read) given.at = std::move(buffer);
     return read;
 }
 
-/// Directions and who has them: two blocks. Mmg writes indices of normals in place of those of tangents: one index
-/// without its direction spoils all.
+/// The two blocks of directions at vertices.
+struct DirectionBlocks {
+    Keyword directions, at_vertices;
+};
+
+/// Reads directions and the vertices that have them. Mmg writes indices of normals in place of those of tangents: one
+/// index without its direction spoils all.
 template <int D>
-Outcome<Done> read_at_vertices(const File& file, Keyword directions, Keyword pairs, std::size_t vertices,
+Outcome<Done> read_at_vertices(const File& file, const DirectionBlocks& blocks, std::size_t vertices,
                                const Execution& execution, DirectionsAtVertices<D>& given,
                                std::vector<Notice>& notices) {
     std::atomic<bool> wrong = false;
-    return read_directions<D>(file, directions, execution, given.table, wrong)
-        .and_then(
-            [&](Done) { return read_pairs(file, pairs, vertices, given.table.size(), execution, given.at, wrong); })
+    return read_directions<D>(file, blocks.directions, execution, given.table, wrong)
+        .and_then([&](Done) { return read_pairs(file, blocks.at_vertices, vertices, execution, given, wrong); })
         .map([&](Done done) {
             if (!wrong) return done;
-            notices.push_back({std::to_string(given.at.size()) + " rows of " + std::string(name_of(pairs)) +
+            notices.push_back({std::to_string(given.at.size()) + " rows of " +
+                               std::string(name_of(blocks.at_vertices)) +
                                " were left out: not all of them have a vertex and a direction of the file"});
             given = {};
             return done;
@@ -103,10 +110,10 @@ template <int D>
 Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices, std::vector<Notice>& notices,
                                         const Execution& execution) {
     GivenGeometry<D> given;
-    auto read = read_at_vertices<D>(file, Keyword::normals, Keyword::normal_at_vertices, vertices, execution,
+    auto read = read_at_vertices<D>(file, {Keyword::normals, Keyword::normal_at_vertices}, vertices, execution,
                                     given.normals, notices)
                     .and_then([&](Done) {
-                        return read_at_vertices<D>(file, Keyword::tangents, Keyword::tangent_at_vertices, vertices,
+                        return read_at_vertices<D>(file, {Keyword::tangents, Keyword::tangent_at_vertices}, vertices,
                                                    execution, given.tangents, notices);
                     })
                     .and_then([&](Done) { return read_associations<0>(file, vertices, execution, given.on_points); })

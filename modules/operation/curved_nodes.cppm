@@ -95,6 +95,15 @@ template <int D, class Nodes>
     return found;
 }
 
+/// A request with the mesh, the goal and the limits by which its patch is judged.
+template <int D>
+struct JudgedRequest {
+    const Adaptation<D>& mesh;
+    const AdaptationGoal<D>& goal;
+    const CavityRequest<D>& request;
+    const PatchLimits& limits;
+};
+
 // The nodes of a star of degree 2 (paper §3.2).
 
 /// Nodes for the edges of patch.star at its point, into patch.nodes, and what its elements are with them:
@@ -114,12 +123,11 @@ template <int D, class Nodes>
 template <int D>
 class CurvedNodes {
   public:
-    CurvedNodes(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const CavityRequest<D>& request,
-                const PatchLimits& limits, OperationWorkspace<D>& workspace, Patch<D>& patch, QualityBar<D>& bar)
-        : r_(r),
-          goal_(goal),
-          request_(request),
-          limits_(limits),
+    CurvedNodes(const JudgedRequest<D>& judged, OperationWorkspace<D>& workspace, Patch<D>& patch, QualityBar<D>& bar)
+        : r_(judged.mesh),
+          goal_(judged.goal),
+          request_(judged.request),
+          limits_(judged.limits),
           star_(workspace.star),
           w_(workspace.curved),
           out_(patch),

@@ -79,9 +79,8 @@ std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& 
 template <int D>
 class StraightNodes {
   public:
-    StraightNodes(const Adaptation<D>& r, const AdaptationGoal<D>&, const CavityRequest<D>& request, const PatchLimits&,
-                  OperationWorkspace<D>&, Patch<D>& patch, QualityBar<D>&)
-        : r_(r), request_(request), star_(patch.star) {}
+    StraightNodes(const JudgedRequest<D>& judged, OperationWorkspace<D>&, Patch<D>& patch, QualityBar<D>&)
+        : r_(judged.mesh), request_(judged.request), star_(patch.star) {}
 
     static constexpr int degree = 1;
     static constexpr bool is_judged_by_element = true;  ///< shapes cost more than signs of volumes
@@ -189,7 +188,7 @@ class Operating {
         if (const RejectionReason reason = judge_facets(); reason != RejectionReason::none) return {reason, no_face};
         if (!may_move()) return {RejectionReason::required, no_face};
         QualityBar<D> bar(r_, limits_, out_.removed.elements);
-        Nodes nodes(r_, goal_, request_, limits_, w_, out_, bar);
+        Nodes nodes({r_, goal_, request_, limits_}, w_, out_, bar);
         // Most that is refused is so by lengths, which are cheap, and hardly change as nodes are corrected.
         nodes.place_inner();
         if (!has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};

@@ -171,7 +171,7 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
         auto straight = build_surrogate(mesh, edges, features, prescribed, SurrogateOptions{},
                                         part_of(execution, 0, curves.empty() ? 1 : 0.3));
         if (!straight || curves.empty()) return straight;
-        auto curved = with_curves<D>(std::move(*straight), mesh, edges, features, curves, prescribed,
+        auto curved = with_curves<D>(std::move(*straight), {mesh, edges, features, curves}, prescribed,
                                      SurrogateOptions{}, part_of(execution, 0.3, 1));
         if (!curved) return fail(curved.error());
         if (const CurvedPatches& of = curved->patches; of.smooth + of.as_read > 0)
@@ -232,7 +232,7 @@ Outcome<Surrogate<D>> boundary_of_curved(const QuadraticMesh<D>& mesh, const Fea
     if (!features) return fail(features.error());
     auto smooth = build_surrogate(linear, edges, *features, SurrogateOptions{}, part_of(execution, 0.3, 0.6));
     if (!smooth) return smooth;
-    auto curved = with_curves<D>(std::move(*smooth), linear, edges, *features, nodes.view(), StraightGeometry<D>{},
+    auto curved = with_curves<D>(std::move(*smooth), {linear, edges, *features, nodes.view()}, StraightGeometry<D>{},
                                  SurrogateOptions{}, part_of(execution, 0.6, 1));
     if (!curved) return fail(curved.error());
     return std::move(curved->surrogate);

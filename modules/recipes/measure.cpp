@@ -138,7 +138,7 @@ Outcome<EdgeLengths> surface_lengths(const QuadraticMesh<D>& mesh, const Proposa
                                      const BackMesh<D>& field, MeasuredEdges which, const Execution& execution) {
     Proposal<D> all = proposal;
     all.kinds = Buffer<EdgeKind>(proposal.kinds.size(), EdgeKind::volume);
-    return edge_lengths(mesh.edges, all, wanted.shells, field, which, execution);
+    return edge_lengths({mesh.edges, wanted.shells}, all, field, which, execution);
 }
 
 /// Lengths after correction, against the chords as they are then, for the fields; the rest for the report.
@@ -192,7 +192,7 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, 
             measured.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
             measured.lengths = std::move(*lengths);
         } else if (field) {
-            auto lengths = updated_lengths(end.mesh.edges, wanted->curved, proposal, wanted->shells, *field, which,
+            auto lengths = updated_lengths({end.mesh.edges, wanted->shells}, wanted->curved, proposal, *field, which,
                                            part_of(execution, of.distances, of.lengths));
             if (!lengths) return fail(lengths.error());
             measured.edges = edge_report(seen, proposal, lengths->straight, lengths->curved);
@@ -200,7 +200,7 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, 
             if (straight) {
                 const auto beside = straight_back_mesh(*field, *straight);
                 if (!beside) return fail(beside.error());
-                const auto other = edge_lengths(end.mesh.edges, proposal, wanted->shells, *beside, which,
+                const auto other = edge_lengths({end.mesh.edges, wanted->shells}, proposal, *beside, which,
                                                 part_of(execution, of.lengths, of.all));
                 if (!other) return fail(other.error());
                 measured.edges_in_straight_field = edge_report(seen, proposal, other->straight, other->curved);

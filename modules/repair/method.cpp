@@ -25,13 +25,27 @@ namespace {
 /// Plans that share what work is left: so many of a round at once.
 constexpr std::size_t plans_at_once = 32;
 
+// Claims and plans of all passes have one type: the rounds are compiled once and not for each pass.
+template <class Item>
+using ClaimOf = std::function<std::vector<ElementId>(Item)>;
+template <int D, class Item>
+using PlanOf = std::function<Planned<D>(Item, double max_work)>;
+
+/// The functions that plan the items of a pass.
+template <int D, class Item>
+struct ItemPlanning {
+    std::function<bool(Item)> is_needless;  ///< true if the item is left out when its round comes
+    const ClaimOf<Item>& claim;             ///< the elements that the plan of an item looks at
+    const PlanOf<D, Item>& plan;            ///< plans an item for no more work than that
+    std::function<void(Item, const Planned<D>&)> finished;
+};
+
 /// Plans one after the other in the order of their numbers, what does not overlap in parallel (`in_rounds` of
-/// camber.core). `claim(item)`: the elements that its plan looks at; `plan(item, max_work)`: what is planned, for no
-/// more work than that; `finished(item, planned)`. Items that are `needless` when their round comes are left out, and
-/// so are all once the state's work is spent. Progress tells of the items that are done with.
-template <int D, class Item, class Needless, class ClaimOf, class Plan, class Finished>
-Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, const Execution& execution,
-                             Needless&& needless, ClaimOf&& claim, Plan&& plan, Finished&& finished) {
+/// camber.core), until the state's work is spent. Progress tells of the items that are done with.
+template <int D, class Item>
+Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, const ItemPlanning<D, Item>& planning,
+                             const Execution& execution) {
+    const auto& [is_needless, claim, plan, finished] = planning;
     if (items.empty() || state.exhausted()) return Done{};
     const Execution quiet = without_progress(execution);
     std::ranges::sort(items);
@@ -56,7 +70,7 @@ Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, con
         return !state.exhausted();
     };
     return in_rounds(
-        state.schedule, std::move(places), execution, [&](std::size_t i) { return needless(items[i]); },
+        state.schedule, std::move(places), execution, [&](std::size_t i) { return is_needless(items[i]); },
         [&](std::size_t i) { return Claim(std::span((*claims)[i])); }, round);
 }
 
@@ -79,12 +93,6 @@ constexpr int farthest_rings = 8;
 /// The passes of a repair over the elements that are not good enough yet, the queue.
 template <int D>
 struct Passes {
-    // One type for the claims and plans of all passes: the rounds are compiled once and not for each of them.
-    template <class Item>
-    using ClaimOf = std::function<std::vector<ElementId>(Item)>;
-    template <class Item>
-    using PlanOf = std::function<Planned<D>(Item, double max_work)>;
-
     RepairState<D> state;
     std::vector<ElementId> queue;
     Execution execution;
@@ -220,7 +228,7 @@ struct Passes {
         edges.resize(most);
         return edges;
     }
-    Outcome<Done> returning(std::vector<EdgeId> edges, int max_turns, const PlanOf<EdgeId>& plan) {
+    Outcome<Done> returning(std::vector<EdgeId> edges, int max_turns, const PlanOf<D, EdgeId>& plan) {
         const auto claim = [&](EdgeId e) {
             return std::vector<ElementId>(state.shells[e].begin(), state.shells[e].end());
         };
@@ -241,13 +249,13 @@ struct Passes {
         };
         return part_of(execution, share(static_cast<double>(turn)), share(static_cast<double>(turn + 1)));
     }
-    Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<ElementId>& plan) {
+    Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<D, ElementId>& plan) {
         // A pass that repairs nothing leaves something to those that come after it.
         const double kept = state.work_left * (1 - max_of_work);
         state.work_left -= kept;
-        auto done = finish(plan_in_rounds(
-            state, queue, next_pass(), [&](ElementId e) { return state.good(e); }, claim, plan,
-            [](ElementId, const Planned<D>&) {}));
+        const ItemPlanning<D, ElementId> planning{[&](ElementId e) { return state.good(e); }, claim, plan,
+                                                  [](ElementId, const Planned<D>&) {}};
+        auto done = finish(plan_in_rounds(state, queue, planning, next_pass()));
         cut_short = cut_short || (state.exhausted() && !queue.empty());
         state.work_left += kept;
         return done;
@@ -256,7 +264,7 @@ struct Passes {
     /// room now.
     template <class Item>
     Outcome<Done> while_moving(std::vector<Item> items, int max_turns, const ClaimOf<Item>& claim,
-                               const PlanOf<Item>& plan) {
+                               const PlanOf<D, Item>& plan) {
         for (int turn = 0; turn < max_turns && !items.empty(); ++turn) {
             SparseSet<ElementId> near;
             const auto mark = [&](const Item& item, const Planned<D>& planned) {
@@ -264,7 +272,8 @@ struct Passes {
                 for (const ElementId e : claim(item)) near.insert(e);
             };
             const Execution share = next_pass(static_cast<std::size_t>(turn), static_cast<std::size_t>(max_turns));
-            auto done = plan_in_rounds(state, items, share, [](const Item&) { return false; }, claim, plan, mark);
+            const ItemPlanning<D, Item> planning{[](const Item&) { return false; }, claim, plan, mark};
+            auto done = plan_in_rounds(state, items, planning, share);
             if (!done) return done;
             std::erase_if(items, [&](const Item& item) {
                 return std::ranges::none_of(claim(item), [&](ElementId e) { return near.contains(e); });

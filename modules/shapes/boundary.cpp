@@ -208,18 +208,25 @@ double volume(const Buffer<Vec<3>>& p, const SimplexVertices<3>& s) {
 /// Vertices marked from any thread, all to the same value.
 using Marks = std::vector<std::uint8_t>;
 
+/// A move of vertices, with the share of its volume that each element must keep.
+template <int D>
+struct Move {
+    const Buffer<Vec<D>>& from;
+    const Buffer<Vec<D>>& to;
+    double least = 0;
+};
+
 /// Marks the vertices of elements that lost too much, among those with a vertex that has just moved; whether there are
 /// any.
 template <int D>
-Outcome<bool> mark_complaints(const Buffer<Vec<D>>& points, const Buffer<Vec<D>>& at,
-                              std::span<const SimplexVertices<D>> elements, double least, const Marks& just_moved,
-                              Marks& halve, const Execution& execution) {
+Outcome<bool> mark_complaints(const Move<D>& move, std::span<const SimplexVertices<D>> elements,
+                              const Marks& just_moved, Marks& halve, const Execution& execution) {
     std::atomic<bool> any = false;
     auto done = each(execution, elements.size(), [&](std::size_t e) {
         const auto& element = elements[e];
         if (std::none_of(element.begin(), element.end(), [&](VertexId v) { return just_moved[v.index()] != 0; }))
             return;
-        if (volume(at, element) >= least * volume(points, element)) return;
+        if (volume(move.to, element) >= move.least * volume(move.from, element)) return;
         any.store(true, std::memory_order_relaxed);
         for (const VertexId v : element) std::atomic_ref(halve[v.index()]).store(1, std::memory_order_relaxed);
     });
@@ -243,7 +250,7 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const E
         Marks halve(points.size(), 0);
         bool any = false;
         auto looked = runs(just_moved, [&](std::span<const SimplexVertices<D>> elements) -> Outcome<Done> {
-            const auto some = mark_complaints<D>(points, at, elements, least, just_moved, halve, execution);
+            const auto some = mark_complaints<D>({points, at, least}, elements, just_moved, halve, execution);
             if (!some) return fail(some.error());
             any |= *some;
             return Done{};

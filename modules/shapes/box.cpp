@@ -31,7 +31,7 @@ Outcome<Buffer<SimplexVertices<D>>> lattice_simplices(std::span<const int, D> ce
         for (int i = 0; i + 1 < D; ++i) row *= static_cast<std::size_t>(cells[i]) + 1;
         const auto rows = static_cast<std::size_t>(cells[D - 1]);
         Buffer<SimplexVertices<D>> simplices(D * base->size() * rows);
-        auto done = extrude_rows<D>(*base, row, rows, noise.stream(D), 0, simplices, execution);
+        auto done = extrude_rows<D>({*base, row, rows}, noise.stream(D), 0, simplices, execution);
         if (!done) return fail(done.error());
         return simplices;
     }
@@ -192,13 +192,13 @@ class BoxRows final : public PrismRows<D> {
     [[nodiscard]] Outcome<MovedLevels<D>> bent(Levels levels, const Execution& execution) const {
         if (!places_.bends()) return regular(levels, execution);
         return moved_levels<D>(
-            this->base(), this->all_rows(), levels, least_bent, [&](Levels l) { return regular(l, execution); },
+            {this->base(), this->all_rows()}, levels, least_bent, [&](Levels l) { return regular(l, execution); },
             [&](std::size_t v, const Vec<D>& p) { return places_.bent(v, p); }, execution);
     }
     [[nodiscard]] Outcome<Buffer<Vec<D>>> points(std::span<const std::size_t> levels,
                                                  const Execution& execution) const override {
         auto moved = moved_levels<D>(
-            this->base(), this->all_rows(), {levels.front(), levels.back() + 1}, least_jittered,
+            {this->base(), this->all_rows()}, {levels.front(), levels.back() + 1}, least_jittered,
             [&](Levels l) { return bent(l, execution); },
             [&](std::size_t v, const Vec<D>& p) { return places_.jittered(v, p); }, execution);
         if (!moved) return fail(moved.error());

@@ -95,12 +95,19 @@ template <int D, class Bottom, class Top>
     });
 }
 
-/// Rows of prisms, one on the other, over `rows` + 1 copies of the base's `count` vertices: copy k of vertex v is
-/// v + k count. Row k is cut by noise.stream(first_stream + k). Errors: stopped.
+/// Rows of prisms, one on the other, over `rows` + 1 copies of the `count` vertices of a base: copy k of vertex v is
+/// v + k count.
 template <int D>
-[[nodiscard]] Outcome<Done> extrude_rows(std::span<const SimplexVertices<D - 1>> base, std::size_t count,
-                                         std::size_t rows, const Noise& noise, std::uint64_t first_stream,
+struct PrismStack {
+    std::span<const SimplexVertices<D - 1>> base;
+    std::size_t count = 0, rows = 0;
+};
+
+/// The elements of a stack. Row k is cut by noise.stream(first_stream + k). Errors: stopped.
+template <int D>
+[[nodiscard]] Outcome<Done> extrude_rows(const PrismStack<D>& stack, const Noise& noise, std::uint64_t first_stream,
                                          std::span<SimplexVertices<D>> elements, const Execution& execution) {
+    const auto& [base, count, rows] = stack;
     const Execution quiet = without_progress(execution);  // each row is a loop of its own
     Buffer<std::uint64_t> ranks(count);
     for (std::size_t k = 0; k < rows; ++k) {

@@ -202,12 +202,19 @@ struct MovedLevels {
     Buffer<Vec<D>> points;
 };
 
-/// Of levels whose rows are rows[k] from level k to k + 1: where `move_points` puts the vertices of `wanted`, from
+/// Levels over a base: rows[k] is the row from level k to k + 1.
+template <int D>
+struct PrismLevels {
+    const PrismBase<D>& base;
+    std::span<const PrismRow> rows;
+};
+
+/// Of such levels: where `move_points` puts the vertices of `wanted`, from
 /// their places on so many levels around them: made(levels) → MovedLevels of those before the move, moved(v, point).
 template <int D, class Made, class MovedTo>
-[[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismBase<D>& base, std::span<const PrismRow> rows,
-                                                   Levels wanted, double least, const Made& made, const MovedTo& moved,
-                                                   const Execution& execution) {
+[[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismLevels<D>& all, Levels wanted, double least,
+                                                   const Made& made, const MovedTo& moved, const Execution& execution) {
+    const auto& [base, rows] = all;
     const Levels around{wanted.first - std::min<std::size_t>(wanted.first, rings_of_move),
                         std::min(wanted.last + rings_of_move, rows.size() + 1)};
     Outcome<MovedLevels<D>> levels = made(around);

@@ -378,7 +378,7 @@ Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Nois
     if (!done) return fail(done.error());
     core.elements.reserve(D * sphere.facets.size() * (rows + static_cast<std::size_t>(layers)));
     core.elements.resize(D * sphere.facets.size() * rows);
-    done = extrude_rows<D>(sphere.facets, count, rows, noise, 300, core.elements, execution);
+    done = extrude_rows<D>({sphere.facets, count, rows}, noise, 300, core.elements, execution);
     if (!done) return fail(done.error());
     core.inner = sphere.facets;
     core.outer = std::move(sphere.facets);

@@ -225,7 +225,7 @@ class ShellRows final : public PrismRows<D> {
             return MovedLevels<D>{around.first, std::move(*points)};
         };
         auto moved = moved_levels<D>(
-            this->base(), this->all_rows().first(core_levels() - 1), levels, least_jittered, regular,
+            {this->base(), this->all_rows().first(core_levels() - 1)}, levels, least_jittered, regular,
             [&](std::size_t v, const Vec<D>&) { return places_.moved(v); }, execution);
         if (!moved) return fail(moved.error());
         const std::size_t first = levels.first * count();

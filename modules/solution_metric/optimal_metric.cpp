@@ -55,7 +55,8 @@ Outcome<double> volume_of(const LinearMesh<D>& mesh, const Execution& execution)
 
 template <int D>
 Outcome<Done> check_asked(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, std::size_t rows,
-                          const NormOptions& norm, double complexity, double largest, const Execution& execution) {
+                          const MetricTarget& target, const Execution& execution) {
+    const auto& [norm, complexity, largest] = target;
     if (auto sound = check_limits(norm); !sound) return sound;
     if (norm.p != 0 && norm.p < 1) return fail(ErrorKind::usage, "p must be at least 1, or 0 for the largest error");
     if (models.size() != rows) return fail(ErrorKind::usage, "the models are of another mesh");
@@ -186,11 +187,10 @@ LocalModel<D> model_at_vertex(const LinearMesh<D>& mesh, std::span<const Element
 
 template <int D>
 Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
-                                         const NormOptions& norm, double complexity, double largest,
-                                         const Execution& execution) {
-    if (auto sound = check_asked(mesh, models, mesh.points.size(), norm, complexity, largest, execution); !sound)
+                                         const MetricTarget& target, const Execution& execution) {
+    if (auto sound = check_asked(mesh, models, mesh.points.size(), target, execution); !sound)
         return fail(sound.error());
-    const double power = power_of(norm), log_target = log(complexity);
+    const double power = power_of(target.norm), log_target = log(target.complexity);
     const auto volume = volume_of(mesh, execution);
     if (!volume) return fail(volume.error());
     const double share = *volume / static_cast<double>(models.size());
@@ -200,7 +200,7 @@ Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column
     const Execution quiet = without_progress(execution);
     const auto found = search_scale(*guess, log_target, 0.5 * D, 1e-6, 60, [&](double t) -> Outcome<double> {
         auto logs = map_each(quiet, models.size(), [&](std::size_t v) {
-            const auto sizes = optimal_sizes<D>(models[v].logs.values, -t, power, largest);
+            const auto sizes = optimal_sizes<D>(models[v].logs.values, -t, power, target.largest);
             return LogMetric<D>{composed(EigenSystem<D>{sizes.metric_logs, models[v].logs.vectors})};
         });
         if (!logs) return fail(logs.error());
@@ -218,16 +218,16 @@ Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column
 
 template <int D>
 Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
-                                                  const Column<LocalModel<D>>& of_elements, const NormOptions& norm,
-                                                  double complexity, double largest, const Execution& execution) {
-    if (auto sound = check_asked(mesh, of_elements, mesh.elements.size(), norm, complexity, largest, execution); !sound)
+                                                  const Column<LocalModel<D>>& of_elements, const MetricTarget& target,
+                                                  const Execution& execution) {
+    if (auto sound = check_asked(mesh, of_elements, mesh.elements.size(), target, execution); !sound)
         return fail(sound.error());
-    const double power = power_of(norm);
-    const auto scale = scale_of_elements(mesh, of_elements, power, log(complexity), largest, execution);
+    const double power = power_of(target.norm);
+    const auto scale = scale_of_elements(mesh, of_elements, power, log(target.complexity), target.largest, execution);
     if (!scale) return fail(scale.error());
     auto raised = map_each(without_progress(execution), of_elements.size(), [&](std::size_t e) {
         LocalModel<D> model{of_elements[e].logs};
-        const auto sizes = optimal_sizes<D>(model.logs.values, *scale, power, largest);
+        const auto sizes = optimal_sizes<D>(model.logs.values, *scale, power, target.largest);
         for (int i = 0; i < D; ++i) model.logs.values[i] = sizes.metric_logs[i] + sizes.log_epsilon;
         return model;
     });
@@ -319,8 +319,8 @@ class Composition {
     /// Each field's scale with its share of the complexity.
     [[nodiscard]] Outcome<Done> set_scales() {
         for (const SolutionField<D>& field : fields_) {
-            auto metric =
-                optimal_metric(mesh_, field.models, field.norm, field.share * out_.asked, bounds_.max_size, execution_);
+            auto metric = optimal_metric(mesh_, field.models, {field.norm, field.share * out_.asked, bounds_.max_size},
+                                         execution_);
             if (!metric) {
                 Error error = metric.error();
                 if (fields_.size() > 1) error.entity = Entity{"field", scales_.size() + 1};
@@ -434,10 +434,10 @@ Outcome<SolutionMetric<D>> make_solution_metric(const LinearMesh<D>& mesh, const
 
 #define CAMBER_INSTANTIATE(D)                                                                                        \
     template Outcome<OptimalMetric<D>> optimal_metric<D>(const LinearMesh<D>&, const Column<LocalModel<D>>&,         \
-                                                         const NormOptions&, double, double, const Execution&);      \
+                                                         const MetricTarget&, const Execution&);                     \
     template Outcome<Column<LocalModel<D>>> models_at_vertices<D>(const LinearMesh<D>&, const Incidence<ElementId>&, \
-                                                                  const Column<LocalModel<D>>&, const NormOptions&,  \
-                                                                  double, double, const Execution&);                 \
+                                                                  const Column<LocalModel<D>>&, const MetricTarget&, \
+                                                                  const Execution&);                                 \
     template Outcome<SolutionMetric<D>> make_solution_metric<D>(                                                     \
         const LinearMesh<D>&, const EdgeSet<D>&, std::span<const SolutionField<D>>, const Column<LogMetric<D>>&,     \
         const SolutionMetricOptions&, const Execution&);

@@ -129,26 +129,31 @@ struct OptimalMetric {
     int evaluations = 0;
 };
 
-/// The optimal metric of models at the vertices, of a complexity within 1e-6 of `complexity`, with no size above
-/// `largest` (model units; as much as the domain's diameter bounds nothing but where nothing happens). Errors: models
-/// that are all zero ("the field is constant"), a complexity that is no more than that of the largest size alone,
-/// columns that are not of this mesh, limits of options (usage); stopped.
+/// Target of an optimal metric.
+struct MetricTarget {
+    NormOptions norm;
+    double complexity = 0;
+    /// Largest size, in model units. The domain's diameter is no bound but where nothing happens.
+    double largest = 0;
+};
+
+/// The optimal metric of models at the vertices, of a complexity within 1e-6 of the target's. Errors: models that are
+/// all zero ("the field is constant"), a complexity that is no more than that of the largest size alone, columns that
+/// are not of this mesh, limits of options (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
-                                                       const NormOptions& norm, double complexity, double largest,
-                                                       const Execution& execution);
+                                                       const MetricTarget& target, const Execution& execution);
 
 /// Models at the vertices from those of the elements: the log-Euclidean mean over the ball, weighted by volume. Where
 /// the axes of an element's model are turned against the mean's (`turn_between`), it is carried along with the turn, so
 /// that a layer around which axes turn keeps its anisotropy. Elements are raised first to the largest size that the
-/// optimal metric of `complexity` allows them, each by itself, since the log of a model that is zero is −∞. Vertices
+/// optimal metric of the target allows them, each by itself, since the log of a model that is zero is −∞. Vertices
 /// without elements have the zero model. Errors: those of `optimal_metric`.
 template <int D>
 [[nodiscard]] Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
                                                                 const Column<LocalModel<D>>& of_elements,
-                                                                const NormOptions& norm, double complexity,
-                                                                double largest, const Execution& execution);
+                                                                const MetricTarget& target, const Execution& execution);
 
 /// The diagonal of the box around the vertices.
 template <int D>

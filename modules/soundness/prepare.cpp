@@ -89,9 +89,16 @@ Reference fresh_reference(const std::vector<Reference>& used) {
     return free;
 }
 
+/// Faces of elements that the facets lack: a bit a face, one row an element.
+struct MissingFaces {
+    const Buffer<std::uint8_t>& bits;
+    Defect defect;
+};
+
 template <int D>
-void add_faces(const LinearMesh<D>& mesh, const Examination<D>& x, const Buffer<std::uint8_t>& bits, Defect defect,
+void add_faces(const LinearMesh<D>& mesh, const Examination<D>& x, const MissingFaces& missing,
                std::vector<Reference>& used, Plan<D>& work, std::vector<std::string>& notices) {
+    const auto& [bits, defect] = missing;
     if (x.soundness[defect].count == 0) return;
     const Reference reference = fresh_reference(used);
     used.push_back(reference);
@@ -131,9 +138,9 @@ Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std
     say(Defect::repeated_facet, ": dropped");
     say(Defect::reversed_element, ": turned");
     std::vector<Reference> used = references_in_use(mesh);
-    add_faces(mesh, x, x.unlisted, mesh.facets.vertices.empty() ? Defect::no_facets : Defect::missing_facet, used, work,
-              notices);
-    add_faces(mesh, x, x.interfaces, Defect::missing_interface, used, work, notices);
+    const Defect unlisted = mesh.facets.vertices.empty() ? Defect::no_facets : Defect::missing_facet;
+    add_faces(mesh, x, {x.unlisted, unlisted}, used, work, notices);
+    add_faces(mesh, x, {x.interfaces, Defect::missing_interface}, used, work, notices);
     say(Defect::unused_vertex, ": kept");
     for (const Defect defect :
          {Defect::slit_vertex, Defect::inner_facet, Defect::crowded_edge, Defect::pinched_vertex, Defect::lone_edge})

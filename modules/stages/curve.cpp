@@ -29,7 +29,7 @@ Outcome<Geometry<D>> surrogate_of(const LinearMesh<D>& mesh, const EdgeSet<D>& e
         build_surrogate(mesh, edges, features, SurrogateOptions{}, part_of(execution, 0, nodes.empty() ? 1 : 0.3));
     if (!straight) return fail(straight.error());
     if (nodes.empty()) return Geometry<D>(std::move(*straight));
-    auto curved = with_curves<D>(std::move(*straight), mesh, edges, features, nodes, StraightGeometry<D>{},
+    auto curved = with_curves<D>(std::move(*straight), {mesh, edges, features, nodes}, StraightGeometry<D>{},
                                  SurrogateOptions{}, part_of(execution, 0.3, 1));
     if (!curved) return fail(curved.error());
     return Geometry<D>(std::move(curved->surrogate));
@@ -183,7 +183,7 @@ Outcome<ReinsertedNodes<D>> reinsert_nodes(const CurvedFrom<D>& from, const Metr
             moved_input(from, std::move(start->input), field, start->edges, options.curve, without_progress(e));
         if (!moved) return fail(moved.error());
         auto wanted =
-            curve(from.mesh, moved->kinds, moved->base, moved->shells, field, start->edges, part_of(e, 0, 0.2));
+            curve({from.mesh, moved->kinds, moved->shells}, moved->base, field, start->edges, part_of(e, 0, 0.2));
         if (!wanted) return fail(wanted.error());
         const Features<D>& features = from.boundary.features;
         const auto corners = corners_of(features);

@@ -149,7 +149,7 @@ class Models {
             elements->rows = Buffer<LocalModel<D>>(mesh_.linear.points.size(), zero_model<D>());
             return elements;
         }
-        auto rows = models_at_vertices(mesh_.linear, around, elements->rows, options_.norm, complexity, largest,
+        auto rows = models_at_vertices(mesh_.linear, around, elements->rows, {options_.norm, complexity, largest},
                                        part_of(execution, 0.7, 1));
         if (!rows) return fail(rows.error());
         elements->rows = std::move(*rows);

@@ -112,7 +112,7 @@ template <int D>
 Outcome<CurveInput<D>> slid_input(const CurvedFrom<D>& from, CurveInput<D> input, const BackMesh<D>& field,
                                   const CurveOptions& options, const Execution& execution) {
     if (options.aim != CurvingAim::accuracy || from.nodes == NodesOf::input) return input;
-    auto shifts = accurate_offsets(from.mesh, input.kinds, EdgeKind::surface, input.shells, field, options,
+    auto shifts = accurate_offsets({from.mesh, input.kinds, input.shells}, EdgeKind::surface, field, options,
                                    part_of(execution, 0, 0.05));
     if (!shifts) return fail(shifts.error());
     const QuadraticMesh<D> mesh =
@@ -162,8 +162,9 @@ Outcome<CurveInput<D>> placed_input(const CurvedFrom<D>& from, CurveInput<D> inp
     return guarded([&]() -> Outcome<CurveInput<D>> {
         auto kinds = may_move(from, input.kinds, execution);
         if (!kinds) return fail(kinds.error());
-        const auto placed = placed_nodes(from.mesh, *kinds, input.base, input.shells, from.boundary.features,
-                                         from.boundary.geometry, field, edges, options, execution);
+        const auto placed =
+            placed_nodes({from.mesh, *kinds, input.shells}, input.base,
+                         {from.boundary.features, from.boundary.geometry}, field, {edges, options}, execution);
         if (!placed) return fail(placed.error());
         Buffer<LagrangeNode<D>> nodes(placed->size());
         for (std::size_t e = 0; e < nodes.size(); ++e) nodes[e] = (*placed)[e].node;
@@ -479,7 +480,7 @@ Outcome<Curved<D>> by_solution(const CurvedFrom<D>& from, CurvingStart<D>& start
     const SolutionInElements<D> solution = [&](const QuadraticMesh<D>& curved, const Execution& e) {
         return known_solution(from.mesh, given, curved, e);
     };
-    auto found = solution_nodes<D>(from.mesh, input.kinds, starts, input.shells, solution,
+    auto found = solution_nodes<D>({from.mesh, input.kinds, input.shells}, starts, solution,
                                    {.frames = frames_for(from, given), .min_jacobian = options.min_jacobian},
                                    part_of(execution, 0.35, 1));
     if (!found) return fail(found.error());
@@ -513,8 +514,8 @@ Outcome<Curved<D>> by_field(const CurvedFrom<D>& from, CurvingStart<D>& start, c
     if (!moved) return fail(moved.error());
     start.input = std::move(*moved);
     const CurveInput<D>& input = start.input;
-    auto curved =
-        curve(from.mesh, input.kinds, input.base, input.shells, *start.field, edges, part_of(execution, of_slides, 1));
+    auto curved = curve({from.mesh, input.kinds, input.shells}, input.base, *start.field, edges,
+                        part_of(execution, of_slides, 1));
     if (!curved) return fail(curved.error());
     curved->statistics.drawn_back += input.drawn_back;
     curved->statistics.held_back += input.held_back;

@@ -277,14 +277,6 @@ Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>
     return of_patches;
 }
 
-template <int D>
-struct Curves {
-    const LinearMesh<D>& linear;
-    const EdgeSet<D>& edges;
-    const Features<D>& features;
-    std::span<const LagrangeNode<D>> nodes;
-};
-
 /// a, (4m − b)/3, (4m − a)/3, b: the edge through m at 1/2, of degree 2; exactly straight where m is the middle.
 template <int D>
 std::array<Vec<D>, 2> raised(const Vec<D>& a, const Vec<D>& m, const Vec<D>& b) {
@@ -319,7 +311,7 @@ CubicSimplex<D - 1, D> raised_facet(const std::array<Vec<D>, D>& corners,
 }
 
 template <int D>
-CubicSimplex<D - 1, D> own_facet(const Curves<D>& mesh, FacetId f) {
+CubicSimplex<D - 1, D> own_facet(const BoundaryCurves<D>& mesh, FacetId f) {
     std::array<Vec<D>, D> corners;
     for (std::size_t i = 0; i < D; ++i) corners[i] = mesh.linear.points[mesh.linear.facets.vertices[f][i]];
     std::array<Vec<D>, edges_per_simplex<D - 1>> nodes;
@@ -345,7 +337,7 @@ std::array<Vec<D>, edges_per_simplex<D - 1>> nodes_of_piece(const CubicSimplex<D
 /// Of each patch, whether it has curves of its own: a node that is not where the surrogate has its edge's middle, and
 /// one that is not in the middle of its chord.
 template <int D>
-std::vector<std::uint8_t> patches_with_curves(const Curves<D>& mesh, const Surrogate<D>& surrogate) {
+std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, const Surrogate<D>& surrogate) {
     constexpr double same = 1e-6;  // of the chord
     constexpr std::uint8_t off_surface = 1, off_chord = 2;
     std::vector<std::uint8_t> found(surrogate.flats.size(), 0);
@@ -365,7 +357,7 @@ std::vector<std::uint8_t> patches_with_curves(const Curves<D>& mesh, const Surro
 
 /// The file's nodes at edges of patches that have curves, elsewhere the middles that the straight mesh's surrogate has.
 template <int D>
-Buffer<LagrangeNode<D>> nodes_to_go_through(const Curves<D>& mesh, const Surrogate<D>& straight,
+Buffer<LagrangeNode<D>> nodes_to_go_through(const BoundaryCurves<D>& mesh, const Surrogate<D>& straight,
                                             std::span<const std::uint8_t> own) {
     Buffer<LagrangeNode<D>> nodes(mesh.nodes.begin(), mesh.nodes.end());
     for (std::size_t row = 0; row < straight.edges.size(); ++row)
@@ -383,7 +375,7 @@ Vec<3> straight_normal(const std::array<Vec<3>, 3>& c) { return normalised(cross
 
 /// Of each patch that has curves, whether they are no smooth surface's.
 template <int D>
-Outcome<std::vector<std::uint8_t>> kinked_patches(const Curves<D>& mesh, std::span<const std::uint8_t> own,
+Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh, std::span<const std::uint8_t> own,
                                                   const Execution& execution) {
     constexpr double most = 0.25;  // of the turns of straight facets
     const auto of_curves = kinks_of<D>(
@@ -406,8 +398,8 @@ Outcome<std::vector<std::uint8_t>> kinked_patches(const Curves<D>& mesh, std::sp
 
 /// Pieces of these patches become parts of the mesh's own facets.
 template <int D>
-Outcome<Done> put_as_read(const Curves<D>& mesh, const CutBoundary<D>& cut, std::span<const std::uint8_t> kinked,
-                          Surrogate<D>& surrogate, const Execution& execution) {
+Outcome<Done> put_as_read(const BoundaryCurves<D>& mesh, const CutBoundary<D>& cut,
+                          std::span<const std::uint8_t> kinked, Surrogate<D>& surrogate, const Execution& execution) {
     constexpr std::size_t pieces = CutBoundary<D>::pieces;
     const auto is_kinked = [&](std::size_t i) {
         const std::uint32_t patch = surrogate.patches[i];
@@ -460,11 +452,10 @@ Outcome<CurvedPatches> told(const CutBoundary<D>& cut, const Surrogate<D>& surro
 }  // namespace
 
 template <int D>
-Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const LinearMesh<D>& linear, const EdgeSet<D>& edges,
-                                        const Features<D>& features, std::span<const LagrangeNode<D>> nodes,
+Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const BoundaryCurves<D>& mesh,
                                         const GeometryModel<D>& prescribed, const SurrogateOptions& options,
                                         const Execution& execution) {
-    const Curves<D> mesh{linear, edges, features, nodes};
+    const auto& [linear, edges, features, nodes] = mesh;
     if (straight.facets.size() != linear.facets.size() || nodes.size() != edges.size() ||
         features.patches.size() != linear.facets.size())
         return fail(ErrorKind::internal, "the surrogate is that of another mesh");
@@ -486,10 +477,9 @@ Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const LinearMesh<
     return CurvedSurrogate<D>{std::move(*smooth), *patches};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                        \
-    template Outcome<CurvedSurrogate<D>> with_curves<D>(                                                             \
-        Surrogate<D>, const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&, std::span<const LagrangeNode<D>>, \
-        const GeometryModel<D>&, const SurrogateOptions&, const Execution&);
+#define CAMBER_INSTANTIATE(D)                            \
+    template Outcome<CurvedSurrogate<D>> with_curves<D>( \
+        Surrogate<D>, const BoundaryCurves<D>&, const GeometryModel<D>&, const SurrogateOptions&, const Execution&);
 
 CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)

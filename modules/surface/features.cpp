@@ -273,9 +273,17 @@ struct Sheet {
     EdgeId end;  ///< the ridge at which the walk ended; invalid if the sheet is closed
 };
 
+/// The edges of a mesh with the facets around each and the kind of each.
+template <int D>
+struct ClassifiedEdges {
+    const EdgeSet<D>& edges;
+    const Incidence<FacetId>& shells;
+    const Buffer<EdgeKind>& kinds;
+};
+
 /// Walks around v from the facet f, away from its edge `from` (invalid: either way), until a ridge or f itself.
-Sheet sheet_from(const EdgeSet<3>& edges, const Incidence<FacetId>& shells, const Buffer<EdgeKind>& kinds,
-                 const FacetsAtVertex& at, VertexId v, FacetId f, EdgeId from) {
+Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, VertexId v, FacetId f, EdgeId from) {
+    const auto& [edges, shells, kinds] = of_mesh;
     Sheet sheet;
     for (const FacetId first = f; sheet.facets < at.count;) {
         ++sheet.facets;
@@ -295,36 +303,41 @@ Sheet sheet_from(const EdgeSet<3>& edges, const Incidence<FacetId>& shells, cons
 
 /// True if all sheets of facets at a vertex are bounded by its two ridges, or, at a vertex without ridges, if there is
 /// one sheet only. Otherwise another surface touches the vertex: a baffle whose tip is on a wall, for example.
-bool is_where_sheets_pass(const EdgeSet<3>& edges, const Incidence<FacetId>& shells, const Buffer<EdgeKind>& kinds,
-                          const FacetsAtVertex& at, VertexId v, std::span<const EdgeId> ridges) {
-    if (ridges.empty()) return sheet_from(edges, shells, kinds, at, v, at.one, {}).facets == at.count;
+bool is_where_sheets_pass(const ClassifiedEdges<3>& edges, const FacetsAtVertex& at, VertexId v,
+                          std::span<const EdgeId> ridges) {
+    if (ridges.empty()) return sheet_from(edges, at, v, at.one, {}).facets == at.count;
     std::uint32_t facets = 0;
-    for (const FacetId f : shells[ridges[0]]) {
-        const Sheet sheet = sheet_from(edges, shells, kinds, at, v, f, ridges[0]);
+    for (const FacetId f : edges.shells[ridges[0]]) {
+        const Sheet sheet = sheet_from(edges, at, v, f, ridges[0]);
         if (sheet.end != ridges[1]) return false;
         facets += sheet.facets;
     }
     return facets == at.count;
 }
 /// In 2D facets that meet are counted.
-bool is_where_sheets_pass(const EdgeSet<2>&, const Incidence<FacetId>&, const Buffer<EdgeKind>&, const FacetsAtVertex&,
-                          VertexId, std::span<const EdgeId>) {
+bool is_where_sheets_pass(const ClassifiedEdges<2>&, const FacetsAtVertex&, VertexId, std::span<const EdgeId>) {
     return true;
 }
 
+/// Turns that make a vertex a corner.
+struct CornerLimits {
+    double cosine = 0;    ///< of the angle between the two curve edges of a vertex
+    double tip_sine = 0;  ///< see find_tips
+};
+
 template <int D>
-Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                              const Buffer<EdgeKind>& kinds, const Incidence<FacetId>& shells,
+Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const ClassifiedEdges<D>& classified,
                                               std::span<const EdgeId> on_curves, const std::vector<CurveEdges>& around,
-                                              double cosine, double tip_sine, const Execution& execution) {
+                                              const CornerLimits& limits, const Execution& execution) {
+    const auto& [edges, shells, kinds] = classified;
     const auto facets = facets_at_vertices(mesh);
     const auto listed = listed_corners(mesh);
-    const auto is_tip = find_tips(mesh, around, tip_sine);
+    const auto is_tip = find_tips(mesh, around, limits.tip_sine);
     return map_each(execution, mesh.points.size(), [&](std::size_t v) {
         if (facets[v].count == 0) return VertexKind::volume;
         const auto& at = around[v];
         const auto is_touched = [&](std::span<const EdgeId> ridges) {
-            return !is_where_sheets_pass(edges, shells, kinds, facets[v], VertexId(v), ridges);
+            return !is_where_sheets_pass(classified, facets[v], VertexId(v), ridges);
         };
         if (at.count == 0) return listed[v] || is_tip[v] || is_touched({}) ? VertexKind::corner : VertexKind::surface;
         if (listed[v] || at.count != 2) return VertexKind::corner;
@@ -332,8 +345,8 @@ Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const E
         const auto from_vertex = [&](EdgeId e) {
             return mesh.points[other_end(edges.vertices[e], VertexId(v))] - mesh.points[v];
         };
-        if (references_differ(mesh, shells, pair) || turns(from_vertex(pair[0]), -from_vertex(pair[1]), cosine) ||
-            is_touched(pair))
+        if (references_differ(mesh, shells, pair) ||
+            turns(from_vertex(pair[0]), -from_vertex(pair[1]), limits.cosine) || is_touched(pair))
             return VertexKind::corner;
         return D == 3 ? VertexKind::ridge : VertexKind::surface;
     });
@@ -416,9 +429,9 @@ Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     std::copy_if(of_facets->begin(), of_facets->end(), std::back_inserter(on_curves), of_kind(curve_kind<D>));
     const auto around = curve_edges_of_vertices(mesh.points.size(), edges, on_curves);
     const double tip_sine = options.ridge_angle_degrees < 90 ? std::sqrt(1 - ridge_cosine * ridge_cosine) : 1;
-    auto vertex_kinds = find_vertex_kinds(mesh, edges, *edge_kinds, *shells, on_curves, around,
-                                          D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees), tip_sine,
-                                          part_of(execution, 0.8, 0.9));
+    const double corner_cosine = D == 2 ? ridge_cosine : cosine_of(options.corner_angle_degrees);
+    auto vertex_kinds = find_vertex_kinds<D>(mesh, {edges, *shells, *edge_kinds}, on_curves, around,
+                                             {corner_cosine, tip_sine}, part_of(execution, 0.8, 0.9));
     if (!vertex_kinds) return fail(vertex_kinds.error());
     auto sets = chains(around, *vertex_kinds, on_curves.size());
     const auto [numbers, curve_count] = numbered(sets, on_curves.size());

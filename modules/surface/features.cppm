@@ -118,6 +118,15 @@ inline constexpr double coordinate_ulps = 1e-15;
 template <int D>
 [[nodiscard]] FlatPatch<D> plane_of(std::span<const Vec<D>> points);
 
+/// A mesh with its edges, the features of its boundary, and the facets around each edge.
+template <int D>
+struct MeshBoundary {
+    const LinearMesh<D>& mesh;
+    const EdgeSet<D>& edges;
+    const Features<D>& features;
+    const Incidence<FacetId>& shells;
+};
+
 /// The smooth sides of each vertex: a fan is a set of facets around one vertex that are connected across edges which
 /// are not ridges. A vertex inside a patch has one, a vertex of a ridge one a side, even where both sides are one
 /// patch. A fan is pointed where no plane is tangent to it: at a corner, where a facet turns from the mean normal (by

@@ -68,8 +68,8 @@ template <int D>
 SurfacePoint<D> GeometryModel<D>::on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const {
     const auto has_surface = [&](const FacetSite<D>& f) { return has_surface_at(f); };
     if (std::none_of(edge.facets.begin(), edge.facets.end(), has_surface)) return {.point = p, .normal = {}};
-    const SurfaceFoot<D> foot =
-        foot_on_edge(*this, has_surface, *this, edge, p, [&] { return p; }, [] { return std::optional<Vec<D>>(); });
+    const SurfaceFoot<D> foot = foot_on_edge(
+        sheets_around(*this, has_surface, *this, edge), p, [&] { return p; }, [] { return std::optional<Vec<D>>(); });
     return point_on_edge(*this, edge, foot, p);
 }
 

@@ -498,13 +498,12 @@ template <class Touching>
     return sheets[0].foot(p);
 }
 
-/// The point near p of an edge some facets of which `first` owns. `rest_at()`: what `rest` takes for that point, which
-/// beside a curved surface knows the ridge along the edge, and `first` where it is across. `touching()`: as above.
-template <int D, class Owns, class RestAt, class Touching>
-[[nodiscard]] SurfaceFoot<D> foot_on_edge(const GeometryModel<D>& first, Owns&& owns, const GeometryModel<D>& rest,
-                                          const EdgeSite<D>& edge, const Vec<D>& p, RestAt&& rest_at,
+/// The point near p of an edge by the sheets around it, some of which are those of the first of two geometries.
+/// `rest_at()`: what the other one takes for that point, which beside a curved surface knows the ridge along the edge,
+/// and the first where it is across. `touching()`: as above.
+template <int D, class RestAt, class Touching>
+[[nodiscard]] SurfaceFoot<D> foot_on_edge(const Sheets<D>& around, const Vec<D>& p, RestAt&& rest_at,
                                           Touching&& touching) {
-    const Sheets<D> around = sheets_around(first, owns, rest, edge);
     return foot_where_they_meet(around.distinct, around.all ? p : rest_at(), touching);
 }
 

@@ -231,7 +231,7 @@ class MixedModel final : public GeometryModel<D> {
                 if (const auto rim = rim_of(part, edge, p)) return rim->point;
             return std::nullopt;
         };
-        return foot_on_edge(*parts_.first, owns(), *parts_.rest, edge, p, rest_at, on_a_rim);
+        return foot_on_edge(sheets_around(*parts_.first, owns(), *parts_.rest, edge), p, rest_at, on_a_rim);
     }
 
     /// The nearest point of all surfaces, for a query that names none.

@@ -341,16 +341,13 @@ FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal, std::span
 namespace {
 
 struct Fitter {
-    const LinearMesh<3>& mesh;
-    const EdgeSet<3>& edges;
-    const Features<3>& features;
-    const Incidence<FacetId>& shells;
+    const SurrogateInput<3>& input;
     const Fans& fans;
-    std::span<const FlatPatch<3>> flats;
-    const CurveTangents<3>& tangents;
-    const Junctions<3>& junctions;
-    GivenAtVertices<3> given;
     double min_cosine;
+    const LinearMesh<3>& mesh = input.boundary.mesh;
+    const EdgeSet<3>& edges = input.boundary.edges;
+    const CurveTangents<3>& tangents = input.tangents;
+    GivenAtVertices<3> given = GivenAtVertices<3>(mesh.geometry.normals);
 
     [[nodiscard]] Vec<3> area_weighted(std::uint32_t fan) const {
         Vec<3> sum;
@@ -407,7 +404,7 @@ struct Fitter {
         std::vector<Vec<3>> out;
         for (const FacetId f : fans.facets[fan])
             for (const EdgeId e : edges.of_facets[f]) {
-                if (features.edge_kinds[e] != EdgeKind::ridge) continue;
+                if (input.boundary.features.edge_kinds[e] != EdgeKind::ridge) continue;
                 const auto& ends = edges.vertices[e];
                 if (ends[0] != v && ends[1] != v) continue;
                 const std::size_t row = tangents.row(e), end = ends[0] == v ? 0 : 1;
@@ -448,7 +445,7 @@ struct Fitter {
     [[nodiscard]] Vec<3> prescribed(std::uint32_t fan, const Vec<3>& one_sided, std::vector<Vec<3>> points) const {
         constexpr double min_agreement = 0.7;
         constexpr double both_sides = 0.5;  // what is fitted from there errs less, and a crease shows as half of it
-        const Beyond beyond = beyond_fan(junctions, mesh, edges, features, shells, fans, fan, one_sided);
+        const Beyond beyond = beyond_fan(input.junctions, input.boundary, fans, fan, one_sided);
         if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < min_agreement) return {};
         const auto agrees = [&](const Vec<3>& n, double tolerance) {
             return norm_squared(n) > 0 && atan2(norm(cross(n, beyond.normal)), dot(n, beyond.normal)) <= tolerance;
@@ -468,7 +465,7 @@ struct Fitter {
     [[nodiscard]] Normal operator()(std::uint32_t fan) const {
         const Vec<3> base = area_weighted(fan);
         const auto turned = [&](const Vec<3>& n) { return dot(n, base) < 0 ? -n : n; };
-        const FlatPatch<3>& flat = flats[features.patches[fans.facets[fan][0]]];
+        const FlatPatch<3>& flat = input.flats[input.boundary.features.patches[fans.facets[fan][0]]];
         if (flat.is_flat()) return {turned(flat.normal)};
         if (fans.pointed[fan] != 0) return {};
 
@@ -486,14 +483,9 @@ struct Fitter {
 
 }  // namespace
 
-Outcome<FanNormals> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
-                                const Incidence<FacetId>& shells, const Fans& fans, std::span<const FlatPatch<3>> flats,
-                                const CurveTangents<3>& tangents, const Junctions<3>& junctions, double max_degrees,
+Outcome<FanNormals> fan_normals(const SurrogateInput<3>& input, const Fans& fans, double max_degrees,
                                 const Execution& execution) {
-    const double min_cosine = max_degrees > 0 ? cos(max_degrees * std::numbers::pi / 180) : 2;
-    const Fitter fit{
-        mesh,      edges, features, shells, fans, flats, tangents, junctions, GivenAtVertices<3>(mesh.geometry.normals),
-        min_cosine};
+    const Fitter fit{input, fans, max_degrees > 0 ? cos(max_degrees * std::numbers::pi / 180) : 2};
     Buffer<std::uint8_t> prescribed(fans.size());
     auto normals = map_each(
         execution, fans.size(),

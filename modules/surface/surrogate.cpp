@@ -292,10 +292,11 @@ CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> ed
 
 /// The parts of the value that do not depend on the dimension.
 template <int D>
-Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& features, Buffer<FlatPatch<D>> flats,
-                                Buffer<EdgeId> edges, Buffer<SurrogateEdge<D>> curves,
+Outcome<Surrogate<D>> assembled(const SurrogateInput<D>& input, Buffer<EdgeId> edges, Buffer<SurrogateEdge<D>> curves,
                                 Buffer<CubicSimplex<D - 1, D>> facets, Column<std::array<FacetId, D>> neighbours,
                                 const Execution& execution) {
+    const LinearMesh<D>& mesh = input.boundary.mesh;
+    const Features<D>& features = input.boundary.features;
     Surrogate<D> s;
     if constexpr (D == 3) {
         Buffer<std::uint32_t> ridges;
@@ -306,7 +307,7 @@ Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& fe
     s.facets = std::move(facets);
     s.references = mesh.facets.references;
     s.patches = features.patches;
-    s.flats = std::move(flats);
+    s.flats = input.flats;
     s.vertices = mesh.facets.vertices;
     s.neighbours = std::move(neighbours);
     s.edges = std::move(edges);
@@ -315,16 +316,15 @@ Outcome<Surrogate<D>> assembled(const LinearMesh<D>& mesh, const Features<D>& fe
     return s;
 }
 
-Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
-                            const Incidence<FacetId>& shells, Buffer<FlatPatch<3>> flats,
-                            const CurveTangents<3>& tangents, const Junctions<3>& junctions,
-                            const SurrogateOptions& options, const Execution& execution) {
+Outcome<Surrogate<3>> build(const SurrogateInput<3>& input, const SurrogateOptions& options,
+                            const Execution& execution) {
+    const auto& [mesh, edges, features, shells] = input.boundary;
     const auto fans = find_fans(mesh, edges, features, shells, without_progress(execution));
     if (!fans) return fail(fans.error());
-    const auto normals = fan_normals(mesh, edges, features, shells, *fans, flats, tangents, junctions,
-                                     options.file_directions_degrees, part_of(execution, 0, 0.4));
+    const auto normals = fan_normals(input, *fans, options.file_directions_degrees, part_of(execution, 0, 0.4));
     if (!normals) return fail(normals.error());
-    const Parts parts{mesh, edges, features, shells, *fans, flats, tangents, junctions, *normals};
+    const Parts parts{mesh,           edges,           features, shells, *fans, input.flats.view(),
+                      input.tangents, input.junctions, *normals};
 
     auto rows = boundary_edges(features);
     auto curves = map_each(part_of(execution, 0.4, 0.42), rows.size(), [&](std::size_t row) {
@@ -340,8 +340,7 @@ Outcome<Surrogate<3>> build(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, 
     auto facets = map_each(part_of(execution, 0.42, 1), mesh.facets.size(),
                            [&](std::size_t f) { return cubic_triangle(parts, rows, *curves, FacetId(f)); });
     if (!facets) return fail(facets.error());
-    return assembled<3>(mesh, features, std::move(flats), std::move(rows), std::move(*curves), std::move(*facets),
-                        fans->neighbours, execution);
+    return assembled<3>(input, std::move(rows), std::move(*curves), std::move(*facets), fans->neighbours, execution);
 }
 
 /// The facet that goes on beyond each end, where the curve does: opposite local vertex i is vertex 1 − i.
@@ -364,17 +363,15 @@ Buffer<std::array<FacetId, 2>> next_along(const LinearMesh<2>& mesh, const Featu
     return next;
 }
 
-Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, const Features<2>& features,
-                            const Incidence<FacetId>& shells, Buffer<FlatPatch<2>> flats,
-                            const CurveTangents<2>& tangents, const Junctions<2>&, const SurrogateOptions&,
-                            const Execution& execution) {
+Outcome<Surrogate<2>> build(const SurrogateInput<2>& input, const SurrogateOptions&, const Execution& execution) {
+    const auto& [mesh, edges, features, shells] = input.boundary;
     auto rows = boundary_edges(features);
     auto curves = map_each(part_of(execution, 0, 0.5), rows.size(), [&](std::size_t row) {
         const EdgeId e = rows[row];
         const auto& [low, high] = edges.vertices[e];
         const Vec<2> a = mesh.points[low], b = mesh.points[high];
-        const auto& [at_low, at_high] = tangents.tangents[tangents.row(e)];
-        const bool flat = flats[features.patches[shells[e][0]]].is_flat();
+        const auto& [at_low, at_high] = input.tangents.tangents[input.tangents.row(e)];
+        const bool flat = input.flats[features.patches[shells[e][0]]].is_flat();
         SurrogateEdge<2> edge = flat ? straight_edge(a, b) : smooth_edge(a, at_low, at_high, b);
         edge.curve_number = features.curves[e];
         return edge;
@@ -389,8 +386,8 @@ Outcome<Surrogate<2>> build(const LinearMesh<2>& mesh, const EdgeSet<2>& edges, 
         return facet;
     });
     if (!facets) return fail(facets.error());
-    return assembled<2>(mesh, features, std::move(flats), std::move(rows), std::move(*curves), std::move(*facets),
-                        next_along(mesh, features), execution);
+    return assembled<2>(input, std::move(rows), std::move(*curves), std::move(*facets), next_along(mesh, features),
+                        execution);
 }
 
 template <int K, int D>
@@ -440,10 +437,11 @@ Outcome<Surrogate<D>> made_beside(const GeometryModel<D>* prescribed, const Line
     if (prescribed != nullptr && prescribed->prescribes_any())
         junctions = find_junctions(mesh, edges, *shells, *prescribed, quiet);
     if (!junctions) return fail(junctions.error());
-    const auto tangents =
-        curve_tangents(mesh, edges, features, *shells, *junctions, options.file_directions_degrees, quiet);
+    const MeshBoundary<D> boundary{mesh, edges, features, *shells};
+    const auto tangents = curve_tangents(boundary, *junctions, options.file_directions_degrees, quiet);
     if (!tangents) return fail(tangents.error());
-    return build(mesh, edges, features, *shells, std::move(*flats), *tangents, *junctions, options, execution);
+    const Column<FlatPatch<D>> planes(std::move(*flats));
+    return build(SurrogateInput<D>{boundary, planes, *tangents, *junctions}, options, execution);
 }
 
 }  // namespace

@@ -150,8 +150,7 @@ struct Beyond {
     Vec<3> normal;         ///< of that surface at the vertex; of several surfaces the nearest to what was fitted
     double tolerance = 0;  ///< by how much (radians) what is fitted may be off it where the boundary is smooth
 };
-[[nodiscard]] Beyond beyond_fan(const Junctions<3>& junctions, const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
-                                const Features<3>& features, const Incidence<FacetId>& shells, const Fans& fans,
+[[nodiscard]] Beyond beyond_fan(const Junctions<3>& junctions, const MeshBoundary<3>& boundary, const Fans& fans,
                                 std::uint32_t fan, const Vec<3>& fitted);
 
 /// The unit tangents of curve edges at both their ends, along the edge from its lower vertex to its higher.
@@ -170,10 +169,8 @@ struct CurveTangents {
 /// that is no corner get the same line. Tangents of the file's notes take precedence where they agree within
 /// `max_degrees`; at junctions those of the prescribed curve that the curve goes on in (see Junctions).
 template <int D>
-[[nodiscard]] Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                       const Features<D>& features, const Incidence<FacetId>& shells,
-                                                       const Junctions<D>& junctions, double max_degrees,
-                                                       const Execution& execution);
+[[nodiscard]] Outcome<CurveTangents<D>> curve_tangents(const MeshBoundary<D>& boundary, const Junctions<D>& junctions,
+                                                       double max_degrees, const Execution& execution);
 
 /// The unit normal of the surface through `origin` and the points around it; degree 0: the points do not tell.
 struct FittedNormal {
@@ -212,6 +209,15 @@ struct EmbeddedEdge {
 [[nodiscard]] std::vector<EmbeddedEdge> embedded_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                        const Features<3>& features, const Incidence<FacetId>& shells);
 
+/// The boundary that a surrogate goes through, with what was found of it.
+template <int D>
+struct SurrogateInput {
+    MeshBoundary<D> boundary;
+    const Column<FlatPatch<D>>& flats;  ///< one a patch
+    const CurveTangents<D>& tangents;
+    const Junctions<D>& junctions;
+};
+
 struct FanNormals {
     Column<Vec<3>> normals;           ///< one a fan: unit, or zero
     Column<std::uint8_t> prescribed;  ///< one a fan: whether its normal is that of the surface beyond a junction
@@ -222,11 +228,8 @@ struct FanNormals {
 /// O(h²) by its degree), else the area-weighted one. The file's normals take precedence where they agree with the
 /// area-weighted one within `max_degrees`. At a ridge the normal is made perpendicular to the ridge's tangents, which
 /// are known better. At a junction that the boundary passes smoothly it is the prescribed surface's. Errors: stopped.
-[[nodiscard]] Outcome<FanNormals> fan_normals(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
-                                              const Features<3>& features, const Incidence<FacetId>& shells,
-                                              const Fans& fans, std::span<const FlatPatch<3>> flats,
-                                              const CurveTangents<3>& tangents, const Junctions<3>& junctions,
-                                              double max_degrees, const Execution& execution);
+[[nodiscard]] Outcome<FanNormals> fan_normals(const SurrogateInput<3>& input, const Fans& fans, double max_degrees,
+                                              const Execution& execution);
 
 }  // namespace camber
 
@@ -373,19 +376,26 @@ struct CurvedSurrogate {
     CurvedPatches patches;
 };
 
-/// The boundary of a curved mesh (`nodes`: one an edge) as a smooth surface through its vertices and nodes. `straight`
-/// is the surrogate of its straight facets: patches keep it where all of their edges' nodes lie on it (to 1e-6 of the
-/// chord), or all in the middles of chords: they have no curves of their own. If there are others, the surrogate is
-/// that of the facets cut at their nodes, so normals and tangents are fitted to vertices and nodes; pieces of patches
-/// without curves go through the nodes that `straight` has. Curves that are no smooth surface's, since facets of degree
-/// 2 turn between each other by more than a quarter of what straight ones do (root mean squares over the patch), and
-/// patches of one facet stay as they are: these pieces are the mesh's own facets, exactly. Ridges, patches and their
-/// neighbours are those of the straight mesh. Patches of planes are flat where the nodes are in them too. `prescribed`:
-/// as build_surrogate has it. Errors: `straight` is not of this mesh (ErrorKind::internal), stopped.
+/// The boundary of a curved mesh.
 template <int D>
-[[nodiscard]] Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const LinearMesh<D>& mesh,
-                                                      const EdgeSet<D>& edges, const Features<D>& features,
-                                                      std::span<const LagrangeNode<D>> nodes,
+struct BoundaryCurves {
+    const LinearMesh<D>& linear;
+    const EdgeSet<D>& edges;
+    const Features<D>& features;
+    std::span<const LagrangeNode<D>> nodes;  ///< one an edge
+};
+
+/// The boundary of a curved mesh as a smooth surface through its vertices and nodes. `straight` is the surrogate of its
+/// straight facets: patches keep it where all of their edges' nodes lie on it (to 1e-6 of the chord), or all in the
+/// middles of chords: they have no curves of their own. If there are others, the surrogate is that of the facets cut at
+/// their nodes, so normals and tangents are fitted to vertices and nodes; pieces of patches without curves go through
+/// the nodes that `straight` has. Curves that are no smooth surface's, since facets of degree 2 turn between each other
+/// by more than a quarter of what straight ones do (root mean squares over the patch), and patches of one facet stay as
+/// they are: these pieces are the mesh's own facets, exactly. Ridges, patches and their neighbours are those of the
+/// straight mesh. Patches of planes are flat where the nodes are in them too. `prescribed`: as build_surrogate has it.
+/// Errors: `straight` is not of this mesh (ErrorKind::internal), stopped.
+template <int D>
+[[nodiscard]] Outcome<CurvedSurrogate<D>> with_curves(Surrogate<D> straight, const BoundaryCurves<D>& mesh,
                                                       const GeometryModel<D>& prescribed,
                                                       const SurrogateOptions& options, const Execution& execution);
 

@@ -65,8 +65,8 @@ double turn_across(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edg
 }
 
 /// The largest turn from a facet of the fan to one beside it.
-double largest_turn(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
-                    const Incidence<FacetId>& shells, std::span<const FacetId> fan) {
+double largest_turn(const MeshBoundary<3>& boundary, std::span<const FacetId> fan) {
+    const auto& [mesh, edges, features, shells] = boundary;
     double largest = 0;
     for (const FacetId f : fan)
         for (const EdgeId e : edges.of_facets[f])
@@ -111,9 +111,9 @@ Outcome<Junctions<D>> find_junctions(const LinearMesh<D>& mesh, const EdgeSet<D>
     return Junctions<D>{std::move(*prescribed), std::move(facets), std::move(*normals)};
 }
 
-Beyond beyond_fan(const Junctions<3>& junctions, const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
-                  const Features<3>& features, const Incidence<FacetId>& shells, const Fans& fans, std::uint32_t fan,
+Beyond beyond_fan(const Junctions<3>& junctions, const MeshBoundary<3>& boundary, const Fans& fans, std::uint32_t fan,
                   const Vec<3>& fitted) {
+    const auto& [mesh, edges, features, shells] = boundary;
     const VertexId v = fans.vertices[fan];
     const auto facets = fans.facets[fan];
     Beyond beyond;
@@ -132,8 +132,8 @@ Beyond beyond_fan(const Junctions<3>& junctions, const LinearMesh<3>& mesh, cons
         }
     if (!beyond.facet.valid()) return beyond;
     const std::uint32_t other = fans.of_facets[beyond.facet][corner_of(mesh.facets.vertices[beyond.facet], v)];
-    beyond.tolerance = junction_share * std::max(largest_turn(mesh, edges, features, shells, facets),
-                                                 largest_turn(mesh, edges, features, shells, fans.facets[other]));
+    beyond.tolerance =
+        junction_share * std::max(largest_turn(boundary, facets), largest_turn(boundary, fans.facets[other]));
     return beyond;
 }
 
@@ -407,10 +407,9 @@ std::size_t CurveTangents<D>::row(EdgeId e) const {
 }
 
 template <int D>
-Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                         const Features<D>& features, const Incidence<FacetId>& shells,
-                                         const Junctions<D>& junctions, double max_degrees,
-                                         const Execution& execution) {
+Outcome<CurveTangents<D>> curve_tangents(const MeshBoundary<D>& boundary, const Junctions<D>& junctions,
+                                         double max_degrees, const Execution& execution) {
+    const auto& [mesh, edges, features, shells] = boundary;
     Buffer<EdgeId> curve_edges;
     for (std::size_t e = 0; e < edges.size(); ++e)
         if (features.curves[e] != no_feature) curve_edges.push_back(EdgeId(e));
@@ -439,8 +438,7 @@ Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>& mesh, const EdgeSe
     template Outcome<Junctions<D>> find_junctions(const LinearMesh<D>&, const EdgeSet<D>&, const Incidence<FacetId>&, \
                                                   const GeometryModel<D>&, const Execution&);                         \
     template struct CurveTangents<D>;                                                                                 \
-    template Outcome<CurveTangents<D>> curve_tangents(const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&,    \
-                                                      const Incidence<FacetId>&, const Junctions<D>&, double,         \
+    template Outcome<CurveTangents<D>> curve_tangents(const MeshBoundary<D>&, const Junctions<D>&, double,            \
                                                       const Execution&);
 
 CAMBER_INSTANTIATE(2)

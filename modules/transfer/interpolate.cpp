@@ -260,22 +260,19 @@ Buffer<std::uint32_t> elements_at_nodes(const QuadraticMesh<D>& mesh) {
 template <int D>
 class Interpolation {
   public:
-    Interpolation(const QuadraticMesh<D>& old_mesh, std::span<const TransferField> fields,
-                  const QuadraticMesh<D>& new_mesh, const Materials<D>& materials, const Same& same,
-                  const Sources<D>& sources)
-        : old_(old_mesh),
+    Interpolation(const TransferMeshes<D>& meshes, std::span<const TransferField> fields)
+        : old_(meshes.old_mesh),
           fields_(fields),
-          new_(new_mesh),
-          same_(same),
-          sources_(sources),
-          materials_(new_mesh, materials),
-          old_element_at_(elements_at_nodes(old_mesh)) {
+          new_(meshes.new_mesh),
+          same_(meshes.same),
+          sources_(meshes.sources),
+          materials_(new_, meshes.materials),
+          old_element_at_(elements_at_nodes(old_)) {
         for (const TransferField& field : fields) {
-            nodes_ = std::max(nodes_, node_count_of(new_mesh, field.degree));
-            out_.values.emplace_back(node_count_of(new_mesh, field.degree) *
-                                     static_cast<std::size_t>(field.components));
+            nodes_ = std::max(nodes_, node_count_of(new_, field.degree));
+            out_.values.emplace_back(node_count_of(new_, field.degree) * static_cast<std::size_t>(field.components));
         }
-        out_.near.assign(new_mesh.linear.points.size(), none);
+        out_.near.assign(new_.linear.points.size(), none);
     }
 
     [[nodiscard]] Outcome<Interpolated> run(const Execution& execution) {
@@ -388,11 +385,9 @@ class Interpolation {
 }  // namespace
 
 template <int D>
-Outcome<Interpolated> interpolate(const QuadraticMesh<D>& old_mesh, std::span<const TransferField> fields,
-                                  const QuadraticMesh<D>& new_mesh, const Materials<D>& materials, const Same& same,
-                                  const Sources<D>& sources, const Execution& execution) {
-    return guarded(
-        [&] { return Interpolation<D>(old_mesh, fields, new_mesh, materials, same, sources).run(execution); });
+Outcome<Interpolated> interpolate(const TransferMeshes<D>& meshes, std::span<const TransferField> fields,
+                                  const Execution& execution) {
+    return guarded([&] { return Interpolation<D>(meshes, fields).run(execution); });
 }
 
 template <int D>
@@ -559,9 +554,8 @@ Outcome<Done> integrate_residuals(const TransferScene<D>& scene, Projection<D, 1
 #define CAMBER_INSTANTIATE(D)                                                                                    \
     template class Sources<D>;                                                                                   \
     template class Nearby<D>;                                                                                    \
-    template Outcome<Interpolated> interpolate<D>(const QuadraticMesh<D>&, std::span<const TransferField>,       \
-                                                  const QuadraticMesh<D>&, const Materials<D>&, const Same&,     \
-                                                  const Sources<D>&, const Execution&);                          \
+    template Outcome<Interpolated> interpolate<D>(const TransferMeshes<D>&, std::span<const TransferField>,      \
+                                                  const Execution&);                                             \
     template std::vector<std::uint8_t> asked_materials<D>(const QuadraticMesh<D>&, const Materials<D>&);         \
     template Outcome<Done> integrate_residuals<D>(const TransferScene<D>&, Projection<D, 1>&, Projection<D, 2>&, \
                                                   PatchSearch<D>&, const Execution&);

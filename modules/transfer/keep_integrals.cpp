@@ -32,12 +32,10 @@ template <int D>
 Outcome<std::vector<Sum>> integrals_of(const QuadraticMesh<D>& mesh, const TransferField& field,
                                        const std::vector<std::uint32_t>& material_of, std::size_t materials,
                                        const Execution& execution) {
-    const auto components = static_cast<std::size_t>(field.components);
+    const NodalValues nodal{field.values.view(), static_cast<std::size_t>(field.components)};
     const auto element = [](std::size_t e) { return e; };
-    return field.degree == 1 ? integrals_by_group<D, 1>(mesh, element, material_of, materials, field.values.view(),
-                                                        components, execution)
-                             : integrals_by_group<D, 2>(mesh, element, material_of, materials, field.values.view(),
-                                                        components, execution);
+    return field.degree == 1 ? integrals_by_group<D, 1>(mesh, element, material_of, materials, nodal, execution)
+                             : integrals_by_group<D, 2>(mesh, element, material_of, materials, nodal, execution);
 }
 
 }  // namespace
@@ -257,7 +255,7 @@ Outcome<std::vector<Sum>> integrals_before(const TransferScene<D>& scene,
                                            const Projection<D, K>& projection, const Execution& execution) {
     return integrals_by_group<D, K>(
         scene.old_mesh, [&](std::size_t slot) { return std::size_t{scene.changed.old_elements[slot]}; },
-        patches.group_of_old, patches.groups.size(), projection.block.old_values, projection.block.components,
+        patches.group_of_old, patches.groups.size(), {projection.block.old_values, projection.block.components},
         execution);
 }
 

@@ -253,12 +253,18 @@ class Weights {
     Functions reference_{};
 };
 
+/// Values at the nodes of a field, `components` each.
+struct NodalValues {
+    std::span<const double> values;
+    std::size_t components = 1;
+};
+
 /// The integrals of a field's components over elements, by group. `element(slot)`: the element's number.
 template <int D, int K, class ElementOf>
 [[nodiscard]] Outcome<std::vector<Sum>> integrals_by_group(const QuadraticMesh<D>& mesh, const ElementOf& element,
                                                            std::span<const std::uint32_t> group_of, std::size_t groups,
-                                                           std::span<const double> values, std::size_t components,
-                                                           const Execution& execution) {
+                                                           const NodalValues& field, const Execution& execution) {
+    const auto& [values, components] = field;
     const Weights<D, K> weights;
     return sums_by_group(
         group_of, groups, components,

@@ -73,11 +73,19 @@ struct Interpolated {
     TransferStatistics statistics;  ///< of nodes
 };
 
+/// The meshes of a transfer, their materials and common nodes, and the location of points in the old one.
+template <int D>
+struct TransferMeshes {
+    const QuadraticMesh<D>& old_mesh;
+    const QuadraticMesh<D>& new_mesh;
+    const Materials<D>& materials;
+    const Same& same;
+    const Sources<D>& sources;
+};
+
 /// Errors: memory, stopped.
 template <int D>
-[[nodiscard]] Outcome<Interpolated> interpolate(const QuadraticMesh<D>& old_mesh, std::span<const TransferField> fields,
-                                                const QuadraticMesh<D>& new_mesh, const Materials<D>& materials,
-                                                const Same& same, const Sources<D>& sources,
+[[nodiscard]] Outcome<Interpolated> interpolate(const TransferMeshes<D>& meshes, std::span<const TransferField> fields,
                                                 const Execution& execution);
 
 /// Which materials are asked for by a new mesh: those of its elements, and the rest where a node has no element.
@@ -275,12 +283,7 @@ struct Projection {
 
 /// What all of a projection reads.
 template <int D>
-struct TransferScene {
-    const QuadraticMesh<D>& old_mesh;
-    const QuadraticMesh<D>& new_mesh;
-    const Materials<D>& materials;
-    const Same& same;
-    const Sources<D>& sources;
+struct TransferScene : TransferMeshes<D> {
     const Changed& changed;
     const Buffer<std::uint32_t>& near;
     const TransferOptions& options;

@@ -32,12 +32,13 @@ Outcome<Transferred> transfer(const QuadraticMesh<D>& old_mesh, std::span<const 
         const auto sources =
             Sources<D>::make(old_mesh, materials, asked_materials(new_mesh, materials), part_of(execution, 0.1, 0.2));
         if (!sources) return fail(sources.error());
-        auto values = interpolate(old_mesh, fields, new_mesh, materials, *same, *sources, part_of(execution, 0.2, 0.5));
+        const TransferMeshes<D> meshes{old_mesh, new_mesh, materials, *same, *sources};
+        auto values = interpolate(meshes, fields, part_of(execution, 0.2, 0.5));
         if (!values) return fail(values.error());
         const Buffer<std::uint32_t> near = std::move(values->near);
         const Changed changed = find_changed(old_mesh, new_mesh, *same);
         if (options.method == TransferMethod::conserve) {
-            const TransferScene<D> scene{old_mesh, new_mesh, materials, *same, *sources, changed, near, options};
+            const TransferScene<D> scene{meshes, changed, near, options};
             values = conserve(scene, fields, std::move(*values), part_of(execution, 0.5, 0.95));
             if (!values) return fail(values.error());
         }

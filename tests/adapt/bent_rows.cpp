@@ -82,9 +82,10 @@ template <int D>
 Geometry<D> geometry_of(const QuadraticMesh<D>& mesh) {
     const auto features = features_of(mesh);
     auto straight = must(build_surrogate(mesh.linear, mesh.edges, features, SurrogateOptions{}, alone));
-    return Geometry<D>(must(with_curves<D>(std::move(straight), mesh.linear, mesh.edges, features,
-                                           mesh.mid_nodes.view(), StraightGeometry<D>{}, SurrogateOptions{}, alone))
-                           .surrogate);
+    return Geometry<D>(
+        must(with_curves<D>(std::move(straight), {mesh.linear, mesh.edges, features, mesh.mid_nodes.view()},
+                            StraightGeometry<D>{}, SurrogateOptions{}, alone))
+            .surrogate);
 }
 
 template <int D>

@@ -47,7 +47,7 @@ Wanted<D> wanted(Block<D> b) {
     }
     Buffer<Reference> references(facets.size(), 1);
     b.mesh.linear.facets = {std::move(facets), std::move(references), {}};
-    out.proposal = must(curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, {}, alone)).proposal;
+    out.proposal = must(curve({b.mesh, b.kinds, b.shells}, b.boundary_nodes, b.back, {}, alone)).proposal;
     out.block = std::move(b);
     return out;
 }

@@ -37,10 +37,10 @@ TEST_CASE("allocations of the loops") {
     CurveOptions without_lengths;
     without_lengths.measured = MeasuredEdges::some;
     check_allocations("accurate offsets", c.edges(), 0.3, [&] {
-        (void)must(accurate_offsets(c.mesh, c.kinds, EdgeKind::volume, c.shell, c.back, without_lengths, alone));
+        (void)must(accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, c.back, without_lengths, alone));
     });
     check_allocations("curve", c.edges(), 0.3,
-                      [&] { (void)must(curve(c.mesh, c.kinds, base, c.shell, c.back, without_lengths, alone)); });
+                      [&] { (void)must(curve({c.mesh, c.kinds, c.shell}, base, c.back, without_lengths, alone)); });
     check_allocations("validate", c.tetrahedra(), 0.001, [&] { (void)must(validate(c.mesh, 0, alone)); });
     check_allocations("extension", c.edges(), 0.14,
                       [&] { (void)must(extend_boundary(c.mesh, c.kinds, base, c.shell, {}, alone)); });

@@ -64,7 +64,7 @@ double points_an_edge(const ShellCase& c, CurvingAim aim) {
         if (c.kinds[e] != EdgeKind::volume) continue;
         const EdgeId edge(e);
         const auto& [a, b] = c.mesh.edges.vertices[edge];
-        (void)minimise_back_edge(back, a, b, c.mesh.mid_nodes[edge], c.shell[edge], rules, search_options(options));
+        (void)minimise_back_edge(back, {a, b, c.shell[edge]}, c.mesh.mid_nodes[edge], rules, search_options(options));
         ++edges;
     }
     return static_cast<double>(points) / static_cast<double>(edges);
@@ -77,7 +77,7 @@ TEST_CASE("points at which the back mesh is asked") {
     SUBCASE("accuracy asks at none") {
         std::size_t points = 0;
         const BackMesh<3> back(CountingBack(c.back, points));
-        (void)must(accurate_offsets(c.mesh, c.kinds, EdgeKind::volume, c.shell, back, EdgeAccuracyOptions{}, alone));
+        (void)must(accurate_offsets({c.mesh, c.kinds, c.shell}, EdgeKind::volume, back, EdgeAccuracyOptions{}, alone));
         CHECK(points == 0);
     }
     SUBCASE("searches") {

@@ -27,7 +27,7 @@ template <int D>
 Outcome<Curved<D>> curved(const Block<D>& b, double min_jacobian, const Execution& execution) {
     CurveOptions options;
     options.min_jacobian = min_jacobian;
-    return curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, options, execution);
+    return curve({b.mesh, b.kinds, b.shells}, b.boundary_nodes, b.back, options, execution);
 }
 
 /// The smallest coefficient of det J of each element, as a share of the straight element's.
@@ -96,7 +96,7 @@ void accuracy_laws(const std::array<int, D>& cells) {
                      RC_ASSERT(norm(held.proposal.mid_nodes[e].point - middle) <=
                                norm(free.proposal.mid_nodes[e].point - middle) + 1e-15);
                  }
-                 const auto wanted = must(accurate_offsets(b.mesh, b.kinds, EdgeKind::volume, b.shells, b.back,
+                 const auto wanted = must(accurate_offsets({b.mesh, b.kinds, b.shells}, EdgeKind::volume, b.back,
                                                            EdgeAccuracyOptions{}, alone));
                  std::size_t drawn_back = 0;
                  for (std::size_t e = 0; e < b.mesh.edges.size(); ++e)

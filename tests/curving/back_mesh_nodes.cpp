@@ -75,7 +75,7 @@ struct OnCurvedBack {
     [[nodiscard]] Curved<D> curved(CurvingAim aim, const Execution& execution = alone) const {
         CurveOptions options;
         options.aim = aim;
-        return must(curve(block.mesh, block.kinds, base, block.shells, back, options, execution));
+        return must(curve({block.mesh, block.kinds, block.shells}, base, back, options, execution));
     }
 };
 
@@ -127,7 +127,7 @@ TEST_CASE("the same bytes for any number of threads on a curved back mesh") {
 
 TEST_CASE("a straight back mesh breaks what the curved one does not") {
     const OnCurvedBack<2> c(1);
-    const auto straight = must(curve(c.block.mesh, c.block.kinds, c.block.boundary_nodes, c.block.shells, c.block.back,
-                                     CurveOptions{}, alone));
+    const auto straight = must(curve({c.block.mesh, c.block.kinds, c.block.shells}, c.block.boundary_nodes,
+                                     c.block.back, CurveOptions{}, alone));
     CHECK(smallest(c.block.mesh, straight.proposal) < smallest(c.block.mesh, c.curved(CurvingAim::accuracy).proposal));
 }

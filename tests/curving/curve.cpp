@@ -25,7 +25,7 @@ template <int D>
 Outcome<Curved<D>> curved(const Block<D>& b, const Execution& execution) {
     CurveOptions energy;
     energy.aim = CurvingAim::energy;
-    return curve(b.mesh, b.kinds, b.boundary_nodes, b.shells, b.back, energy, execution);
+    return curve({b.mesh, b.kinds, b.shells}, b.boundary_nodes, b.back, energy, execution);
 }
 
 template <int D>
@@ -95,7 +95,7 @@ void curve_laws(const std::array<int, D>& cells) {
                      }
                  after.mid_nodes = nodes;
                  const auto lengths =
-                     updated_lengths(b.mesh.edges, c, after, b.shells, b.back, MeasuredEdges::some, alone)->curved;
+                     updated_lengths({b.mesh.edges, b.shells}, c, after, b.back, MeasuredEdges::some, alone)->curved;
                  for (std::size_t e = 0; e < nodes.size(); ++e) {
                      const bool same = after.mid_nodes[e] == c.proposal.mid_nodes[e];
                      const double expected = same ? c.lengths[e] : c.straight_lengths[e];
@@ -123,7 +123,7 @@ void curve_laws(const std::array<int, D>& cells) {
                  }
                  straight.mid_nodes = std::move(nodes);
                  const auto lengths =
-                     *updated_lengths(edges, c, straight, b.shells, b.back, MeasuredEdges::some, alone);
+                     *updated_lengths({edges, b.shells}, c, straight, b.back, MeasuredEdges::some, alone);
                  std::size_t moved = 0;
                  for (std::size_t e = 0; e < edges.size(); ++e) {
                      RC_ASSERT(std::abs(lengths.curved[e] - lengths.straight[e]) <= 1e-12 * lengths.straight[e]);
@@ -151,7 +151,7 @@ TEST_CASE("curve tetrahedra") { curve_laws<3>({4, 4, 3}); }
 
 TEST_CASE("columns that do not fit are refused, and a request to stop is heard") {
     const auto b = shell_block<2>({3, 2}, 1);
-    const auto wrong = curve(b.mesh, Column<EdgeKind>{}, b.boundary_nodes, b.shells, b.back, CurveOptions{}, alone);
+    const auto wrong = curve({b.mesh, Column<EdgeKind>{}, b.shells}, b.boundary_nodes, b.back, CurveOptions{}, alone);
     REQUIRE(!wrong.has_value());
     CHECK(!curve_boundary(b.mesh, b.kinds, Column<LagrangeNode<2>>{}, alone).has_value());
     std::stop_source source;

@@ -73,8 +73,7 @@ struct Asked {
     [[nodiscard]] PlacedNode<D> placed(const PlacementOptions& options, const std::optional<Vec<D>>& from = {},
                                        std::span<const Vec<D>> thin = {}) const {
         const LagrangeNode<D> present = from ? LagrangeNode<D>{*from} : projected();
-        return placed_node<D>(geometry, site, present, thin, back, ElementId(std::size_t{0}), edge_rules(search),
-                              search, options);
+        return placed_node<D>(geometry, {site, present, thin, ElementId(std::size_t{0})}, back, {search, options});
     }
     [[nodiscard]] double length(const Vec<D>& node) const {
         return riemannian_length(back, QuadraticEdge<D>{site.ends[0], {node}, site.ends[1]},

@@ -96,7 +96,8 @@ SolutionInElements<D> in_elements(std::span<const Cubic<D>> fields) {
 template <int D>
 SolutionNodes<D> moved(const Block<D>& b, const Column<LagrangeNode<D>>& start, std::span<const Cubic<D>> fields,
                        const SolutionNodesOptions& options = {}, const Execution& execution = alone) {
-    return must(solution_nodes<D>(b.mesh, b.kinds, {&start, 1}, b.shells, in_elements<D>(fields), options, execution));
+    return must(
+        solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, in_elements<D>(fields), options, execution));
 }
 
 /// The error with these nodes, of all fields together.
@@ -162,7 +163,7 @@ void laws_of_frames() {
                      return Outcome<KnownSolution<D>>(solution);
                  };
                  const Column<LagrangeNode<D>> start = b.mesh.mid_nodes;
-                 const auto made = must(solution_nodes<D>(b.mesh, b.kinds, {&start, 1}, b.shells, known, {}, alone));
+                 const auto made = must(solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, known, {}, alone));
                  RC_ASSERT(made.before < 1e-5);
              },
              {.count = 5});
@@ -177,8 +178,8 @@ void laws_of_frames() {
                  const auto made = moved<D>(bent, own, fields);
                  RC_ASSERT(made.nodes == moved<D>(straight, own, fields).nodes);
                  const std::array starts{straight.mesh.mid_nodes, own};
-                 const auto best = must(
-                     solution_nodes<D>(bent.mesh, bent.kinds, starts, bent.shells, in_elements<D>(fields), {}, alone));
+                 const auto best = must(solution_nodes<D>({bent.mesh, bent.kinds, bent.shells}, starts,
+                                                          in_elements<D>(fields), {}, alone));
                  RC_ASSERT(best.before == expected<D>(bent, starts[0], fields));
                  const std::size_t lower = best.before <= expected<D>(bent, own, fields) ? 0 : 1;
                  RC_ASSERT(best.nodes == moved<D>(bent, starts[lower], fields).nodes);
@@ -205,7 +206,7 @@ void laws_of_frames() {
                      solution[0].values = std::move(values);
                      return Outcome<KnownSolution<D>>(std::move(solution));
                  };
-                 const auto made = must(solution_nodes<D>(b.mesh, b.kinds, {&start, 1}, b.shells, wrong, {}, alone));
+                 const auto made = must(solution_nodes<D>({b.mesh, b.kinds, b.shells}, {&start, 1}, wrong, {}, alone));
                  RC_ASSERT(made.after <= made.before);
              },
              {.count = 3});
@@ -358,7 +359,7 @@ void laws_of_thin_rows() {
                  const auto solution = layer(1.5 * ThinRows::height);
                  const auto start = rows.nodes([&](std::size_t) { return dice.uniform(0.1, 0.2); });
                  const auto search = [&](const Column<LagrangeNode<2>>& from, int frames) {
-                     return must(solution_nodes<2>(rows.mesh, rows.kinds, {&from, 1}, rows.shells, solution,
+                     return must(solution_nodes<2>({rows.mesh, rows.kinds, rows.shells}, {&from, 1}, solution,
                                                    {.frames = frames}, alone));
                  };
                  const auto made = search(start, 4);
@@ -442,7 +443,7 @@ void check_degree_of_rule(std::uint64_t seed) {
     };
     const Column<LagrangeNode<D>> start = mesh.mid_nodes;
     const auto nodes =
-        must(solution_nodes<D>(mesh, b.kinds, {&start, 1}, b.shells, known_solution, {.frames = 0}, alone));
+        must(solution_nodes<D>({mesh, b.kinds, b.shells}, {&start, 1}, known_solution, {.frames = 0}, alone));
     CHECK(nodes.before == doctest::Approx(std::sqrt(square)).epsilon(1e-5));
     CHECK(nodes.after == nodes.before);
 }

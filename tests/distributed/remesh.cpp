@@ -177,12 +177,11 @@ void rims_are_no_worse(const std::array<int, D>& cells, double size, std::size_t
     Dice dice(2);
     const AdaptationGoal<D> goal = goal_over(mesh, size, dice);
     const auto ranks = one_rank();
-    auto shared = must(share_of(must(rows_of(begun(mesh, goal))), *ranks));
-    ToMetricStatistics told;
+    BroughtRows<D> brought{must(share_of(must(rows_of(begun(mesh, goal))), *ranks))};
     for (const BlockTurn& turn : block_turns<D>({}))
-        shared = must(turn_by_blocks(std::move(shared), goal, {}, {elements, *ranks}, turn, told, plainly(alone)));
-    const Buffer<std::uint8_t> on_rim = shared.on_rim;
-    const auto whole = must(assembled(shared.rows, alone));
+        brought = must(turn_by_blocks(std::move(brought), goal, {}, {elements, *ranks}, turn, plainly(alone)));
+    const Buffer<std::uint8_t> on_rim = brought.shared.on_rim;
+    const auto whole = must(assembled(brought.shared.rows, alone));
     REQUIRE(std::ranges::count(on_rim, 1) > 100);
     const double all = unit_share(whole.state, Buffer<std::uint8_t>(on_rim.size(), 1));
     CHECK(all > 0.85);

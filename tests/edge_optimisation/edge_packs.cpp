@@ -50,7 +50,7 @@ template <int D>
 std::vector<EdgeMinimum<D>> searched(const BackMesh<D>& back, const Edges<D>& all, const EdgeMinimiserOptions& options,
                                      Instructions set = widest_instructions()) {
     std::vector<EdgeMinimum<D>> minima(all.edges.size());
-    minimise_back_edges<D>(back, all.edges, all.middles, edge_rules(options), options, minima, set);
+    minimise_back_edges<D>(back, {all.edges, all.middles}, edge_rules(options), options, minima, set);
     return minima;
 }
 
@@ -81,9 +81,7 @@ void laws() {
                              RC_ASSERT(std::abs(shift) <= options.max_tangential_shift + 1e-9);
                              in_packs += length / chord;
                              by_itself +=
-                                 minimise_back_edge<D>(back, edge.a, edge.b, all.middles[i], edge.shell, rules, options)
-                                     .length /
-                                 chord;
+                                 minimise_back_edge<D>(back, edge, all.middles[i], rules, options).length / chord;
                          }
                          RC_ASSERT(in_packs <= by_itself * field.max_mean);
                      },
@@ -103,8 +101,8 @@ void laws() {
                          for (int k = 0; k < 10; ++k) {
                              const std::size_t e = dice.below(all.edges.size());
                              EdgeMinimum<D> own;
-                             minimise_back_edges<D>(back, {&all.edges[e], 1}, {&all.middles[e], 1}, edge_rules(options),
-                                                    options, {&own, 1});
+                             minimise_back_edges<D>(back, {{&all.edges[e], 1}, {&all.middles[e], 1}},
+                                                    edge_rules(options), options, {&own, 1});
                              RC_ASSERT(same(own, together[e]));
                          }
                      },
@@ -116,7 +114,7 @@ void laws() {
                  const Edges<D> all(back);
                  std::vector<EdgeMinimum<D>> minima(all.edges.size());
                  const EdgeSearchWork work =
-                     minimise_back_edges<D>(back, all.edges, all.middles, edge_rules({}), {}, minima);
+                     minimise_back_edges<D>(back, {all.edges, all.middles}, edge_rules({}), {}, minima);
                  RC_ASSERT(work.single == 0u);
              },
              {.count = 6});

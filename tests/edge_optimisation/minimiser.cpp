@@ -137,10 +137,10 @@ void minimiser_laws() {
                     const std::size_t e = dice.below(edges.size());
                     const auto [a, b] = edges.vertices[e];
                     std::vector<ElementId> shell(around[e].begin(), around[e].end());
-                    const auto first = minimise_back_edge<D>(back, a, b, middle(back, a, b), shell, rules, options);
+                    const auto first = minimise_back_edge<D>(back, {a, b, shell}, middle(back, a, b), rules, options);
                     RC_ASSERT(first.length <= first.straight_length);
                     std::shuffle(shell.begin(), shell.end(), dice.engine());
-                    const auto other = minimise_back_edge<D>(back, a, b, middle(back, a, b), shell, rules, options);
+                    const auto other = minimise_back_edge<D>(back, {a, b, shell}, middle(back, a, b), rules, options);
                     RC_ASSERT(other.node == first.node);
                     RC_ASSERT(other.length == first.length);
                     const Vec<D> p = back.mesh.points[a], q = back.mesh.points[b];
@@ -166,10 +166,11 @@ void minimiser_laws() {
                      const Vec<D> p = back.mesh.points[a], q = back.mesh.points[b];
                      const ElementId hint = *std::min_element(around[e].begin(), around[e].end());
                      const auto objective =
-                         edge_objective(back, rules.objective, energy.objective, energy.field, p, q, hint);
-                     const auto found = minimise_back_edge<D>(back, a, b, middle(back, a, b), around[e], rules, energy);
+                         edge_objective(back, rules.objective, energy.objective, energy.field, {p, q, hint});
+                     const auto found =
+                         minimise_back_edge<D>(back, {a, b, around[e]}, middle(back, a, b), rules, energy);
                      const LagrangeNode<D> there{found.node.point + 0.02 * distance(p, q) * dice.direction<D>()};
-                     const auto again = minimise_back_edge<D>(back, a, b, there, around[e], rules, energy);
+                     const auto again = minimise_back_edge<D>(back, {a, b, around[e]}, there, rules, energy);
                      if (found.shortened || again.shortened) continue;  // the finer rule had the last word
                      RC_ASSERT(objective.value(again.node.point) <=
                                std::min(objective.value(there.point), objective.value(found.node.point)) * (1 + 1e-6));
@@ -190,7 +191,7 @@ void minimiser_laws() {
                  const auto around = *shells(edges, alone);
                  const std::size_t e = dice.below(edges.size());
                  const auto [v, w] = edges.vertices[e];
-                 const auto own = minimise_back_edge<D>(back, v, w, middle(back, v, w), around[e], rules, options);
+                 const auto own = minimise_back_edge<D>(back, {v, w, around[e]}, middle(back, v, w), rules, options);
                  RC_ASSERT(own.node.point == midpoint(back.mesh.points[v], back.mesh.points[w]));
              },
              {.count = 20});

@@ -48,7 +48,7 @@ void objective_laws() {
                          const Vec<D> a = random_point(back.mesh, dice), b = random_point(back.mesh, dice);
                          RC_PRE(distance(a, b) > 0.2);
                          const auto objective =
-                             edge_objective(back, rule, kind, field, a, b, ElementId(std::size_t{0}));
+                             edge_objective(back, rule, kind, field, {a, b, ElementId(std::size_t{0})});
                          const Vec<D> node = midpoint(a, b) + 0.2 * distance(a, b) * dice.vector<D>();
                          const auto sample = objective.evaluate(node);
                          RC_ASSERT(std::abs(sample.value - objective.value(node)) <= 1e-13 * sample.value);
@@ -89,7 +89,7 @@ void objective_laws() {
                                                                                         : std::sqrt(length_squared));
                          }
                          const auto objective =
-                             edge_objective(back, rule, kind, field, a, b, ElementId(std::size_t{1}));
+                             edge_objective(back, rule, kind, field, {a, b, ElementId(std::size_t{1})});
                          RC_ASSERT(std::abs(objective.value(node) - expected) < 1e-11 * expected);
                      },
                      {.count = 50});
@@ -102,9 +102,9 @@ void objective_laws() {
         const Vec<D> node = random_point(back.mesh, dice);
         const ElementId hint(std::size_t{0});
         const double energy =
-            edge_objective(back, rule, EdgeObjectiveKind::energy, EdgeFieldKind::back, a, b, hint).value(node);
+            edge_objective(back, rule, EdgeObjectiveKind::energy, EdgeFieldKind::back, {a, b, hint}).value(node);
         const double length =
-            edge_objective(back, rule, EdgeObjectiveKind::length, EdgeFieldKind::back, a, b, hint).value(node);
+            edge_objective(back, rule, EdgeObjectiveKind::length, EdgeFieldKind::back, {a, b, hint}).value(node);
         RC_ASSERT(energy >= length * length * (1 - 1e-14));
     });
 }

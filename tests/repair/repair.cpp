@@ -343,8 +343,9 @@ void models_agree(const std::array<int, D>& cells) {
         const Vec<D> chord = b.mesh.linear.points[q] - b.mesh.linear.points[p];
         const Vec<D> middle = b.mesh.mid_nodes[e].point;
         const auto share = [&](EdgeObjectiveKind kind, const Vec<D>& offset) {
-            const auto objective = edge_objective(back, rule, kind, EdgeFieldKind::back, b.mesh.linear.points[p],
-                                                  b.mesh.linear.points[q], b.shells[e].front());
+            const auto objective =
+                edge_objective(back, rule, kind, EdgeFieldKind::back,
+                               {b.mesh.linear.points[p], b.mesh.linear.points[q], b.shells[e].front()});
             return objective.value(middle + offset) / objective.value(middle) - 1;
         };
         Vec<D> offset;

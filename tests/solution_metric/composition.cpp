@@ -89,7 +89,7 @@ void one_field_alone() {
     const std::array field{SolutionField<D>{layer(c.mesh, 0, 0.3), {.degree = 2, .p = 3}}};
     SolutionMetricOptions o{.amount = 5e3, .max_size = 0.5, .tolerance = 1e-5};
     const auto out = c.made(field, {}, o);
-    const auto optimal = must(optimal_metric(c.mesh, field[0].models, field[0].norm, 5e3, 0.5, alone));
+    const auto optimal = must(optimal_metric(c.mesh, field[0].models, {field[0].norm, 5e3, 0.5}, alone));
     for (std::size_t v = 0; v < out.log_metrics.size(); ++v)
         CHECK(norm(out.log_metrics[v].l - optimal.log_metrics[v].l) < 1e-9);
     o.amount = 8e3;

@@ -163,7 +163,7 @@ TEST_CASE("figures: composition, seconds of one thread" * doctest::skip()) {
     LocalModels<3> of_elements;
     const double elements = seconds_of([&] { of_elements = must(curved_cubic_models<3>(straight, h, t, {}, alone)); });
     const double means = seconds_of(
-        [&] { (void)must(models_at_vertices<3>(mesh, ball, of_elements.rows, {}, n, diameter(mesh), alone)); });
+        [&] { (void)must(models_at_vertices<3>(mesh, ball, of_elements.rows, {{}, n, diameter(mesh)}, alone)); });
     std::printf("  models of elements %.2f s, brought to vertices %.2f s\n", elements, means);
 }
 

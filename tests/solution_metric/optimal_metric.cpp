@@ -35,7 +35,7 @@ void laws() {
                  const auto models = models_on(mesh, [&](const Vec<D>&) { return random_model<D>(dice, 2); });
                  const NormOptions aim = random_norm(dice);
                  const double n = std::pow(10.0, dice.uniform(0, 6)), huge = 1e30;
-                 const auto out = must(optimal_metric(mesh, models, aim, n, huge, alone));
+                 const auto out = must(optimal_metric(mesh, models, {aim, n, huge}, alone));
                  RC_ASSERT(std::abs(must(complexity(mesh, out.log_metrics, alone)) / n - 1) < 2e-6);
                  RC_ASSERT(std::abs(out.complexity / n - 1) < 2e-6);
                  const double exponent =
@@ -52,7 +52,7 @@ void laws() {
                  for (auto& m : scaled)
                      for (double& x : m.logs.values.c) x += factor;
                  const auto same =
-                     must(optimal_metric(mesh, Column<LocalModel<D>>(std::move(scaled)), aim, n, huge, alone));
+                     must(optimal_metric(mesh, Column<LocalModel<D>>(std::move(scaled)), {aim, n, huge}, alone));
                  for (std::size_t v = 0; v < models.size(); ++v)
                      RC_ASSERT(norm(out.log_metrics[v].l - same.log_metrics[v].l) < 1e-4);
              },
@@ -92,7 +92,7 @@ void one_dimension() {
     });
     const NormOptions aim{.degree = 2, .p = 2};
     const double largest = 0.5;
-    const auto out = must(optimal_metric(mesh, models, aim, 400, largest, alone));
+    const auto out = must(optimal_metric(mesh, models, {aim, 400, largest}, alone));
     const auto constant_at = [&](std::size_t v) {
         return out.log_metrics[v].l(0, 0) - 6.0 / 7 * std::log(q_at(mesh.points[v]));
     };
@@ -118,9 +118,9 @@ void other_frames() {
             other.points = std::move(points);
             Buffer<LocalModel<D>> turned(models.begin(), models.end());
             for (auto& m : turned) m.logs.vectors = r * m.logs.vectors;
-            const auto a = must(optimal_metric(mesh, models, {}, 200, 0.8, alone));
+            const auto a = must(optimal_metric(mesh, models, {{}, 200, 0.8}, alone));
             const auto b =
-                must(optimal_metric(other, Column<LocalModel<D>>(std::move(turned)), {}, 200, 0.8 * length, alone));
+                must(optimal_metric(other, Column<LocalModel<D>>(std::move(turned)), {{}, 200, 0.8 * length}, alone));
             for (std::size_t v = 0; v < models.size(); ++v) {
                 const Sym<D> expected = congruence(r, a.log_metrics[v].l) - 2 * std::log(length) * Sym<D>::identity();
                 RC_ASSERT(norm(b.log_metrics[v].l - expected) < 1e-4);
@@ -139,7 +139,7 @@ void turning_layer() {
         const Vec<2> n = normalised((p[0] + p[1] + p[2]) / 3 + Vec<2>{{0.5, 0.5}});
         rows.push_back(model_of<2>({{1e6, 1}}, Mat<2>{{n, Vec<2>{{-n[1], n[0]}}}}));
     }
-    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<2>>(rows), {}, 1e4, 10, alone));
+    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<2>>(rows), {{}, 1e4, 10}, alone));
     for (std::size_t v = 0; v < out.size(); ++v) {
         const auto& x = out[v].logs.values;
         CHECK(std::abs(x[0] - x[1]) > 0.99 * std::log(1e6));
@@ -155,15 +155,15 @@ void balls_of_models() {
     Dice dice(4);
     const auto model = random_model<D>(dice, 1);
     Buffer<LocalModel<D>> rows(mesh.elements.size(), model);
-    const auto same = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {}, 1e3, 1e9, alone));
+    const auto same = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {{}, 1e3, 1e9}, alone));
     for (const auto& m : same) CHECK(norm(composed(m.logs) - composed(model.logs)) < 1e-9);
     // Where nothing happens in most of the mesh, what happens in one element is still there, and finite.
     Buffer<LocalModel<D>> one(mesh.elements.size(), zero_model<D>());
     one[5] = model;
-    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(one), {}, 1e3, 1, alone));
+    const auto out = must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(one), {{}, 1e3, 1}, alone));
     for (const auto& m : out)
         for (const double x : m.logs.values.c) CHECK(std::isfinite(x));
-    CHECK(must(optimal_metric(mesh, out, {}, 1e3, 1, alone)).complexity == doctest::Approx(1e3));
+    CHECK(must(optimal_metric(mesh, out, {{}, 1e3, 1}, alone)).complexity == doctest::Approx(1e3));
 }
 
 /// Two materials whose models differ: at vertices of one material its own model, at the interface at least either one.
@@ -186,7 +186,7 @@ void models_of_two_materials() {
                  }
                  mesh.elements.references = Column<Reference>(Buffer<Reference>(references));
                  const auto out =
-                     must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {}, 1e3, 1e9, alone));
+                     must(models_at_vertices(mesh, ball, Column<LocalModel<D>>(rows), {{}, 1e3, 1e9}, alone));
                  for (std::size_t v = 0; v < out.size(); ++v)
                      for (int m = 0; m < 2; ++m) {
                          const bool touches =
@@ -226,14 +226,14 @@ TEST_CASE("models of elements brought to vertices") {
 TEST_CASE("what cannot be is told") {
     const auto mesh = box_with_facets<2>(2, 0, 0);
     const auto nothing = models_on(mesh, [](const Vec<2>&) { return zero_model<2>(); });
-    const auto constant = optimal_metric(mesh, nothing, {}, 100, 1, alone);
+    const auto constant = optimal_metric(mesh, nothing, {{}, 100, 1}, alone);
     REQUIRE(!constant);
     CHECK(constant.error().what.starts_with("the field is constant"));
     const auto some =
         models_on(mesh, [](const Vec<2>& p) { return p[0] > 0.6 ? model_of<2>({{1, 1}}) : zero_model<2>(); });
-    CHECK(must(optimal_metric(mesh, some, {}, 100, 1, alone)).complexity == doctest::Approx(100));
-    CHECK(!optimal_metric(mesh, some, {}, 0.5, 1, alone));
-    CHECK(!optimal_metric(mesh, some, {.p = 0.5}, 100, 1, alone));
-    CHECK(!optimal_metric(mesh, some, {.degree = 3}, 100, 1, alone));
-    CHECK(!optimal_metric<2>(mesh, {}, {}, 100, 1, alone));
+    CHECK(must(optimal_metric(mesh, some, {{}, 100, 1}, alone)).complexity == doctest::Approx(100));
+    CHECK(!optimal_metric(mesh, some, {{}, 0.5, 1}, alone));
+    CHECK(!optimal_metric(mesh, some, {{.p = 0.5}, 100, 1}, alone));
+    CHECK(!optimal_metric(mesh, some, {{.degree = 3}, 100, 1}, alone));
+    CHECK(!optimal_metric<2>(mesh, {}, {{}, 100, 1}, alone));
 }

@@ -111,9 +111,16 @@ app::Host host_of(const camber_options* options, std::stop_source stop) {
     return host;
 }
 
+/// A call of a function of the interface: its name, and the mesh and the options, which may be NULL.
+struct Call {
+    const char* function;
+    const camber_mesh* mesh;
+    const camber_options* options;
+};
+
 /// The metric of the options.
-Outcome<std::optional<Solution>> metric_of(const camber_mesh* mesh, const camber_options* options,
-                                           const char* function) {
+Outcome<std::optional<Solution>> metric_of(const Call& call) {
+    const auto& [function, mesh, options] = call;
     if (options == nullptr || options->metric == nullptr) return std::nullopt;
     if (mesh == nullptr)
         return fail(c::wrong_argument(function, "options.metric", "is of no mesh", "give the mesh too"));
@@ -192,8 +199,9 @@ int finish(app::MadeInMemory made, camber_result** result) {
     return made.holds_what_was_asked ? CAMBER_OK : CAMBER_NOT_CERTIFIED;
 }
 
-int run_pipeline(config::Pipeline pipeline, int degree, const camber_mesh* mesh, std::optional<Solution> metric,
-                 const camber_options* options, const char* function, camber_result** result) {
+int run_pipeline(config::Pipeline pipeline, int degree, const Call& call, std::optional<Solution> metric,
+                 camber_result** result) {
+    const auto& [function, mesh, options] = call;
     app::Host host = host_of(options, {});
     if (mesh != nullptr) host.given.meshes[mesh_name] = mesh->value;
     if (metric) host.given.metrics[metric_name] = std::move(*metric);
@@ -205,10 +213,10 @@ int run_pipeline(config::Pipeline pipeline, int degree, const camber_mesh* mesh,
     return made ? finish(std::move(*made), result) : status_in(function, made.error());
 }
 
-int check(const camber_mesh* mesh, const app::CheckArguments& arguments, std::optional<Solution> metric,
-          const camber_options* options, camber_result** result) {
-    auto found = app::check_in_memory(mesh->value, metric, arguments.options, host_of(options, {}));
-    if (!found) return status_in("camber_run", found.error());
+int check(const app::CheckArguments& arguments, const Call& call, const std::optional<Solution>& metric,
+          camber_result** result) {
+    auto found = app::check_in_memory(call.mesh->value, metric, arguments.options, host_of(call.options, {}));
+    if (!found) return status_in(call.function, found.error());
     *result = new camber_result{{}, std::move(found->report), {}};
     return found->all_good ? CAMBER_OK : CAMBER_NOT_CERTIFIED;
 }
@@ -220,7 +228,8 @@ int camber_run(const camber_mesh* mesh, int count, const char* const* word, cons
     if (const int wrong = c::missing("camber_run", {{"mesh", mesh}, {"word", word}, {"result", result}})) return wrong;
     prepare();
     return c::guarded_status([&] {
-        auto metric = metric_of(mesh, options, "camber_run");
+        const Call call{"camber_run", mesh, options};
+        auto metric = metric_of(call);
         if (!metric) return c::status_of(metric.error());
         auto checked = words_of(count, word, metric->has_value());
         if (!checked) return c::status_of(checked.error());
@@ -231,12 +240,12 @@ int camber_run(const camber_mesh* mesh, int count, const char* const* word, cons
         if (*metric && name != "check") words.push_back(std::string("--metric=") + metric_name);
         const auto parsed = app::call_of(std::move(words));
         if (!parsed) return c::status_of(parsed.error());
-        const app::Call& call = **parsed;
-        if (name == "check") return check(mesh, call.arguments.check, std::move(*metric), options, result);
-        auto pipeline = pipeline_of(call);
+        const app::Call& verb = **parsed;
+        if (name == "check") return check(verb.arguments.check, call, *metric, result);
+        auto pipeline = pipeline_of(verb);
         if (!pipeline) return c::status_of(pipeline.error());
-        const int degree = call.arguments.adapt.degree == 1 ? 1 : 0;
-        return run_pipeline(std::move(*pipeline), degree, mesh, std::move(*metric), options, "camber_run", result);
+        const int degree = verb.arguments.adapt.degree == 1 ? 1 : 0;
+        return run_pipeline(std::move(*pipeline), degree, call, std::move(*metric), result);
     });
 }
 
@@ -245,7 +254,8 @@ int camber_run_config(const camber_mesh* mesh, const char* json, const camber_op
     if (const int wrong = c::missing("camber_run_config", {{"json", json}, {"result", result}})) return wrong;
     prepare();
     return c::guarded_status([&] {
-        auto metric = metric_of(mesh, options, "camber_run_config");
+        const Call call{"camber_run_config", mesh, options};
+        auto metric = metric_of(call);
         if (!metric) return c::status_of(metric.error());
         const std::vector<std::string> input =
             mesh != nullptr ? std::vector<std::string>{std::string("input={\"mesh\": \"") + mesh_name + "\"}"}
@@ -256,7 +266,7 @@ int camber_run_config(const camber_mesh* mesh, const char* json, const camber_op
             return c::status_of(c::wrong_argument("camber_run_config", "json",
                                                   "\"metric\" and options.metric are two metrics", "give one of them"));
         if (*metric) pipeline->metric = config::FilePath{metric_name};
-        return run_pipeline(std::move(*pipeline), 0, mesh, std::move(*metric), options, "camber_run_config", result);
+        return run_pipeline(std::move(*pipeline), 0, call, std::move(*metric), result);
     });
 }
 

@@ -77,7 +77,8 @@ def run(
         config["solution"] = {**config.get("solution", {}), "file": "memory:solution.sol"}
     handle = on._handle if on is not None else None
     text = json.dumps(config, default=plain)
-    return made_of(_camber.run_config(text, meshes, metrics, solutions, handle, solver_of(solve), progress))
+    values = _camber.InMemory(meshes, metrics, solutions)
+    return made_of(_camber.run_config(text, values, handle, solver_of(solve), progress))
 
 
 def _input_of(config: Mapping[str, Any]) -> Mesh:
@@ -113,7 +114,7 @@ def _pipeline(verb: str, options: dict[str, Any]) -> Made:
     (mesh,), progress, rest = _split(options, "mesh")
     words = words_of(verb, mesh, rest)
     words.words += ["-o", "memory:mesh"]
-    return made_of(_camber.run_words(words.words, *words.values(), words.mesh._handle, progress))
+    return made_of(_camber.run_words(words.words, words.values(), words.mesh._handle, progress))
 
 
 def curve(options: dict[str, Any]) -> Made:
@@ -136,7 +137,7 @@ def adapt(options: dict[str, Any]) -> Made:
     words.words += ["-o", "memory:mesh"]
     if solve is not None:
         words.words += ["--solve=memory:solver {mesh} {solution}"]
-    return made_of(_camber.adapt_words(words.words, *words.values(), words.mesh._handle, solver_of(solve), progress))
+    return made_of(_camber.adapt_words(words.words, words.values(), words.mesh._handle, solver_of(solve), progress))
 
 
 def check(options: dict[str, Any]) -> dict[str, Any]:

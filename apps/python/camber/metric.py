@@ -47,7 +47,7 @@ def of(mesh: Any, metric: Any = "natural", operations: Sequence[Mapping[str, Any
         {"input": {"mesh": "memory:mesh"}, "metric": source(metric), "metric_operations": done, "stages": [], **config},
         default=plain,
     )
-    made = _camber.metric_json(text, {"memory:mesh": on._handle}, metrics, {}, on._handle, None)
+    made = _camber.metric_json(text, _camber.InMemory({"memory:mesh": on._handle}, metrics, {}), on._handle, None)
     return _told(made)
 
 
@@ -103,7 +103,7 @@ def from_solution(mesh: Any, solution: Any, **options: Any) -> np.ndarray:
         if name in NOT_KEYWORDS:
             raise UsageError("is no option here", name)
         words.add(name, value)
-    return _told(_camber.metric_words(words.words, *words.values(), on._handle, None))
+    return _told(_camber.metric_words(words.words, words.values(), on._handle, None))
 
 
 def hessian(mesh: Any, solution: Any) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from . import _camber
 from .exceptions import UsageError
 from .mesh import Mesh, mesh_of
 
@@ -24,8 +25,8 @@ class Words:
     metrics: dict[str, Any] = field(default_factory=dict)
     solutions: dict[str, Any] = field(default_factory=dict)
 
-    def values(self) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-        return self.meshes, self.metrics, self.solutions
+    def values(self) -> _camber.InMemory:
+        return _camber.InMemory(self.meshes, self.metrics, self.solutions)
 
     def add(self, name: str, value: Any) -> None:
         option = "--" + name.replace("_", "-")

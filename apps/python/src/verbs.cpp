@@ -40,15 +40,19 @@ std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict&
     return fields_of(fields, mesh.dimension(), mesh.vertices(), nodes);
 }
 
-/// What Python has in memory, by name: {"memory:mesh": Mesh}, metrics and solutions of a mesh among them.
-app::Given given_of(const py::dict& meshes, const py::dict& metrics, const py::dict& solutions, const MeshHandle* of) {
+/// Values in memory by name, as {"memory:mesh": Mesh}; metrics and solutions are on one mesh.
+struct InMemory {
+    py::dict meshes, metrics, solutions;
+};
+
+app::Given given_of(const InMemory& values, const MeshHandle* of) {
     app::Given given;
-    for (const auto& [name, mesh] : meshes)
+    for (const auto& [name, mesh] : values.meshes)
         given.meshes[name.cast<std::string>()] = mesh.cast<const MeshHandle&>().value;
-    for (const auto& [name, rows] : metrics)
+    for (const auto& [name, rows] : values.metrics)
         given.metrics[name.cast<std::string>()] =
             metric_of(rows.cast<py::array>(), of ? of->dimension() : 3, name.cast<std::string>());
-    for (const auto& [name, fields] : solutions)
+    for (const auto& [name, fields] : values.solutions)
         given.solutions[name.cast<std::string>()] =
             of ? solution_on(*of, fields.cast<py::dict>()) : fields_of(fields.cast<py::dict>(), 3, 0, 0);
     return given;
@@ -81,10 +85,9 @@ py::dict run_pipeline(config::Pipeline pipeline, app::Given given, const py::obj
     }));
 }
 
-py::dict run_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
-                   const MeshHandle& mesh, const py::object& progress) {
+py::dict run_words(const Words& words, const InMemory& values, const MeshHandle& mesh, const py::object& progress) {
     auto pipeline = value_of(pipeline_of(*value_of(app::call_of(words))));
-    return run_pipeline(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
+    return run_pipeline(std::move(pipeline), given_of(values, &mesh), progress);
 }
 
 /// `solver`: None, or called with a mesh, the solution brought to it, and the cycle.
@@ -119,19 +122,19 @@ py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given,
     return out;
 }
 
-py::dict adapt_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
-                     const MeshHandle& mesh, const py::object& solver, const py::object& progress) {
+py::dict adapt_words(const Words& words, const InMemory& values, const MeshHandle& mesh, const py::object& solver,
+                     const py::object& progress) {
     const auto call = value_of(app::call_of(words));
     auto pipeline = value_of(pipeline_of(*call));
     const int degree = call->arguments.adapt.degree == 1 ? 1 : 0;
     if (!solver.is_none()) pipeline.adapt.solve = {"memory:solver"};
-    return adapt_pipeline(std::move(pipeline), degree, given_of(meshes, metrics, solutions, &mesh), solver, progress);
+    return adapt_pipeline(std::move(pipeline), degree, given_of(values, &mesh), solver, progress);
 }
 
-py::dict run_config(const std::string& json, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
-                    const MeshHandle* mesh, const py::object& solver, const py::object& progress) {
+py::dict run_config(const std::string& json, const InMemory& values, const MeshHandle* mesh, const py::object& solver,
+                    const py::object& progress) {
     auto pipeline = value_of(config::read_pipeline(json, "config"));
-    app::Given given = given_of(meshes, metrics, solutions, mesh);
+    app::Given given = given_of(values, mesh);
     if (pipeline.adapt.is_asked()) return adapt_pipeline(std::move(pipeline), 0, std::move(given), solver, progress);
     return run_pipeline(std::move(pipeline), std::move(given), progress);
 }
@@ -165,7 +168,7 @@ std::string geometry(const Words& words, const MeshHandle& mesh, const py::dict&
     const auto call = value_of(app::call_of(words));
     config::Pipeline pipeline;
     value_of(app::set_geometry(call->arguments.geometry.geometry, pipeline));
-    app::Given given = given_of(meshes, {}, {}, nullptr);
+    app::Given given = given_of({meshes, {}, {}}, nullptr);
     return Watched(progress).run([&](app::Host host) {
         host.given = std::move(given);
         return app::geometry_in_memory(mesh.value, pipeline.geometry, call->arguments.geometry.options,
@@ -186,15 +189,14 @@ py::dict metric_of_config(config::Pipeline pipeline, app::Given given, const py:
     return out;
 }
 
-py::dict metric_json(const std::string& json, const py::dict& meshes, const py::dict& metrics,
-                     const py::dict& solutions, const MeshHandle& mesh, const py::object& progress) {
+py::dict metric_json(const std::string& json, const InMemory& values, const MeshHandle& mesh,
+                     const py::object& progress) {
     auto pipeline = value_of(config::read_pipeline(json, "config"));
-    return metric_of_config(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
+    return metric_of_config(std::move(pipeline), given_of(values, &mesh), progress);
 }
 
 /// Of a solution, by the words of the verb metric.
-py::dict metric_words(const Words& words, const py::dict& meshes, const py::dict& metrics, const py::dict& solutions,
-                      const MeshHandle& mesh, const py::object& progress) {
+py::dict metric_words(const Words& words, const InMemory& values, const MeshHandle& mesh, const py::object& progress) {
     const auto call = value_of(app::call_of(words));
     const app::MetricArguments& a = call->arguments.metric;
     config::Pipeline pipeline;
@@ -205,7 +207,7 @@ py::dict metric_words(const Words& words, const py::dict& meshes, const py::dict
     config::SolutionMetric asked = a.metric;
     asked.sizes = value_of(app::read_sizes(a.sizes)).sizes;
     pipeline.metric = std::move(asked);
-    return metric_of_config(std::move(pipeline), given_of(meshes, metrics, solutions, &mesh), progress);
+    return metric_of_config(std::move(pipeline), given_of(values, &mesh), progress);
 }
 
 py::array hessian(const MeshHandle& mesh, const py::dict& fields) {
@@ -251,6 +253,7 @@ MeshHandle generate(const Words& words, const py::object& progress) {
 }  // namespace
 
 void bind_verbs(py::module_& module) {
+    py::class_<InMemory>(module, "InMemory").def(py::init<py::dict, py::dict, py::dict>());
     module.def("run_words", &run_words);
     module.def("run_config", &run_config);
     module.def("adapt_words", &adapt_words);
