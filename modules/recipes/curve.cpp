@@ -181,19 +181,24 @@ Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet
     return DescribedBoundary<D>{std::move(*boundary), report};
 }
 
+/// The geometry of a config, and the models that it names.
+struct ConfigGeometry {
+    const config::Pipeline& pipeline;
+    const GeometrySource& source;
+};
+
 /// Features and geometry of the boundary, by these breaks; of a mesh that was remeshed with the geometry that it has.
 template <int D>
 Outcome<DescribedBoundary<D>> described(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                        std::span<const LagrangeNode<D>> curves, const config::Pipeline& pipeline,
-                                        const GeometrySource& source, const Inherited<D>* inherited,
-                                        const Execution& execution) {
-    const config::Features& options = pipeline.features;
+                                        std::span<const LagrangeNode<D>> curves, const ConfigGeometry& by,
+                                        const Inherited<D>* inherited, const Execution& execution) {
+    const config::Features& options = by.pipeline.features;
     const FeatureOptions<D> breaks = inherited ? listed_breaks<D> : by_angle<D>(options);
     auto features = find_features(mesh, edges, breaks, part_of(execution, 0, 0.3));
     if (!features) return fail(features.error());
     auto made = inherited ? MadeGeometry<D>{inherited->geometry}
-                          : make_geometry(pipeline.geometry, source, mesh, edges, *features, by_angle<D>(options),
-                                          curves, part_of(execution, 0.3, 1));
+                          : make_geometry<D>(by.pipeline.geometry, by.source, {mesh, edges, *features, curves},
+                                             by_angle<D>(options), part_of(execution, 0.3, 1));
     if (!made) return fail(made.error());
     if (made->misfit) return fail(*made->misfit);
     features = with_those_of_model(std::move(*features), mesh, edges, *made, breaks, without_progress(execution));
@@ -211,7 +216,7 @@ template <int D>
 Outcome<DescribedBoundary<D>> boundary_by_config(const config::Pipeline& pipeline, const GeometrySource& source,
                                                  const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Execution& execution) {
-    return described<D>(mesh, edges, {}, pipeline, source, nullptr, execution);
+    return described<D>(mesh, edges, {}, ConfigGeometry{pipeline, source}, nullptr, execution);
 }
 
 template <int D>
@@ -221,7 +226,7 @@ Outcome<Boundary<D>> describe_boundary(Runner<D>& run, const LinearMesh<D>& mesh
     auto made = run.step("surface", [&](const Execution& e) {
         return run.sources.goal != nullptr
                    ? described(mesh, edges, curves, *run.sources.goal, inherited, e)
-                   : described(mesh, edges, curves, run.config, run.sources.geometry, inherited, e);
+                   : described(mesh, edges, curves, ConfigGeometry{run.config, run.sources.geometry}, inherited, e);
     });
     if (!made) return fail(made.error());
     if (made->report.cad) made->report.cad->moves = run.state.cad_moves;

@@ -163,15 +163,15 @@ Outcome<AnalyticGeometry<D>> make_analytic(const std::vector<config::AnalyticSur
 
 template <int D>
 Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
-                                       const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
-                                       const FeatureOptions<D>& features_by, std::span<const LagrangeNode<D>> curves,
+                                       const BoundaryCurves<D>& boundary, const FeatureOptions<D>& features_by,
                                        const Execution& execution) {
+    const auto& [mesh, edges, features, curves] = boundary;
     std::optional<CurvedPatchesReport> patches;
     const auto make_surrogate = [&](const GeometryModel<D>& prescribed) -> Outcome<Surrogate<D>> {
         auto straight = build_surrogate(mesh, edges, features, prescribed, SurrogateOptions{},
                                         part_of(execution, 0, curves.empty() ? 1 : 0.3));
         if (!straight || curves.empty()) return straight;
-        auto curved = with_curves<D>(std::move(*straight), {mesh, edges, features, curves}, prescribed,
+        auto curved = with_curves<D>(std::move(*straight), boundary, prescribed,
                                      SurrogateOptions{}, part_of(execution, 0.3, 1));
         if (!curved) return fail(curved.error());
         if (const CurvedPatches& of = curved->patches; of.smooth + of.as_read > 0)
@@ -459,9 +459,7 @@ Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D
     template OffSurfacesReport off_surfaces<D>(const LinearMesh<D>&, const AnalyticGeometry<D>&);                     \
     template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                           \
         const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);     \
-    template Outcome<MadeGeometry<D>> make_geometry<D>(                                                               \
-        const config::Geometry&, const GeometrySource&, const LinearMesh<D>&, const EdgeSet<D>&, const Features<D>&,  \
-        const FeatureOptions<D>&, std::span<const LagrangeNode<D>>, const Execution&);                                \
+    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const GeometrySource&, const BoundaryCurves<D>&, const FeatureOptions<D>&, const Execution&);                                \
     template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, \
                                                       MisfitPolicy, const Execution&);                                \
     template Outcome<SurfaceMesh> surface_mesh<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&,    \

@@ -356,10 +356,18 @@ Outcome<std::vector<std::string>> fields_in_doubt(const QuadraticMesh<D>& mesh, 
     return in_doubt;
 }
 
+/// Request of a metric for fields.
+struct FieldsMetric {
+    std::span<const NamedField> fields;
+    const config::SolutionMetric& options;
+    std::span<const Solution> intersect;  ///< rows at the vertices
+    double ridge_angle = 0;               ///< degrees
+};
+
 template <int D>
-Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_degree,
-                                        std::span<const NamedField> fields, const config::SolutionMetric& asked,
-                                        std::span<const Solution> given, double ridge_angle, const Around& around) {
+Outcome<SolutionMetricMade> made_metric(const QuadraticMesh<D>& mesh, int mesh_degree, const FieldsMetric& request,
+                                        const Around& around) {
+    const auto& [fields, asked, given, ridge_angle] = request;
     const bool at_nodes = fields.front().field.degree == 2;
     for (const NamedField& field : fields)
         if ((field.field.degree == 2) != at_nodes)
@@ -408,7 +416,7 @@ Outcome<SolutionMetricMade> metric_of_fields(const AnyMesh& mesh, std::span<cons
             const auto quadratic =
                 run_step(around, "elevate", [&](const Execution& e) { return of_degree_2<D>(mesh, e); });
             if (!quadratic) return fail(quadratic.error());
-            return made_metric<D>(*quadratic, m.degree, *wanted, by, given, ridge_angle, around);
+            return made_metric<D>(*quadratic, m.degree, {*wanted, by, given, ridge_angle}, around);
         },
         mesh);
 }

@@ -264,8 +264,8 @@ struct MetricInput {
     const Inherited<D>* inherited;       ///< of a mesh that was remeshed: its metric is made; null of others
 };
 
-/// A config's geometry as a value; the surrogate is built from the mesh. `curves`: the nodes of its edges, where its
-/// boundary's curves are the geometry; empty: smooth surfaces through its vertices. Error (usage, with the JSON path):
+/// A config's geometry as a value; the surrogate is built from the mesh, through the nodes of `boundary` if there are
+/// any, else through its vertices. Error (usage, with the JSON path):
 /// a vector of the wrong dimension, a surface that the dimension does not have, or that the mesh does not lie on. Of a
 /// CAD model: errors of `associate`; of another mesh, whose ridges are found by `features_by`: those of
 /// geometry_of_mesh.
@@ -281,10 +281,8 @@ struct MadeGeometry {
 };
 template <int D>
 [[nodiscard]] Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const GeometrySource& source,
-                                                     const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
-                                                     const Features<D>& features, const FeatureOptions<D>& features_by,
-                                                     std::span<const LagrangeNode<D>> curves,
-                                                     const Execution& execution);
+                                                     const BoundaryCurves<D>& boundary,
+                                                     const FeatureOptions<D>& features_by, const Execution& execution);
 /// Policy for vertices that are far from the boundary of the geometry's mesh. Passes leave vertices off it where
 /// elements would become invalid or walls would cross, so a mesh that an earlier cycle made is not refused.
 enum class MisfitPolicy : std::uint8_t { refused, accepted };

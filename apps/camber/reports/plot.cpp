@@ -61,10 +61,15 @@ struct Axes {
     }
 };
 
-std::string text(double x, double y, std::string_view anchor, int size, std::string_view colour, std::string_view words,
-                 std::string_view more = "") {
+struct TextStyle {
+    std::string_view anchor;
+    int size = 12;
+    std::string_view colour = ink;
+};
+/// `attributes`: more attributes of the element, each after a blank.
+std::string text(double x, double y, const TextStyle& style, std::string_view words, std::string_view attributes = "") {
     return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" font-size=\"{}\" fill=\"{}\"{}>{}</text>\n",
-                       x, y, anchor, size, colour, more, words);
+                       x, y, style.anchor, style.size, style.colour, attributes, words);
 }
 
 std::string line(double x1, double y1, double x2, double y2, std::string_view style) {
@@ -85,7 +90,7 @@ std::string count_axis(const Axes& a, bool labelled) {
     for (double count = 0; count <= a.most * (1 + 1e-9); count += step) {
         const double y = a.y_of(count);
         out += line(0, y, a.panel_width, y, fmt::format("stroke=\"{}\"", faint));
-        if (labelled) out += text(-8, y + 4, "end", 12, ink, fmt::format("{:.0f}", count));
+        if (labelled) out += text(-8, y + 4, {"end"}, fmt::format("{:.0f}", count));
     }
     return out;
 }
@@ -111,7 +116,7 @@ std::string value_axis(const Axes& a) {
             out += line(x, y, x, y + (fits ? 5 : 3), fmt::format("stroke=\"{}\"", ink));
             if (!fits) continue;
             numbered.push_back(x);
-            out += text(x, y + 19, "middle", 12, ink, fmt::format("{:.4g}", a.h.limits[i]));
+            out += text(x, y + 19, {"middle"}, fmt::format("{:.4g}", a.h.limits[i]));
         }
     return out;
 }
@@ -145,7 +150,7 @@ std::string bar(const Axes& a, std::size_t b, std::size_t count, std::string_vie
                     std::max(a.bin_width() - 1, 0.5), filled, colour, open ? " fill-opacity=\"0.45\"" : "");
     if (filled >= low) return out;
     const double middle = x + a.bin_width() / 2 + 3;
-    return out + text(middle, y - 3, "start", 9, grey, fmt::format("{}", count),
+    return out + text(middle, y - 3, {"start", 9, grey}, fmt::format("{}", count),
                       fmt::format(" transform=\"rotate(-90 {:.1f} {:.1f})\"", middle, y - 3));
 }
 
@@ -159,8 +164,8 @@ std::string panel(const Axes& a, const Panel& p, bool labelled) {
     if (const auto& extremes = p.series->extremes)
         numbers = fmt::format("min {:.4g}, {}, max {:.4g}", extremes->least, numbers, extremes->greatest);
     if (p.series->not_numbers > 0) numbers += fmt::format(", {} no number", p.series->not_numbers);
-    out += text(a.panel_width / 2, a.origin_y - 26, "middle", 14, ink, p.title);
-    out += text(a.panel_width / 2, a.origin_y - 9, "middle", 12, ink, numbers);
+    out += text(a.panel_width / 2, a.origin_y - 26, {"middle", 14}, p.title);
+    out += text(a.panel_width / 2, a.origin_y - 9, {"middle"}, numbers);
     return out;
 }
 
@@ -187,19 +192,19 @@ std::string figure(const Histogram& h, double y) {
         for (const std::size_t n : s.counts) most = std::max(most, static_cast<double>(n));
     const auto [first, last] = shown(h);
     const Axes axes{h, panel_width, y + top, first, std::max(last, first + 1), 1.06 * most};
-    std::string out = text(left, y + 30, "start", 18, ink, what.title, " font-weight=\"bold\"");
+    std::string out = text(left, y + 30, {"start", 18}, what.title, " font-weight=\"bold\"");
     if (const Series* straight = find_series(h, "straight"))
         out +=
-            text(width - right, y + 30, "end", 12, grey, fmt::format("straight: dotted, mean {:.4g}", straight->mean));
+            text(width - right, y + 30, {"end", 12, grey}, fmt::format("straight: dotted, mean {:.4g}", straight->mean));
     double x = left;
     for (const Panel& p : panels) {
         out += fmt::format("<g transform=\"translate({:.1f} 0)\">\n{}</g>\n", x, panel(axes, p, x == left));
         x += panel_width + gap;
     }
-    out += text((left + width - right) / 2, y + height - 16, "middle", 13, ink, what.axis);
+    out += text((left + width - right) / 2, y + height - 16, {"middle", 13}, what.axis);
     const double middle = y + top + axes.plot_height() / 2;
     out +=
-        text(18, middle, "middle", 13, ink, what.things, fmt::format(" transform=\"rotate(-90 18 {:.1f})\"", middle));
+        text(18, middle, {"middle", 13}, what.things, fmt::format(" transform=\"rotate(-90 18 {:.1f})\"", middle));
     return out;
 }
 
