@@ -265,8 +265,9 @@ class BlocksRun {
         }
         const EncodeOptions options{output.vtu_cells};
         if (output.partition > 0)
-            return write_in_parts(**format, {whole, {}}, static_cast<std::size_t>(output.partition), options,
-                                  output.mesh, written_, execution);
+            return write_in_parts(**format, {whole, {}},
+                                  {output.mesh, static_cast<std::size_t>(output.partition), options}, written_,
+                                  execution);
         return write_mesh(**format, whole, {}, options, output.mesh, execution);
     }
 
@@ -277,8 +278,8 @@ class BlocksRun {
         const auto parts = static_cast<std::size_t>(pipeline_.output.partition);
         const auto own = parts_of_blocks<D>(*opened.rows, curved, parts, host_.partition, ranks, execution);
         if (!own) return fail(own.error());
-        return write_parts_of_ranks(ranks, opened.rows->counts(), *own, parts, {pipeline_.output.vtu_cells},
-                                    pipeline_.output.mesh, execution)
+        return write_parts_of_ranks(ranks, opened.rows->counts(), *own,
+                                    {pipeline_.output.mesh, parts, {pipeline_.output.vtu_cells}}, execution)
             .map([](const auto&) { return Done{}; });
     }
 
@@ -291,7 +292,7 @@ class BlocksRun {
         const auto lists = opened.rows->lists();
         if (!lists) return fail(lists.error());
         return write_meshb_together<D, 2>(
-            ranks, pipeline_.output.mesh, parts->totals(), *lists, parts->pieces(),
+            ranks, pipeline_.output.mesh, {parts->totals(), *lists}, parts->pieces(),
             [&](std::size_t turn) { return parts->piece(turn); }, execution);
     }
 

@@ -238,8 +238,8 @@ Outcome<Done> convert_in_parts(const ConvertArguments& a, Written& written, cons
     say(decoded->notices);
     say((*format)->losses(decoded->mesh));
     say_lost_fields(decoded->fields, **format);
-    return write_in_parts(**format, *decoded, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}, a.output, written,
-                          execution);
+    return write_in_parts(**format, *decoded,
+                          {a.output, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}}, written, execution);
 }
 
 /// Ranks share a mesh in parts alone. Errors: usage.
@@ -260,8 +260,8 @@ int convert_on_ranks(const ConvertArguments& a, const Host& host) {
     auto writable = agreed(*host.ranks, writes_first ? check_writable(a.output) : Outcome<Done>(Done{}));
     if (!writable) return report_error(writable.error());
     const Execution execution{.threads = a.threads, .stop = host.stop};
-    const auto pieces = write_in_parts_on_ranks(host, a.input, a.partition, {a.cells.value_or(EncodeOptions{}.cells)},
-                                                a.output, execution);
+    const auto pieces = write_in_parts_on_ranks(
+        host, a.input, {a.output, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}}, execution);
     if (!pieces) return report_error(pieces.error());
     std::vector<std::string> all = *pieces;
     all.push_back(a.output);

@@ -328,7 +328,7 @@ Outcome<run::PlanSize> write_rows(Ranks& ranks, const ShapeRows<D>& shape, const
     const OwnRows<D> own(shape, *lists, ranks);
     const Execution quiet = without_progress(execution);
     auto done = write_meshb_together<D, 1>(
-        ranks, path, totals, *lists, own.turns(), [&](std::size_t turn) { return own.part(turn, quiet); }, execution);
+        ranks, path, {totals, *lists}, own.turns(), [&](std::size_t turn) { return own.part(turn, quiet); }, execution);
     if (!done) return fail(done.error());
     run::PlanSize size;
     size.dimension = D;

@@ -187,21 +187,21 @@ Outcome<Done> write_own_parts(const Writer& writer, const RowCounts& whole, cons
 /// A file of whichever degree, in parts.
 template <int D>
 Outcome<std::vector<std::string>> convert_on_ranks(const Host& host, const std::string& input, int degree,
-                                                   std::size_t parts, EncodeOptions options, const std::string& path,
-                                                   const Execution& execution) {
+                                                   const PartedOutput& output, const Execution& execution) {
     Ranks& ranks = *host.ranks;
+    const std::size_t parts = output.parts;
     if (degree == 1) {
         const auto opened = agreed(ranks, mapped<D>(input));
         if (!opened) return fail(opened.error());
         const auto own = parts_of_rows<D>(*opened->rows, parts, host.partition, ranks);
         if (!own) return fail(own.error());
-        return write_parts_of_ranks(ranks, opened->rows->counts(), *own, parts, options, path, execution);
+        return write_parts_of_ranks(ranks, opened->rows->counts(), *own, output, execution);
     }
     const auto rows = mapped_quadratic<D>(input, ranks);
     if (!rows) return fail(rows.error());
     const auto own = parts_of_quadratic_rows<D>(**rows, parts, host.partition, ranks, execution);
     if (!own) return fail(own.error());
-    return write_parts_of_ranks(ranks, (*rows)->counts(), *own, parts, options, path, execution);
+    return write_parts_of_ranks(ranks, (*rows)->counts(), *own, output, execution);
 }
 
 }  // namespace
@@ -218,22 +218,21 @@ Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::s
     return names_its_pieces(path) ? format_of_mesh(path, name.empty() ? "vtu" : name) : format_of_mesh(path, name);
 }
 
-Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, std::size_t parts,
-                             EncodeOptions options, const std::string& path, Written& written,
-                             const Execution& execution) {
-    const Writer writer{format, options, path, written, execution};
+Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, const PartedOutput& output,
+                             Written& written, const Execution& execution) {
+    const Writer writer{format, output.options, output.path, written, execution};
     return std::visit(
         [&](const auto& m) {
-            return on_simplices(m, [&](const auto& of) { return writer.write_parts(of, mesh.fields, parts); });
+            return on_simplices(m, [&](const auto& of) { return writer.write_parts(of, mesh.fields, output.parts); });
         },
         mesh.mesh);
 }
 
 template <class Mesh>
 Outcome<std::vector<std::string>> write_parts_of_ranks(Ranks& ranks, const RowCounts& whole,
-                                                       const PartsOfRank<Mesh>& own, std::size_t parts,
-                                                       EncodeOptions options, const std::string& path,
+                                                       const PartsOfRank<Mesh>& own, const PartedOutput& output,
                                                        const Execution& execution) {
+    const auto& [path, parts, options] = output;
     const auto format = format_of_parts(path, {});
     if (!format) return fail(format.error());
     Written written;
@@ -248,22 +247,20 @@ Outcome<std::vector<std::string>> write_parts_of_ranks(Ranks& ranks, const RowCo
     return names;
 }
 
-Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input, std::size_t parts,
-                                                          EncodeOptions options, const std::string& path,
-                                                          const Execution& execution) {
+Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input,
+                                                          const PartedOutput& output, const Execution& execution) {
     if (!host.partition) return fail(ErrorKind::internal, "ranks without what partitions graphs");
     return together(*host.ranks, [&]() -> Outcome<std::vector<std::string>> {
         const auto shape = agreed(*host.ranks, shape_of_file(input));
         if (!shape) return fail(shape.error());
-        return shape->dimension == 3 ? convert_on_ranks<3>(host, input, shape->degree, parts, options, path, execution)
-                                     : convert_on_ranks<2>(host, input, shape->degree, parts, options, path, execution);
+        return shape->dimension == 3 ? convert_on_ranks<3>(host, input, shape->degree, output, execution)
+                                     : convert_on_ranks<2>(host, input, shape->degree, output, execution);
     });
 }
 
 #define CAMBER_INSTANTIATE(MESH)                                                                            \
     template Outcome<std::vector<std::string>> write_parts_of_ranks<MESH>(                                  \
-        Ranks&, const RowCounts&, const PartsOfRank<MESH>&, std::size_t, EncodeOptions, const std::string&, \
-        const Execution&);
+        Ranks&, const RowCounts&, const PartsOfRank<MESH>&, const PartedOutput&, const Execution&);
 
 CAMBER_INSTANTIATE(LinearMesh<2>)
 CAMBER_INSTANTIATE(LinearMesh<3>)

@@ -33,27 +33,32 @@ namespace camber::app {
 /// Errors: usage.
 [[nodiscard]] Outcome<const MeshFormat*> format_of_parts(const std::string& path, const std::string& name);
 
+/// Output of a mesh in parts.
+struct PartedOutput {
+    std::string path;
+    std::size_t parts = 0;
+    EncodeOptions options = {};
+};
+
 /// The mesh in so many parts for a solver, each a file `OUT.1.EXT` … with its nodes' and cells' numbers in the whole as
 /// fields (global_nodes, global_cells; from 1), where the format has fields. A .pvtu names them; of other formats the
 /// whole is written beside them, with the field `partition` of its cells. Errors: usage, unsupported, write, memory,
 /// stopped.
-[[nodiscard]] Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh, std::size_t parts,
-                                           EncodeOptions options, const std::string& path, Written& written,
-                                           const Execution& execution);
+[[nodiscard]] Outcome<Done> write_in_parts(const MeshFormat& format, const DecodedMesh& mesh,
+                                           const PartedOutput& output, Written& written, const Execution& execution);
 
 /// What ranks have of a mesh in parts (of `whole` rows), as pieces that a .pvtu names: all ranks call it. The names of
 /// the pieces. Errors, of any rank: usage, write, memory, stopped.
 template <class Mesh>
 [[nodiscard]] Outcome<std::vector<std::string>> write_parts_of_ranks(Ranks& ranks, const RowCounts& whole,
-                                                                     const PartsOfRank<Mesh>& own, std::size_t parts,
-                                                                     EncodeOptions options, const std::string& path,
+                                                                     const PartsOfRank<Mesh>& own,
+                                                                     const PartedOutput& output,
                                                                      const Execution& execution);
 
 /// The same of a binary .meshb that several ranks read, into a .pvtu whose pieces each of them writes some
 /// of: all ranks call it. The names of the pieces. Errors: of any rank; usage, unsupported.
 [[nodiscard]] Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, const std::string& input,
-                                                                        std::size_t parts, EncodeOptions options,
-                                                                        const std::string& path,
+                                                                        const PartedOutput& output,
                                                                         const Execution& execution);
 
 }  // namespace camber::app

@@ -161,8 +161,9 @@ struct OutputWriter {
         DecodedMesh whole{mesh_for(format), {}};
         whole.fields = fields_for(format);
         return around("write", [&](const Execution& execution) {
-            return write_in_parts(format, whole, static_cast<std::size_t>(output.partition), {output.vtu_cells},
-                                  output.mesh, written, execution);
+            return write_in_parts(
+                format, whole,
+                {output.mesh, static_cast<std::size_t>(output.partition), {output.vtu_cells}}, written, execution);
         });
     }
 
@@ -197,13 +198,13 @@ Outcome<Done> write_rows(FinishedRows<D>& rows, const Host& host, const config::
     Ranks& ranks = *host.ranks;
     if (output.partition == 0)
         return write_meshb_together<D, 1>(
-            ranks, output.mesh, rows.totals, rows.lists, 1, [&](std::size_t) { return std::exchange(rows.part, {}); },
+            ranks, output.mesh, {rows.totals, rows.lists}, 1, [&](std::size_t) { return std::exchange(rows.part, {}); },
             execution);
     const auto parts = static_cast<std::size_t>(output.partition);
     const RowCounts whole{rows.totals.vertices, rows.totals.elements, rows.totals.facets, rows.totals.edges};
     const auto own = parts_of_finished<D>(std::exchange(rows, {}), parts, host.partition, ranks);
     if (!own) return fail(own.error());
-    return write_parts_of_ranks(ranks, whole, *own, parts, {output.vtu_cells}, output.mesh, execution)
+    return write_parts_of_ranks(ranks, whole, *own, {output.mesh, parts, {output.vtu_cells}}, execution)
         .map([](const auto&) { return Done{}; });
 }
 Outcome<Done> write_rows(run::Run& run, const Host& host, const config::Output& output, const Execution& execution) {

@@ -243,12 +243,20 @@ struct MetricInMemory {
                                            const std::function<Outcome<std::vector<FilePiece>>(std::size_t)>& pieces_of,
                                            const Execution& execution);
 
+/// Contents of a .meshb beside its rows.
+template <int D>
+struct MeshbContents {
+    PartTotals totals;
+    const LinearMesh<D>& lists;  ///< corners, ridges, required entities, groups
+};
+
 /// A .meshb of these totals and lists that all ranks write so: in each turn a part of its rows, and along with the
 /// first rank's first what the file begins and ends with.
 template <int D, int Degree>
 [[nodiscard]] Outcome<Done> write_meshb_together(
-    Ranks& ranks, const std::string& path, const PartTotals& totals, const LinearMesh<D>& lists, std::size_t turns,
+    Ranks& ranks, const std::string& path, const MeshbContents<D>& contents, std::size_t turns,
     const std::function<Outcome<FilePart<D, Degree>>(std::size_t)>& part_of, const Execution& execution) {
+    const auto& [totals, lists] = contents;
     const auto frame = gmf_frame<D, Degree>(totals, lists);
     if (!frame) return fail(frame.error());
     const Execution quiet = without_progress(execution);
