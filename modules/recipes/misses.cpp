@@ -49,13 +49,6 @@ std::string overlap_message(const Report& report) {
         grouped(o.overlapping), o.overlapping == 1 ? "place" : "places", at);
 }
 
-std::string sentence_of(const GeometryErrorReport& g) {
-    return fmt::format(
-        "the boundary is {:.4g} from its geometry, and {:.4g} is required: {} facets are farther, the "
-        "farthest is facet {} at ({:.6g}); a smaller size there (--metric, --size) may reach it",
-        g.reached, g.required, grouped(g.far_facets), g.facet, fmt::join(g.at, ", "));
-}
-
 namespace {
 
 /// "3, 17, 18 and 240 more".
@@ -79,6 +72,16 @@ std::string remedies_of_elements(const Report& r) {
     else if (r.origin && (r.origin->geometry == "surrogate" || r.origin->geometry == "straight"))
         ways.emplace_back("--cad MODEL, or --geometry, on which the boundary's nodes may slide");
     return fmt::format("{}", fmt::join(ways, ", or "));
+}
+
+std::string geometry_error_missed(const Report& r) {
+    const GeometryErrorReport& g = *r.boundary->geometry_error;
+    const std::string_view remedy = r.remesh ? "a smaller size there (--metric, --size) may reach it"
+                                             : "camber remesh --geometry-error refines the boundary there";
+    return fmt::format(
+        "the boundary is {:.4g} from its geometry, and {:.4g} is required: {} facets are farther, the farthest is facet "
+        "{} at ({:.6g}); {}",
+        g.reached, g.required, grouped(g.far_facets), g.facet, fmt::join(g.at, ", "), remedy);
 }
 
 std::string elements_missed(const Report& r) {
@@ -157,7 +160,7 @@ std::vector<std::string> misses(const Report& report) {
     if (std::string overlaps = overlap_message(report); !overlaps.empty()) all.push_back(std::move(overlaps));
     if (!report.boundary) return all;
     const BoundaryReport& boundary = *report.boundary;
-    if (!report.keeps_geometry_error()) all.push_back(sentence_of(*boundary.geometry_error));
+    if (!report.keeps_geometry_error()) all.push_back(geometry_error_missed(report));
     const auto is_off = [](const std::optional<DeviationReport>& d) { return d && d->off > 0; };
     const int dimension = report.mesh.dimension;
     if (is_off(boundary.node_deviation)) all.push_back(nodes_missed(*boundary.node_deviation, causes_of(report)));

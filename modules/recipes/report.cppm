@@ -1008,8 +1008,6 @@ constexpr auto Report::fields() {
 [[nodiscard]] std::string crossing_message(const WallsReport& walls, int dimension);
 /// "elements overlap in 3 places …"; empty where none do.
 [[nodiscard]] std::string overlap_message(const Report& report);
-/// The distance that is required and not reached, and where.
-[[nodiscard]] std::string sentence_of(const GeometryErrorReport& missed);
 
 }  // namespace camber::run
 

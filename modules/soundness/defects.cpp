@@ -167,7 +167,7 @@ std::optional<Error> refusal(const Soundness& soundness) {
                      "the mesh is empty: it has neither elements nor facets",
                      {},
                      {},
-                     "there is nothing to curve"};
+                     "give a mesh with elements"};
     for (std::size_t i = 0; i < defect_count; ++i) {
         const Finding& found = soundness.findings[i];
         if (found.count == 0 || wordings[i].gravity != Gravity::fatal) continue;
