@@ -45,9 +45,10 @@ constexpr std::array option_groups{
         "Output",
         "output force format output-solution output-metric report page vtu plots surface partition cells elevate "
         "straighten json histogram worst inner-faces colour"},
-    OptionGroup{"Run",
-                "threads blocks memory cycles convergence-tolerance result timeout folder from mesh-file solution-file set "
-                "allow-commands print-config dry-run verbose quiet help help-all"},
+    OptionGroup{
+        "Run",
+        "threads blocks memory cycles convergence-tolerance result timeout folder from mesh-file solution-file set "
+        "allow-commands print-config dry-run verbose quiet help help-all"},
 };
 
 /// Options that `--help` shows.

@@ -233,7 +233,7 @@ Work declare_adapt(CLI::App* verb, Arguments& all) {
         "remeshes, puts the edges' nodes where it is interpolated best, and brings the solution to the new mesh; every "
         "mesh is valid. The boundary stays on the geometry: that of --geometry or --cad, else the first mesh's. Cycles "
         "end when the error has converged (--convergence-tolerance), after --cycles of them, or by Ctrl-C; the mesh "
-         "with the least "
+        "with the least "
         "error is then in OUTPUT (--result). How it works: docs/algorithms/adaptation.md");
     AdaptArguments& a = all.adapt;
     add_mesh(verb, a.input);

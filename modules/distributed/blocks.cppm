@@ -8,9 +8,9 @@ module;
 #include <memory>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <tuple>
 #include <utility>
-#include <string_view>
 #include <vector>
 export module camber.distributed:blocks;
 import camber.core;

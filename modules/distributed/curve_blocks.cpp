@@ -411,9 +411,9 @@ Outcome<CurvedBlocks<D>> BlockSteps<D>::finish() && {
     return std::move(run_->out);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
+#define CAMBER_INSTANTIATE(D)         \
     template class QuadraticParts<D>; \
-    template class BlockSteps<D>; \
+    template class BlockSteps<D>;     \
     template Outcome<QuadraticMesh<D>> joined<D>(const CurvedBlocks<D>&, LinearMesh<D>, const Execution&);
 
 CAMBER_INSTANTIATE(2)

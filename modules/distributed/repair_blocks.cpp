@@ -419,7 +419,8 @@ Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution) {
     if (!numbers) return fail(numbers.error());
     if (std::ranges::all_of(*numbers, [](std::size_t n) { return n == 0; })) return Done{};
     const RepairedBlocks<D> of{run.out.parts, run.states, run.by->surface, run.by->edges.aim};
-    const auto repaired = repair_blocks(of, run.to_repair, run.options.curving.repair, run.ranks, part_of(execution, 0, 0.9));
+    const auto repaired =
+        repair_blocks(of, run.to_repair, run.options.curving.repair, run.ranks, part_of(execution, 0, 0.9));
     if (!repaired) return fail(repaired.error());
     const auto all = gather_all(run.ranks, Outcome<std::vector<RepairStatistics>>({*repaired}));
     if (!all) return fail(all.error());

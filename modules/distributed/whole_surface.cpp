@@ -329,7 +329,7 @@ Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution) {
 #define CAMBER_INSTANTIATE(D)                                                                                       \
     template struct WholeSurface<D>;                                                                                \
     template Outcome<WholeSurface<D>> whole_surface<D>(const MeshRows<D>&, const BlocksGoal<D>&, const Execution&); \
-    template Outcome<Done> find_surface<D>(BlockRun<D>&, const Execution&);                     \
+    template Outcome<Done> find_surface<D>(BlockRun<D>&, const Execution&);                                         \
     template Outcome<Done> extend_blocks<D>(BlockRun<D>&, const Execution&);
 
 CAMBER_INSTANTIATE(2)

@@ -101,8 +101,8 @@ Outcome<Done> check_sources(const config::Pipeline& pipeline) {
     return Done{};
 }
 
-/// Functions of geometry and metric for the blocks. They add notices of this rank to `report`. The arguments must outlive
-/// the result.
+/// Functions of geometry and metric for the blocks. They add notices of this rank to `report`. The arguments must
+/// outlive the result.
 template <int D>
 BlocksGoal<D> goal_of(const config::Pipeline& pipeline, const BlockSources& sources, Report& report) {
     BlocksGoal<D> goal;
@@ -117,7 +117,7 @@ BlocksGoal<D> goal_of(const config::Pipeline& pipeline, const BlockSources& sour
     };
     if (!std::holds_alternative<config::NaturalMetric>(pipeline.metric))
         goal.metric = [&pipeline, &sources](const LinearMesh<D>& block, std::span<const GlobalNumber> vertices,
-                                         const Execution& e) {
+                                            const Execution& e) {
             return metric_of_block<D>(pipeline, sources.files, block, vertices, e);
         };
     return goal;
@@ -210,8 +210,7 @@ class BlockRunner {
         const std::size_t edges = curved.first_edges.back();
         report_.mesh = {D, 2, n.points, n.points + edges, n.elements, n.facets, n.edges};
         report_.curve = CurveReport{curved.statistics, edges};
-        report_.blocks =
-            BlocksReport{curved.parts.layout.blocks(), sources_.blocks.elements, curved.iterations};
+        report_.blocks = BlocksReport{curved.parts.layout.blocks(), sources_.blocks.elements, curved.iterations};
         report_.validity_before = validity_report(curved.before, bound_, n.elements);
         report_.validity = validity_report(curved.after, bound_, n.elements);
         report_.relax = relax_report(curved.repair, 0, method_);
@@ -248,12 +247,13 @@ std::optional<CurveByBlocks> requested_blocks(const config::Pipeline& pipeline) 
 template <int D>
 Outcome<BlocksRun<D>> run_steps(const MeshRows<D>& rows, const config::Pipeline& pipeline, const BlockSources& sources,
                                 const Around& around) {
-    return together(*sources.ranks, [&] {
-        return guarded([&] { return BlockRunner<D>(rows, pipeline, sources, around).run(); });
-    });
+    return together(*sources.ranks,
+                    [&] { return guarded([&] { return BlockRunner<D>(rows, pipeline, sources, around).run(); }); });
 }
 
-template Outcome<BlocksRun<2>> run_steps<2>(const MeshRows<2>&, const config::Pipeline&, const BlockSources&, const Around&);
-template Outcome<BlocksRun<3>> run_steps<3>(const MeshRows<3>&, const config::Pipeline&, const BlockSources&, const Around&);
+template Outcome<BlocksRun<2>> run_steps<2>(const MeshRows<2>&, const config::Pipeline&, const BlockSources&,
+                                            const Around&);
+template Outcome<BlocksRun<3>> run_steps<3>(const MeshRows<3>&, const config::Pipeline&, const BlockSources&,
+                                            const Around&);
 
 }  // namespace camber::run

@@ -60,7 +60,8 @@ CurveReport curve_report(const QuadraticMesh<D>& mesh, const Curved<D>& curved) 
 template <int D>
 void report_curves(Runner<D>& run, const ProposedCurves<D>& made, const ProposeOptions& options) {
     const Quadratic<D>& at = run.quadratic();
-    if (made.input.placed) run.report.boundary->nodes = {*made.input.placed, std::string(word_of(options.boundary_nodes))};
+    if (made.input.placed)
+        run.report.boundary->nodes = {*made.input.placed, std::string(word_of(options.boundary_nodes))};
     CurveReport part = curve_report(at.mesh, made.curved);
     if (made.field && made.edges.aim == CurvingAim::accuracy && !is_surface_alone(at.mesh.linear)) {
         const CurveStatistics& s = made.curved.statistics;
@@ -286,7 +287,8 @@ Outcome<Done> move_vertices(Runner<D>& run) {
     const auto* const cad = std::get_if<config::Cad>(&run.config.geometry);
     if (!cad || !run.sources.geometry.cad || cad->vertices == CadVertices::keep) return Done{};
     auto report = run.step("vertices", [&](const Execution& e) {
-        return std::visit([&](auto& mesh) { return move<D>(mesh, *cad, *run.sources.geometry.cad, e); }, run.state.mesh);
+        return std::visit([&](auto& mesh) { return move<D>(mesh, *cad, *run.sources.geometry.cad, e); },
+                          run.state.mesh);
     });
     if (!report) return fail(report.error());
     run.state.cad_moves = *report;
@@ -372,7 +374,7 @@ Outcome<Done> apply(Runner<D>& run, const config::Reinsert& options) {
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                       \
-    template void report_curves<D>(Runner<D>&, const ProposedCurves<D>&, const ProposeOptions&);            \
+    template void report_curves<D>(Runner<D>&, const ProposedCurves<D>&, const ProposeOptions&);                    \
     template Wanted<D> keep_field<D>(Runner<D>&, Boundary<D>, ProposedCurves<D>, CurvingAim);                       \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Curve&);                                              \
     template Outcome<DescribedBoundary<D>> boundary_by_config<D>(                                                   \

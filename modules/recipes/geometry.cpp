@@ -171,8 +171,8 @@ Outcome<MadeGeometry<D>> make_geometry(const config::Geometry& geometry, const G
         auto straight = build_surrogate(mesh, edges, features, prescribed, SurrogateOptions{},
                                         part_of(execution, 0, curves.empty() ? 1 : 0.3));
         if (!straight || curves.empty()) return straight;
-        auto curved = with_curves<D>(std::move(*straight), boundary, prescribed,
-                                     SurrogateOptions{}, part_of(execution, 0.3, 1));
+        auto curved =
+            with_curves<D>(std::move(*straight), boundary, prescribed, SurrogateOptions{}, part_of(execution, 0.3, 1));
         if (!curved) return fail(curved.error());
         if (const CurvedPatches& of = curved->patches; of.smooth + of.as_read > 0)
             patches = {of.smooth, of.as_read, degrees(of.mean_angle), degrees(of.largest_angle)};
@@ -459,7 +459,9 @@ Outcome<SurfaceMesh> surface_mesh(const QuadraticMesh<D>& mesh, const Features<D
     template OffSurfacesReport off_surfaces<D>(const LinearMesh<D>&, const AnalyticGeometry<D>&);                     \
     template Outcome<AnalyticGeometry<D>> make_analytic<D>(                                                           \
         const std::vector<config::AnalyticSurface>&, const std::string&, const LinearMesh<D>&, const Execution&);     \
-    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const GeometrySource&, const BoundaryCurves<D>&, const FeatureOptions<D>&, const Execution&);                                \
+    template Outcome<MadeGeometry<D>> make_geometry<D>(const config::Geometry&, const GeometrySource&,                \
+                                                       const BoundaryCurves<D>&, const FeatureOptions<D>&,            \
+                                                       const Execution&);                                             \
     template Outcome<Geometry<D>> geometry_of_mesh<D>(const AnyMesh&, const FeatureOptions<D>&, const LinearMesh<D>&, \
                                                       MisfitPolicy, const Execution&);                                \
     template Outcome<SurfaceMesh> surface_mesh<D>(const QuadraticMesh<D>&, const Features<D>&, const Geometry<D>&,    \

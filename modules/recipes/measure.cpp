@@ -167,7 +167,8 @@ Outcome<Measured<D>> measure_end(const Quadratic<D>& end, const Runner<D>& run, 
     const Plan<D>* const plan = end.planned();
     if (const Boundary<D>* boundary = plan ? plan->boundary() : nullptr) {
         const auto seen = apply_proposal(end.mesh, plan->proposal());
-        if (auto done = measure_distances(seen, state, *boundary, measured.boundary, part_of(execution, 0, of.distances));
+        if (auto done =
+                measure_distances(seen, state, *boundary, measured.boundary, part_of(execution, 0, of.distances));
             !done)
             return fail(done.error());
     }

@@ -555,7 +555,8 @@ MetricSource<D> metric_of_goal(const MetricSource<D>& metric, const LinearMesh<D
 template <int D>
 MetricSource<D> metric_for_passes(const Runner<D>& run, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                   const Boundary<D>& boundary, MetricTold& told) {
-    if (run.sources.goal != nullptr && !run.state.inherited) return metric_of_goal(run.sources.goal->metric, mesh, told);
+    if (run.sources.goal != nullptr && !run.state.inherited)
+        return metric_of_goal(run.sources.goal->metric, mesh, told);
     const MetricFile* const file = whole_field(run);
     return file ? field_of_whole<D>(*file, mesh.points, told) : at_vertices(run, mesh, edges, boundary, told);
 }

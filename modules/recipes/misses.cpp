@@ -79,7 +79,8 @@ std::string geometry_error_missed(const Report& r) {
     const std::string_view remedy = r.remesh ? "a smaller size there (--metric, --size) may reach it"
                                              : "camber remesh --geometry-error refines the boundary there";
     return fmt::format(
-        "the boundary is {:.4g} from its geometry, and {:.4g} is required: {} facets are farther, the farthest is facet "
+        "the boundary is {:.4g} from its geometry, and {:.4g} is required: {} facets are farther, the farthest is "
+        "facet "
         "{} at ({:.6g}); {}",
         g.reached, g.required, grouped(g.far_facets), g.facet, fmt::join(g.at, ", "), remedy);
 }

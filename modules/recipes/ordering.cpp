@@ -228,7 +228,7 @@ Groups groups_of(const AnyMesh& mesh) {
     template Outcome<std::optional<BetterOrder>> working_order<D>(                                              \
         const StageInputs<D>&, std::span<const config::Stage>, const OrderingOptions&, const Execution&);       \
     template Outcome<StageInputs<D>> in_working_order<D>(StageInputs<D>, const Renumbering&, const Execution&); \
-    template Outcome<MeshRun<D>> in_given_order<D>(MeshRun<D>, const Renumbering&, const Execution&); \
+    template Outcome<MeshRun<D>> in_given_order<D>(MeshRun<D>, const Renumbering&, const Execution&);           \
     template Error in_given_order<D>(Error, const Renumbering&);
 
 CAMBER_INSTANTIATE(2)

@@ -124,9 +124,7 @@ void add(Report& report, const PassReport& part) {
         static_cast<PassStatistics&>(*same) += part;
 }
 
-void add(std::vector<Histogram>& all, std::vector<Histogram> part) {
-    std::ranges::move(part, std::back_inserter(all));
-}
+void add(std::vector<Histogram>& all, std::vector<Histogram> part) { std::ranges::move(part, std::back_inserter(all)); }
 
 namespace {
 

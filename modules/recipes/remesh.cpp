@@ -180,10 +180,11 @@ Outcome<Done> put_nodes_onto(Runner<D>& run, const Boundary<D>& boundary) {
     });
     if (!placed) return fail(placed.error());
     if (placed->nodes == 0) return Done{};
-    run.note(fmt::format(
-        "{} mid nodes of the boundary were off the geometry, by up to {:.4g}: they were put onto it before the mesh was "
-        "changed",
-        placed->nodes, placed->largest));
+    run.note(
+        fmt::format("{} mid nodes of the boundary were off the geometry, by up to {:.4g}: they were put onto it before "
+                    "the mesh was "
+                    "changed",
+                    placed->nodes, placed->largest));
     state.mesh = std::move(placed->mesh);
     state.plan = Unplanned<D>{};
     return Done{};
@@ -393,9 +394,9 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     if (auto done = begin_changing(run); !done) return done;
     auto& changing = std::get<Changing<D>>(run.state.mesh);
     const Around& around = run.around();
-    const std::size_t elements = options.blocks > 0      ? static_cast<std::size_t>(options.blocks)
+    const std::size_t elements = options.blocks > 0              ? static_cast<std::size_t>(options.blocks)
                                  : run.sources.ranks->size() > 1 ? default_block_elements
-                                                         : 0;
+                                                                 : 0;
     auto made = elements == 0 ? bring_to_metric(std::move(changing.mesh), changing.goal, options, around)
                               : bring_by_blocks(run, changing, options, elements, around);
     if (!made) return fail(made.error());
@@ -416,15 +417,16 @@ Outcome<Done> apply(Runner<D>& run, const config::Remesh& options) {
     return Done{};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template std::vector<DistanceBound> required_distances<D>(const Runner<D>&); template BoundedDistances bounded_distances<D>(const Runner<D>&);                                                                                          \
-    template Outcome<std::optional<Growth>> asked_growth<D>(Runner<D>&);                                               \
-    template Outcome<OwnField<D>> asked_field<D>(Runner<D>&);                                                          \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Collapse&);                                              \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Split&);                                                 \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);                                                  \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Smooth&);                                                \
-    template Outcome<Done> apply<D>(Runner<D>&, const config::Mend&);                                                  \
+#define CAMBER_INSTANTIATE(D)                                                    \
+    template std::vector<DistanceBound> required_distances<D>(const Runner<D>&); \
+    template BoundedDistances bounded_distances<D>(const Runner<D>&);            \
+    template Outcome<std::optional<Growth>> asked_growth<D>(Runner<D>&);         \
+    template Outcome<OwnField<D>> asked_field<D>(Runner<D>&);                    \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Collapse&);        \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Split&);           \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Swap&);            \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Smooth&);          \
+    template Outcome<Done> apply<D>(Runner<D>&, const config::Mend&);            \
     template Outcome<Done> apply<D>(Runner<D>&, const config::Remesh&);
 
 CAMBER_INSTANTIATE(2)

@@ -272,8 +272,8 @@ void take_as_straight(const config::Pipeline& pipeline, DecodedMesh& mesh) {
 
 /// Runs the steps before the first pass, which may be `elevate` alone, and predicts what that pass makes.
 template <int D>
-Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pipeline& pipeline,
-                                         RunSources<D> sources, const Around& around) {
+Outcome<std::optional<Growth>> growth_on(StageInputs<D> input, const config::Pipeline& pipeline, RunSources<D> sources,
+                                         const Around& around) {
     if (auto order = check_order(pipeline.stages, input.mesh.degree); !order) return fail(order.error());
     const auto first = std::ranges::find_if(
         pipeline.stages, [](const config::Stage& s) { return !std::holds_alternative<config::Elevate>(s); });
@@ -469,7 +469,7 @@ Outcome<MeshRun<D>> run_recipe(Mesh<D> mesh, const MeshGoal<D>& goal, const conf
 
 }  // namespace
 
-#define CAMBER_INSTANTIATE(D)                                                                                      \
+#define CAMBER_INSTANTIATE(D) \
     template Outcome<MeshRun<D>> run_steps<D>(StageInputs<D>, const config::Pipeline&, RunSources<D>, const Around&);
 
 CAMBER_INSTANTIATE(2)
@@ -503,9 +503,9 @@ Outcome<run::MeshRun<D>> remesh_mesh(Mesh<D> mesh, const MeshGoal<D>& goal, cons
     return run::run_recipe(std::move(mesh), goal, pipeline, around);
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
-    template Outcome<run::MeshRun<D>> curve_mesh<D>(Mesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,  \
-                                                    const Around&);                                        \
+#define CAMBER_INSTANTIATE(D)                                                                               \
+    template Outcome<run::MeshRun<D>> curve_mesh<D>(Mesh<D>, const MeshGoal<D>&, const CurveMeshOptions&,   \
+                                                    const Around&);                                         \
     template Outcome<run::MeshRun<D>> remesh_mesh<D>(Mesh<D>, const MeshGoal<D>&, const RemeshMeshOptions&, \
                                                      const Around&);
 

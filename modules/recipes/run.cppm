@@ -34,9 +34,9 @@ template <int D>
 struct RunSources {
     GeometrySource geometry = {};
     AvailableMemory memory = {};
-    const SolutionSource* solution = nullptr;       ///< null: no stage places nodes by a solution
-    const MeshGoal<D>* goal = nullptr;              ///< geometry, metric and solution as values; null: those of the config
-    std::shared_ptr<Ranks> ranks = one_rank();      ///< share the work by blocks
+    const SolutionSource* solution = nullptr;   ///< null: no stage places nodes by a solution
+    const MeshGoal<D>* goal = nullptr;          ///< geometry, metric and solution as values; null: those of the config
+    std::shared_ptr<Ranks> ranks = one_rank();  ///< share the work by blocks
     RunEnd end = RunEnd::whole;
     OrderingOptions ordering = {};
 };
@@ -234,12 +234,12 @@ struct Inputs {
 /// Result of a run in D dimensions.
 template <int D>
 struct MeshRun {
-    Mesh<D> mesh;   ///< committed, or the last state if nothing was
-    Report report;  ///< `holds_what_was_asked`: the result is the requested one
-    std::optional<Inherited<D>> remeshed = {};     ///< geometry and metric at the vertices of a mesh that passes changed
-    MeshFields fields = {};                        ///< if the output shows them
-    std::optional<Solution> metric = {};           ///< if the output requests it and the steps made one
-    std::optional<FinishedRows<D>> rows = {};      ///< those of this rank, of a run that ends in rows; the mesh is empty
+    Mesh<D> mesh;                               ///< committed, or the last state if nothing was
+    Report report;                              ///< `holds_what_was_asked`: the result is the requested one
+    std::optional<Inherited<D>> remeshed = {};  ///< geometry and metric at the vertices of a mesh that passes changed
+    MeshFields fields = {};                     ///< if the output shows them
+    std::optional<Solution> metric = {};        ///< if the output requests it and the steps made one
+    std::optional<FinishedRows<D>> rows = {};   ///< those of this rank, of a run that ends in rows; the mesh is empty
 };
 /// Runs the steps of a pipeline on a mesh, which is made sound first (`prepare`). Errors: a step that lacks what it
 /// needs (check_order), those of the steps with their JSON path, stopped, memory.

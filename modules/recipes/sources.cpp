@@ -309,8 +309,7 @@ Outcome<Done> adopt_own_nodes(Runner<D>& run) {
         run.sources.goal != nullptr
             ? run.sources.goal->boundary
             : BoundaryOptions<D>{{.ridge_angle_degrees = features.ridge_angle}, features.required_boundary};
-    auto made =
-        run.step("features", [&](const Execution& e) { return own_nodes(run.quadratic().mesh, options, e); });
+    auto made = run.step("features", [&](const Execution& e) { return own_nodes(run.quadratic().mesh, options, e); });
     if (!made) return fail(made.error());
     add(run.report, made->report);
     run.quadratic().plan = Plan<D>{std::move(made->own), std::move(made->proposal)};

@@ -293,8 +293,9 @@ std::vector<Histogram> histograms_of(const CurvedUnitMesh& measured, const std::
             histogram(Quantity::curved_metric_quality, measured.qualities)};
 }
 
-#define CAMBER_INSTANTIATE(D) \
-    template Outcome<CurvedUnitMesh> measure_curved_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, std::string, std::size_t, const Execution&);                                                                                          \
+#define CAMBER_INSTANTIATE(D)                                                                                          \
+    template Outcome<CurvedUnitMesh> measure_curved_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, \
+                                                                 std::string, std::size_t, const Execution&);          \
     template Outcome<UnitMesh> measure_unit_mesh<D>(const LinearMesh<D>&, const EdgeSet<D>&,                           \
                                                     const Column<LogMetric<D>>&, std::string, const Execution&);       \
     template Outcome<UnitMesh> measure_unit_mesh<D>(const QuadraticMesh<D>&, const Column<LogMetric<D>>&, std::string, \

@@ -70,8 +70,7 @@ class BlocksRun {
 
     /// One rank takes a mesh as it is; what it cannot hold, and several ranks, take it by offsets.
     [[nodiscard]] bool is_mapped() const {
-        return host_.ranks->size() > 1 ||
-               (requested_.memory > 0 && is_written_by_rows(pipeline_.output));
+        return host_.ranks->size() > 1 || (requested_.memory > 0 && is_written_by_rows(pipeline_.output));
     }
 
     /// Arrays that are made from here on lie beside the output; what is not worked on leaves memory at half of the
@@ -195,14 +194,18 @@ class BlocksRun {
         std::ranges::copy(notices_, std::back_inserter(run.report.notices));
         if (opened.order) number_as_given(run.report, opened.order->renumbering.vertices);
         if (!pipeline_.output.mesh.empty()) {
-            auto done = written_.add(pipeline_.output.mesh,
-                                     around("write", [&](const Execution& e) { return write(opened, made->curved, e); }));
+            auto done =
+                written_.add(pipeline_.output.mesh,
+                             around("write", [&](const Execution& e) { return write(opened, made->curved, e); }));
             if (!done) return fail(done.error());
         }
         if (auto done = add_costs(run.report); !done) return fail(done.error());
         const RowCounts counts = opened.rows->counts();
-        steps_.add_to(run.report, origin_of(pipeline_, {.dimension = D, .degree = 1, .vertices = counts.points,
-                                                        .elements = counts.elements, .facets = counts.facets}));
+        steps_.add_to(run.report, origin_of(pipeline_, {.dimension = D,
+                                                        .degree = 1,
+                                                        .vertices = counts.points,
+                                                        .elements = counts.elements,
+                                                        .facets = counts.facets}));
         if (auto done = write_report(run.report, pipeline_.output, host_, written_); !done) return fail(done.error());
         return run;
     }

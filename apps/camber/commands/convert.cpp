@@ -238,8 +238,8 @@ Outcome<Done> convert_in_parts(const ConvertArguments& a, Written& written, cons
     say(decoded->notices);
     say((*format)->losses(decoded->mesh));
     say_lost_fields(decoded->fields, **format);
-    return write_in_parts(**format, *decoded,
-                          {a.output, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}}, written, execution);
+    return write_in_parts(**format, *decoded, {a.output, a.partition, {a.cells.value_or(EncodeOptions{}.cells)}},
+                          written, execution);
 }
 
 /// Ranks share a mesh in parts alone. Errors: usage.

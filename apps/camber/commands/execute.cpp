@@ -201,8 +201,7 @@ void TimedSteps::add_to(run::Report& report, run::OriginReport origin) {
     report.origin = std::move(origin);
 }
 
-Outcome<Done> write_report(const run::Report& report, const config::Output& files, const Host& host,
-                           Written& written) {
+Outcome<Done> write_report(const run::Report& report, const config::Output& files, const Host& host, Written& written) {
     if (files.report.empty() || host.ranks->rank() != 0) return Done{};
     return written.add(files.report, write_text(files.report, run::to_json(report)));
 }

@@ -258,8 +258,8 @@ Outcome<std::vector<std::string>> write_in_parts_on_ranks(const Host& host, cons
     });
 }
 
-#define CAMBER_INSTANTIATE(MESH)                                                                            \
-    template Outcome<std::vector<std::string>> write_parts_of_ranks<MESH>(                                  \
+#define CAMBER_INSTANTIATE(MESH)                                           \
+    template Outcome<std::vector<std::string>> write_parts_of_ranks<MESH>( \
         Ranks&, const RowCounts&, const PartsOfRank<MESH>&, const PartedOutput&, const Execution&);
 
 CAMBER_INSTANTIATE(LinearMesh<2>)

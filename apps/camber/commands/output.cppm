@@ -20,9 +20,9 @@ namespace camber::app {
 /// Whether a pipeline goes by blocks: it says of how many elements, or several ranks share it.
 [[nodiscard]] bool goes_by_blocks(const config::Pipeline& pipeline, const Host& host);
 
-/// Runs a pipeline by blocks on all ranks of the host, and writes its outputs. Of several ranks each reads the rows of a
-/// binary .meshb that it works on, and writes its own at their offsets; other formats are read as a whole. The mesh of
-/// the result is empty: it is in the file.
+/// Runs a pipeline by blocks on all ranks of the host, and writes its outputs. Of several ranks each reads the rows of
+/// a binary .meshb that it works on, and writes its own at their offsets; other formats are read as a whole. The mesh
+/// of the result is empty: it is in the file.
 [[nodiscard]] Outcome<run::Run> execute_by_blocks(const config::Pipeline& pipeline, Written& written, Host host);
 
 /// Whether the path is that of a file that names its pieces (.pvtu): written in parts only.

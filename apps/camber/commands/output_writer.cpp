@@ -161,9 +161,9 @@ struct OutputWriter {
         DecodedMesh whole{mesh_for(format), {}};
         whole.fields = fields_for(format);
         return around("write", [&](const Execution& execution) {
-            return write_in_parts(
-                format, whole,
-                {output.mesh, static_cast<std::size_t>(output.partition), {output.vtu_cells}}, written, execution);
+            return write_in_parts(format, whole,
+                                  {output.mesh, static_cast<std::size_t>(output.partition), {output.vtu_cells}},
+                                  written, execution);
         });
     }
 

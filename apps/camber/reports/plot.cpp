@@ -194,8 +194,8 @@ std::string figure(const Histogram& h, double y) {
     const Axes axes{h, panel_width, y + top, first, std::max(last, first + 1), 1.06 * most};
     std::string out = text(left, y + 30, {"start", 18}, what.title, " font-weight=\"bold\"");
     if (const Series* straight = find_series(h, "straight"))
-        out +=
-            text(width - right, y + 30, {"end", 12, grey}, fmt::format("straight: dotted, mean {:.4g}", straight->mean));
+        out += text(width - right, y + 30, {"end", 12, grey},
+                    fmt::format("straight: dotted, mean {:.4g}", straight->mean));
     double x = left;
     for (const Panel& p : panels) {
         out += fmt::format("<g transform=\"translate({:.1f} 0)\">\n{}</g>\n", x, panel(axes, p, x == left));
@@ -203,8 +203,7 @@ std::string figure(const Histogram& h, double y) {
     }
     out += text((left + width - right) / 2, y + height - 16, {"middle", 13}, what.axis);
     const double middle = y + top + axes.plot_height() / 2;
-    out +=
-        text(18, middle, {"middle", 13}, what.things, fmt::format(" transform=\"rotate(-90 18 {:.1f})\"", middle));
+    out += text(18, middle, {"middle", 13}, what.things, fmt::format(" transform=\"rotate(-90 18 {:.1f})\"", middle));
     return out;
 }
 

@@ -5,8 +5,8 @@ module;
 #include <concepts>
 #include <cstddef>
 #include <cstdlib>
-#include <limits>
 #include <functional>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>

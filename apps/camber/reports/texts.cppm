@@ -68,7 +68,6 @@ struct ReportKey {
 };
 [[nodiscard]] std::vector<ReportKey> report_keys();
 
-
 /// Rows of both tables about walls that cross.
 [[nodiscard]] std::string walls_rows(const WallsReport& walls);
 
@@ -121,7 +120,5 @@ struct ReportKey {
 
 /// A series for ParaView (.pvd): one file a cycle, the cycle as the time.
 [[nodiscard]] std::string series_of(std::span<const CycleRow> rows, const std::string& view);
-
-
 
 }  // namespace camber::run
