@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "camber.h"
-#include "cells_of.hpp"
 #include "handles.hpp"
 import camber.core;
 import camber.bezier;

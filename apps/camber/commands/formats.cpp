@@ -1,5 +1,9 @@
+// Meshes, solutions and fields from and to files
 module;
+#include <algorithm>
+#include <array>
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -9,10 +13,14 @@ module;
 #include <utility>
 #include <variant>
 #include <vector>
+#include <fmt/format.h>
 module camber.commands;
 import camber.core;
+import camber.bezier;
+import camber.transfer;
 import camber.io;
 import camber.app_shell;
+import camber.config;
 import camber.recipes;
 import camber.reports;
 import :execution;
@@ -144,6 +152,289 @@ Outcome<Done> write_for_viewers(AnyMesh mesh, MeshFields fields, const std::opti
     }
     tell_renames(**format, fields);
     return write_mesh(**format, mesh, fields, EncodeOptions{}, path, execution);
+}
+
+namespace {
+
+/// What nodes a mesh has.
+struct Nodes {
+    std::size_t vertices = 0, edges = 0;  ///< edges: 0 of a straight mesh
+    int dimension = 3;
+};
+Nodes nodes_of(const AnyMesh& mesh) {
+    return std::visit([]<int D>(const Mesh<D>& m) { return Nodes{m.points.size(), m.edge_nodes.size(), D}; }, mesh);
+}
+
+/// Returns true if two files have the same vertices, and the same edges where the second has nodes on them.
+Outcome<bool> have_same_nodes(const AnyMesh& a, const AnyMesh& b, const Execution& execution) {
+    return std::visit(
+        [&]<int A, int B>(const Mesh<A>& x, const Mesh<B>& y) -> Outcome<bool> {
+            if constexpr (A != B) {
+                return false;
+            } else {
+                if (x.points != y.points) return false;
+                if (y.degree == 1) return true;
+                if (x.degree == 2) return x.entities.edges == y.entities.edges;
+                return unique_edges(straight_simplices(x), execution).map([&](const auto& edges) {
+                    return edges.vertices == y.entities.edges;
+                });
+            }
+        },
+        a, b);
+}
+
+/// Columns begin … begin + width of rows that are `stride` long.
+TransferField columns_of(const Column<double>& rows, std::size_t stride, std::size_t begin, std::size_t width,
+                         int degree) {
+    Buffer<double> values(rows.size() / stride * width, 0.0);
+    for (std::size_t r = 0; r < rows.size() / stride; ++r)
+        std::copy_n(rows.data() + r * stride + begin, width, values.data() + r * width);
+    return {static_cast<int>(width), degree, Column<double>(std::move(values))};
+}
+
+Outcome<std::vector<NamedField>> of_solution(const DecodedMesh& mesh, const std::string& path,
+                                             std::vector<Notice>& notices, const Execution& execution) {
+    auto decoded = read_solution_for(mesh, path, execution);
+    if (!decoded) return fail(decoded.error());
+    notices.insert(notices.end(), decoded->notices.begin(), decoded->notices.end());
+    auto sorted = run::rows_by_nodes(std::move(decoded->solution), mesh, without_progress(execution));
+    if (!sorted) return fail(sorted.error());
+    const Solution& solution = sorted->solution;
+    const Nodes nodes = nodes_of(mesh.mesh);
+    if (solution.dimension != nodes.dimension)
+        return fail(ErrorKind::input, fmt::format("is in {}D, the mesh in {}D", solution.dimension, nodes.dimension),
+                    path, {}, "give the solution of this mesh");
+    bool is_at_nodes = sorted->is_at_nodes;
+    if (!is_at_nodes && solution.rows != nodes.vertices) {
+        const auto all = run::nodes_in_degree_2(mesh.mesh, without_progress(execution));
+        if (!all) return fail(all.error());
+        is_at_nodes = nodes.edges == 0 && solution.rows == *all;
+        if (!is_at_nodes)
+            return fail(ErrorKind::input,
+                        fmt::format("has {} rows, the mesh {} vertices and {} nodes in degree 2", solution.rows,
+                                    nodes.vertices, *all),
+                        path, {}, "give the solution of this mesh");
+    }
+    std::vector<NamedField> fields;
+    std::size_t begin = 0;
+    for (const FieldKind kind : solution.fields) {
+        const auto width = static_cast<std::size_t>(values_per_vertex(kind, solution.dimension));
+        fields.push_back({fmt::format("field_{}", fields.size() + 1), kind,
+                          columns_of(solution.values, row_width(solution), begin, width, is_at_nodes ? 2 : 1)});
+        begin += width;
+    }
+    return fields;
+}
+
+Outcome<std::vector<NamedField>> of_mesh_file(const DecodedMesh& mesh, const std::string& path,
+                                              std::vector<Notice>& notices, const Execution& execution) {
+    auto other = read_mesh(path, mesh.lift ? config::Flat::plane : config::Flat::surface, execution);
+    if (other && mesh.lift == std::nullopt && other->always_in_space && nodes_of(mesh.mesh).dimension == 2)
+        other = with_flat_in_2d(std::move(*other), without_progress(execution));
+    if (!other) return fail(other.error());
+    const auto is_same = have_same_nodes(mesh.mesh, other->mesh, without_progress(execution));
+    if (!is_same) return fail(is_same.error());
+    if (!*is_same)
+        return fail(ErrorKind::input, "is a solution on another mesh", path, {},
+                    "give its mesh as the input; camber transfer brings fields from one mesh to another");
+    return fields_at_nodes(*other, notices);
+}
+
+bool is_tensor(const NamedField& field) {
+    return field.kind == FieldKind::symmetric_tensor || field.kind == FieldKind::full_tensor;
+}
+
+/// The field that is meant as a metric; null: none, or several could be.
+const NamedField* metric_among(const std::vector<NamedField>& fields) {
+    const auto only = [&](const auto& could_be) -> const NamedField* {
+        const auto first = std::ranges::find_if(fields, could_be);
+        return first != fields.end() && std::ranges::count_if(fields, could_be) == 1 ? &*first : nullptr;
+    };
+    const auto is_size = [](const NamedField& field) { return field.kind == FieldKind::scalar; };
+    if (const auto* named = only([](const NamedField& f) { return f.name == "metric" && is_tensor(f); })) return named;
+    if (const auto* tensor = only(is_tensor)) return tensor;
+    if (const auto* named = only([&](const NamedField& f) { return f.name == "size" && is_size(f); })) return named;
+    return only(is_size);
+}
+
+/// As a solution file has them; of a full tensor its symmetric part.
+run::RowsByNodes as_rows(const NamedField& field, int dimension) {
+    const auto width = static_cast<std::size_t>(field.field.components);
+    const auto n = static_cast<std::size_t>(dimension);
+    Solution out{dimension, {field.kind}, field.field.values.size() / width, field.field.values};
+    if (field.kind == FieldKind::full_tensor) {
+        Buffer<double> lower;
+        lower.reserve(out.rows * n * (n + 1) / 2);
+        for (std::size_t r = 0; r < out.rows; ++r) {
+            const double* const full = field.field.values.data() + r * width;
+            for (std::size_t i = 0; i < n; ++i)
+                for (std::size_t j = 0; j <= i; ++j) lower.push_back(0.5 * (full[i * n + j] + full[j * n + i]));
+        }
+        out.fields = {FieldKind::symmetric_tensor};
+        out.values = Column<double>(std::move(lower));
+    }
+    return {std::move(out), field.field.degree == 2};
+}
+
+/// Values of fields at the same nodes: a column a field.
+struct ColumnsAtNodes {
+    std::vector<Column<double>> columns = {};
+    std::size_t nodes = 0;
+    bool at_all_nodes = false;
+};
+/// All nodes if a field of a mesh of degree 2 is of degree 2, or if all fields of a straight mesh are; else its
+/// vertices.
+ColumnsAtNodes columns_at_nodes(const AnyMesh& mesh, const std::vector<NamedField>& fields) {
+    const Nodes nodes = nodes_of(mesh);
+    const auto is_quadratic = [](const NamedField& f) { return f.field.degree == 2; };
+    const bool is_straight = nodes.edges == 0;
+    const bool at_all = !fields.empty() && (is_straight ? std::ranges::all_of(fields, is_quadratic)
+                                                        : std::ranges::any_of(fields, is_quadratic));
+    ColumnsAtNodes out{.nodes = nodes.vertices + (at_all ? nodes.edges : 0), .at_all_nodes = at_all};
+    if (at_all && !is_straight) {
+        for (const MeshField& field : run::as_mesh_fields(mesh, fields))
+            out.columns.push_back(std::get<Column<double>>(field.values));
+        return out;
+    }
+    for (const NamedField& field : at_all ? fields : run::at_vertices(mesh, fields))
+        out.columns.push_back(field.field.values);
+    if (at_all)
+        out.nodes = fields.front().field.values.size() / static_cast<std::size_t>(fields.front().field.components);
+    return out;
+}
+
+/// A row a node of the file that the mesh is from: of its vertices alone where all fields are of degree 1. On a
+/// straight mesh fields of degree 2 have a row a vertex, then one an edge.
+Solution solution_in_order(const DecodedMesh& mesh, const std::vector<NamedField>& fields) {
+    const ColumnsAtNodes at = columns_at_nodes(mesh.mesh, fields);
+    Solution out{.dimension = nodes_of(mesh.mesh).dimension};
+    for (const NamedField& field : fields) out.fields.push_back(field.kind);
+    const auto number = [&](std::size_t n) {
+        return !at.at_all_nodes || mesh.node_numbers.empty() ? n + 1 : std::size_t{mesh.node_numbers[n]};
+    };
+    for (std::size_t n = 0; n < at.nodes; ++n) out.rows = std::max(out.rows, number(n));
+    const std::size_t width = row_width(out);
+    Buffer<double> values(out.rows * width, 0.0);
+    for (std::size_t n = 0; n < at.nodes; ++n) {
+        if (number(n) == 0) continue;  // an edge without a node in the file
+        double* to = values.data() + (number(n) - 1) * width;
+        for (std::size_t f = 0; f < fields.size(); ++f) {
+            const auto w = static_cast<std::size_t>(fields[f].field.components);
+            to = std::copy_n(at.columns[f].data() + n * w, w, to);
+        }
+    }
+    out.values = Column<double>(std::move(values));
+    return out;
+}
+
+}  // namespace
+
+std::vector<NamedField> fields_at_nodes(const DecodedMesh& mesh, std::vector<Notice>& notices) {
+    const Nodes nodes = nodes_of(mesh.mesh);
+    std::vector<NamedField> fields;
+    const auto leave_out = [&](const MeshField& field, const char* reason) {
+        notices.push_back({fmt::format("the field {} is left out: {}", field.name, reason)});
+    };
+    for (const MeshField& field : mesh.fields) {
+        const auto* const values = std::get_if<Column<double>>(&field.values);
+        const auto width = static_cast<std::size_t>(values_per_vertex(field.kind, nodes.dimension));
+        if (field.centring != Centring::node)
+            leave_out(field, "it is at cells");
+        else if (values == nullptr)
+            leave_out(field, "whole numbers are no solution");
+        else
+            fields.push_back({field.name, field.kind,
+                              columns_of(*values, width, 0, width, values->size() / width > nodes.vertices ? 2 : 1)});
+    }
+    return fields;
+}
+
+Outcome<std::vector<NamedField>> read_nodal_fields(const DecodedMesh& mesh, const std::string& path,
+                                                   const std::vector<std::string>& only, std::vector<Notice>& notices,
+                                                   const Execution& execution) {
+    auto fields = is_solution_file(path) ? of_solution(mesh, path, notices, execution)
+                                         : of_mesh_file(mesh, path, notices, execution);
+    if (!fields) return fields;
+    if (fields->empty())
+        return fail(ErrorKind::input, "has no field at nodes", path, {}, "camber info tells what a file has");
+    return run::named(std::move(*fields), only, path);
+}
+
+Outcome<run::RowsByNodes> read_metric_rows(const DecodedMesh& mesh, const std::string& path,
+                                           std::vector<Notice>& notices, const Execution& execution) {
+    const MeshFormat* const format = is_solution_file(path) ? nullptr : format_with_ending(mesh_formats(), path);
+    if (format == nullptr) {
+        auto decoded = read_solution_for(mesh, path, execution);
+        if (!decoded) return fail(decoded.error());
+        notices.insert(notices.end(), decoded->notices.begin(), decoded->notices.end());
+        return run::rows_by_nodes(std::move(decoded->solution), mesh, without_progress(execution));
+    }
+    std::vector<Notice> of_others;  // fields that are no metric
+    const auto fields = of_mesh_file(mesh, path, of_others, execution);
+    if (!fields) return fail(fields.error());
+    const NamedField* const field = metric_among(*fields);
+    if (field == nullptr)
+        return fail(
+            ErrorKind::input, "has no metric at its nodes", path, {},
+            "give a file with a field of the name metric, or one tensor or size: camber info tells what it has");
+    return as_rows(*field, nodes_of(mesh.mesh).dimension);
+}
+
+Outcome<std::vector<Solution>> read_metrics_at_vertices(const DecodedMesh& mesh,
+                                                        const std::vector<config::FilePath>& files,
+                                                        std::vector<Notice>& notices, const Execution& execution) {
+    std::vector<Solution> out;
+    for (const config::FilePath& file : files) {
+        auto rows = read_metric_rows(mesh, file.path, notices, execution);
+        if (!rows) return fail(rows.error());
+        out.push_back(run::rows_at_vertices(std::move(*rows), mesh.mesh));
+    }
+    return out;
+}
+
+Outcome<Done> check_fields_output(const std::string& path, std::string_view name) {
+    if (is_solution_output(path, name)) return format_of_solution(path, name).map([](auto) { return Done{}; });
+    const auto format = format_of_mesh(path, name);
+    if (!format) return fail(format.error());
+    if ((*format)->holds_fields) return Done{};
+    return fail(ErrorKind::usage, "the format has no place for fields", path, {},
+                "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
+}
+
+Outcome<Done> check_place_for(const std::string& path, std::string_view name, FieldKind kind) {
+    if (path.empty() || is_solution_output(path, name)) return Done{};
+    const auto found = format_of_mesh(path, name);
+    const MeshFormat* const format = found ? *found : nullptr;
+    if (format == nullptr || !format->holds || format->holds({"field", Centring::node, kind, {}})) return Done{};
+    return fail(ErrorKind::usage, "the format has no place for tensors at nodes", path, {},
+                "give a file that ends in " + listed(endings_written(solution_formats())) + " or .vtu");
+}
+
+Outcome<Done> write_nodal_fields(const DecodedMesh& mesh, const std::vector<NamedField>& fields,
+                                 const std::string& path, std::string_view name, const Execution& execution) {
+    if (is_solution_output(path, name)) {
+        const auto format = format_of_solution(path, name);
+        if (!format) return fail(format.error());
+        return write_solution(**format, solution_in_order(mesh, fields), path, execution);
+    }
+    const auto format = format_of_mesh(path, name, mesh.format);
+    if (!format) return fail(format.error());
+    for (const NamedField& field : fields)
+        if (auto place = check_place_for(path, name, field.kind); !place) return place;
+    return write_with_mesh(mesh, fields, **format, path, execution);
+}
+
+Outcome<Done> write_with_mesh(const DecodedMesh& mesh, const std::vector<NamedField>& fields, const MeshFormat& format,
+                              const std::string& path, const Execution& execution) {
+    const MeshFields all = run::as_mesh_fields(mesh.mesh, fields);
+    tell_renames(format, all);
+    if (!mesh.lift || !(format.always_in_space || !mesh.always_in_space))
+        return write_mesh(format, mesh.mesh, all, {}, path, execution);
+    const auto in_space = raised(mesh.mesh, *mesh.lift, without_progress(execution));
+    if (!in_space) return fail(in_space.error());
+    const auto raised_fields = raised(all, without_progress(execution));
+    if (!raised_fields) return fail(raised_fields.error());
+    return write_mesh(format, *in_space, *raised_fields, {}, path, execution);
 }
 
 }  // namespace camber::app

@@ -1,5 +1,6 @@
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -11,6 +12,8 @@ module;
 #include <stop_token>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
 #include <vector>
 export module camber.commands:requests;
 import camber.core;
@@ -23,6 +26,38 @@ import camber.config;
 import camber.recipes;
 import camber.reports;
 import camber.app_shell;
+
+/// Cells of a mesh for other languages, by the names of their types.
+export namespace camber::app {
+
+/// meshio's names of K-simplices, K = 1, 2, 3, of degree 1 and 2.
+inline constexpr std::array<const char*, 3> straight_names{"line", "triangle", "tetra"};
+inline constexpr std::array<const char*, 3> curved_names{"line3", "triangle6", "tetra10"};
+
+/// f(simplices, their edges in a mesh of degree 2 or null) of the K-simplices that a mesh of its dimension may have.
+template <int K, class F>
+void on_cells(const AnyMesh& mesh, F&& f) {
+    const auto with_edges = [&]<int D>(const Mesh<D>& m, const auto& cells, const auto& edges) {
+        f(cells, m.degree == 2 ? &edges : nullptr);
+    };
+    std::visit(
+        [&]<int D>(const Mesh<D>& m) {
+            if constexpr (K == D) {
+                with_edges(m, m.elements.template of<simplex<K>>(),
+                           m.entities.edges_of_elements.template of<simplex<K>>().ids);
+            } else if constexpr (K == D - 1) {
+                with_edges(m, m.facets.template of<simplex<K>>(),
+                           m.entities.edges_of_facets.template of<simplex<K>>().ids);
+            } else if constexpr (K == 1) {
+                Buffer<std::array<EdgeId, 1>> edges;
+                for (const EdgeId e : m.entities.edges_of_edges) edges.push_back({e});
+                with_edges(m, m.edges, Column<std::array<EdgeId, 1>>(std::move(edges)));
+            }
+        },
+        mesh);
+}
+
+}  // namespace camber::app
 
 export namespace camber::app {
 

@@ -16,7 +16,6 @@
 #include <variant>
 #include <vector>
 
-#include "cells_of.hpp"
 import camber.core;
 import camber.bezier;
 import camber.commands;
