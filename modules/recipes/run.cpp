@@ -464,6 +464,7 @@ Outcome<MeshRun<D>> run_recipe(Mesh<D> mesh, const MeshGoal<D>& goal, const conf
                                const Around& around) {
     RunSources<D> sources;
     sources.goal = &goal;
+    sources.ordering.min_elements = max_entities;  // the goal's rows and facets are those of the given order
     return run_steps(StageInputs<D>{std::move(mesh)}, pipeline, std::move(sources), around);
 }
 

@@ -465,7 +465,7 @@ template <int D>
 export namespace camber {
 
 /// Curves a straight mesh: what `camber curve` does. Steps: elevate, curve, validate, relax, commit. The result may be
-/// invalid: see `report`. Errors: input (no mesh, see `prepare`), unsupported (no simplices of degree 1), options out
+/// invalid: see `report`. Its order is that of the input (camber.ordering makes a better one). Errors: input (no mesh, see `prepare`), unsupported (no simplices of degree 1), options out
 /// of range (usage), those of the goal, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<run::MeshRun<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
@@ -474,7 +474,7 @@ template <int D>
 /// Options of remesh_mesh.
 struct RemeshMeshOptions {
     ToMetricOptions passes = {};
-    config::RemeshObjective objective = config::RemeshObjective::as_curved;  ///< degree 2: nodes of inner edges
+    config::RemeshObjective objective = config::RemeshObjective::automatic;  ///< degree 2: nodes of inner edges
     config::GeometryBound geometry_bound = config::GeometryBound::by_default;
 };
 
