@@ -1,6 +1,5 @@
 module;
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
@@ -15,12 +14,8 @@ module;
 #include <fmt/format.h>
 module camber.recipes;
 import camber.core;
-import camber.bezier;
-import camber.interpolation;
 import camber.solution_metric;
 import camber.io;
-import camber.fields;
-import camber.curving;
 import camber.stages;
 
 namespace camber::run {
@@ -46,6 +41,8 @@ config::Output output_of_cycle(const config::Pipeline& pipeline, const CycleFile
     output.page = files.page;
     return output;
 }
+
+bool is_elevate(const config::Stage& stage) { return std::holds_alternative<config::Elevate>(stage); }
 
 /// What makes a mesh without a field to adapt it to.
 config::Pipeline without_field(config::Pipeline pipeline) {
@@ -97,7 +94,7 @@ std::string problem_of(const config::Adaptation& adapt) {
 /// True if the errors of two meshes can be compared: of one complexity, for the same problem.
 bool is_like(const CycleRow& a, const CycleRow& b) {
     return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted && a.problem == b.problem &&
-           a.is_of_gradients == b.is_of_gradients;
+           a.error_of == b.error_of;
 }
 
 /// Whether a mesh misses less than another, or has a smaller error.
@@ -187,6 +184,19 @@ CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& f
             .page = output.page.empty() ? "" : within("page.html")};
 }
 
+config::Pipeline steps_of_cycles(int degree, const config::Metric& metric) {
+    config::Pipeline pipeline;
+    pipeline.metric = metric;
+    config::Curve curve;
+    if (std::holds_alternative<config::SolutionMetric>(metric)) curve.objective = Objective::solution;
+    if (degree == 1)
+        pipeline.stages = {config::Remesh{}};
+    else
+        pipeline.stages = {config::Elevate{},  config::Remesh{}, curve,
+                           config::Validate{}, config::Relax{},  config::Commit{}};
+    return pipeline;
+}
+
 config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into) {
     config::Pipeline first = without_field(pipeline);
     first.output = output_of_cycle(pipeline, into);
@@ -204,11 +214,16 @@ config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFil
     return first;
 }
 
-config::Pipeline fitted_to(const AnyMesh& mesh, config::Pipeline pipeline, int cycle) {
-    if (!is_curved(mesh)) return pipeline;
-    if (cycle == 0 && !pipeline.stages.empty()) pipeline.stages = {config::Validate{}};
-    std::erase_if(pipeline.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
-    return pipeline;
+Fit fit_of_cycle(int cycle, const InputDegree& required) {
+    return [required, cycle](config::Pipeline pipeline, const AnyMesh& mesh) -> Outcome<config::Pipeline> {
+        if (required.degree == 1 && plan_size(mesh).degree == 2)
+            return fail(ErrorKind::input, "the mesh is of degree 2, and one of degree 1 is asked for", {}, {},
+                        fmt::format("give the straight one, or leave {} out", required.option));
+        if (!is_curved(mesh)) return pipeline;
+        if (cycle == 0 && !pipeline.stages.empty()) pipeline.stages = {config::Validate{}};
+        std::erase_if(pipeline.stages, is_elevate);
+        return pipeline;
+    };
 }
 
 config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
@@ -224,7 +239,7 @@ config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, con
         if (std::holds_alternative<config::Surrogate>(pipeline.geometry)) next.geometry = config::FilePath{first.mesh};
         // The mesh is that of a cycle before, which was made for this geometry.
         if (auto* const of_mesh = std::get_if<config::FilePath>(&next.geometry)) of_mesh->is_of_cycle = true;
-        std::erase_if(next.stages, [](const config::Stage& s) { return std::holds_alternative<config::Elevate>(s); });
+        std::erase_if(next.stages, is_elevate);
     }
     if (asks_a_solver(pipeline)) {
         next.solution.file = before.solution;
@@ -307,8 +322,7 @@ CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& mad
                  .unknowns = report.mesh.nodes,
                  .elements = report.mesh.judged(),
                  .problem = problem_of(adapt),
-                 .wanted = wanted_complexity(adapt, cycle),
-                 .solved = {}};
+                 .wanted = wanted_complexity(adapt, cycle)};
     if (report.metric && cycle > 0) row.complexity = report.metric->complexity;
     if (report.remesh) {
         const auto share = [](const UnitMeshReport& r) {
@@ -323,20 +337,21 @@ CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& mad
     if (report.curve && report.curve->expected) row.expected = report.curve->expected->after;
     if (report.boundary && report.boundary->geometry_error) {
         const GeometryErrorReport& g = *report.boundary->geometry_error;
-        row.boundary = {g.required, g.reached, g.is_required};
+        row.boundary = {g.required, g.reached,
+                        g.is_required ? DistanceBoundBy::config : DistanceBoundBy::expected_error};
     }
     row.is_valid = report.has_valid_elements();
     row.misses = misses(report);
     if (!made.miss.empty()) row.misses.push_back(made.miss);
     for (const StageTime& time : report.times) row.seconds += time.seconds;
-    const auto* const of_solution = std::get_if<config::SolutionMetric>(&pipeline.metric);
-    row.is_of_gradients = of_solution != nullptr && of_solution->error_of == ErrorOf::gradients;
+    if (const auto* const of_solution = std::get_if<config::SolutionMetric>(&pipeline.metric))
+        row.error_of = of_solution->error_of;
     return row;
 }
 
 std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt) {
     if (adapt.solve.empty() && row.interpolated)
-        return row.is_of_gradients ? row.interpolated->h1 : row.interpolated->l2;
+        return row.error_of == ErrorOf::gradients ? row.interpolated->h1 : row.interpolated->l2;
     return row.expected;
 }
 
@@ -364,7 +379,7 @@ std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const c
         notes.push_back(
             fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least of those that {}", row.cycle,
                         *error_of_mesh(row, adapt), row.misses.empty() ? "are as required" : "were made"));
-    if (row.boundary && !row.boundary->is_required && row.boundary->reached > row.boundary->bound)
+    if (row.boundary && row.boundary->by == DistanceBoundBy::expected_error && row.boundary->reached > row.boundary->bound)
         notes.push_back(
             fmt::format("the boundary of cycle {} is up to {:.2e} from its geometry, {:.2e} would change the solution "
                         "by no more than its expected error: --geometry-error or a larger complexity brings it nearer",
@@ -379,131 +394,6 @@ std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const c
         notes.push_back(fmt::format("the least quality fell from {:.3f} in cycle {} to {:.3f} in cycle {}",
                                     before.worst_quality, before.cycle, row.worst_quality, row.cycle));
     return notes;
-}
-
-namespace {
-
-/// At all nodes, vertices first; what is known at the vertices alone is linear along edges.
-template <int D>
-Buffer<double> at_nodes(const QuadraticMesh<D>& mesh, std::span<const double> values, int degree) {
-    const std::size_t vertices = mesh.linear.points.size();
-    Buffer<double> all(values.begin(), values.end());
-    all.resize(vertices + mesh.edges.size(), 0.0);
-    if (degree == 2) return all;
-    for (std::size_t e = 0; e < mesh.edges.size(); ++e) {
-        const auto& [a, b] = mesh.edges.vertices[e];
-        all[vertices + e] = (all[a.index()] + all[b.index()]) / 2;
-    }
-    return all;
-}
-
-template <int D>
-Outcome<CycleError> error_on(const AnyMesh& mesh, std::span<const double> values, int degree, const std::string& exact,
-                             const Execution& execution) {
-    const auto quadratic = of_degree_2<D>(mesh, execution);
-    if (!quadratic) return fail(quadratic.error());
-    const auto parsed = ScalarExpression<D>::parsed(exact);
-    if (!parsed) return fail(parsed.error());
-    const ScalarField<D> field = [&] { return parsed->evaluator(); };
-    const auto error =
-        function_error<D>(as_mesh(*quadratic), at_nodes(*quadratic, values, degree), field, {}, execution);
-    if (!error) {
-        Error told = error.error();
-        if (told.kind == ErrorKind::usage) told.where = quoted_expression(exact);
-        return fail(std::move(told));
-    }
-    return CycleError{error->l2.value, error->h1.value};
-}
-
-Outcome<CycleError> error_of(const AnyMesh& mesh, std::span<const double> values, int degree, const std::string& exact,
-                             const Execution& execution) {
-    return std::visit(
-        [&]<int D>(const Mesh<D>&) { return error_on<D>(mesh, values, degree, exact, without_progress(execution)); },
-        mesh);
-}
-
-int degree_of(const AnyMesh& mesh) {
-    return std::visit([](const auto& m) { return m.degree; }, mesh);
-}
-
-template <int D>
-Outcome<double> expected_on_straight(const LinearMesh<D>& mesh, const SolutionSource& source,
-                                     const Execution& execution) {
-    const auto quadratic = elevate(mesh, execution);
-    if (!quadratic) return fail(quadratic.error());
-    const auto given = solution_on(source, *quadratic, plainly(execution));
-    if (!given) return fail(given.error());
-    const auto known = known_solution(*quadratic, *given, *quadratic, execution);
-    if (!known) return fail(known.error());
-    return expected_error(mesh, *known, source.fields.front().field.degree, execution);
-}
-
-int interpolated_degree(const AnyMesh& mesh, std::span<const NamedField> solved, const config::Metric& metric) {
-    int degree = degree_of(mesh);
-    for (const NamedField& field : solved) degree = std::max(degree, field.field.degree);
-    const auto* const made = std::get_if<config::SolutionMetric>(&metric);
-    return made == nullptr ? degree : std::max(degree, made->degree);
-}
-
-Outcome<CycleError> error_of_interpolant(const AnyMesh& mesh, int degree, const std::string& exact,
-                                         const Execution& execution) {
-    const auto field = field_of_expression(mesh, exact, execution);
-    if (!field) return fail(field.error());
-    return error_of(mesh, field->field.values, degree, exact, execution);
-}
-
-Outcome<CycleError> error_of_solution(const AnyMesh& mesh, std::span<const NamedField> fields, const std::string& exact,
-                                      const Execution& execution) {
-    const auto scalar = std::ranges::find(fields, 1, [](const NamedField& f) { return f.field.components; });
-    if (scalar == fields.end())
-        return fail(ErrorKind::input, "has no scalar field to compare with the exact solution", {}, {},
-                    "leave the exact solution out");
-    return error_of(mesh, scalar->field.values, scalar->field.degree, exact, execution);
-}
-
-/// The L2 error of the interpolant that fields on a straight mesh let expect; none of a mesh of degree 2.
-Outcome<std::optional<double>> error_expected_on(const AnyMesh& mesh, std::span<const NamedField> fields,
-                                                 const std::vector<double>& weights, const Execution& execution) {
-    return std::visit(
-        [&](const auto& m) -> Outcome<std::optional<double>> {
-            if (m.degree > 1) return std::nullopt;
-            return expected_on_straight(straight_simplices(m), {mesh, {fields.begin(), fields.end()}, {}, weights},
-                                        without_progress(execution))
-                .map([](double error) { return std::optional(error); });
-        },
-        mesh);
-}
-
-/// Errors where the exact solution is known.
-Outcome<Done> add_true_errors(CycleRow& row, const AnyMesh& mesh, int degree, std::span<const NamedField> solved,
-                              const std::string& exact, const Execution& execution) {
-    const auto interpolated = error_of_interpolant(mesh, degree, exact, execution);
-    if (!interpolated) return fail(interpolated.error());
-    row.interpolated = *interpolated;
-    if (solved.empty()) return Done{};
-    const auto error = error_of_solution(mesh, solved, exact, execution);
-    if (!error) return fail(error.error());
-    row.solved = *error;
-    return Done{};
-}
-
-}  // namespace
-
-Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
-                         const config::Pipeline& pipeline, const Execution& execution) {
-    const int degree = interpolated_degree(mesh, solved, pipeline.metric);
-    if (degree == 2) {
-        const auto nodes = nodes_in_degree_2(mesh, without_progress(execution));
-        if (!nodes) return fail(nodes.error());
-        row.unknowns = *nodes;
-    }
-    if (!solved.empty()) {
-        const auto expected = error_expected_on(mesh, solved, pipeline.solution.weights, execution);
-        if (!expected) return fail(expected.error());
-        if (*expected) row.expected = *expected;
-    }
-    const std::string& exact = pipeline.adapt.exact;
-    return exact.empty() ? Done{} : add_true_errors(row, mesh, degree, solved, exact, execution);
 }
 
 }  // namespace camber::run

@@ -17,9 +17,10 @@ export namespace camber::run {
 /// When a field appears in a report.
 enum class Presence : unsigned char {
     always,
-    unless_empty,  ///< not where its value is the default one: 0, false, an empty list or text
-    or_null,       ///< an optional value that is not there is null; of other fields the key is absent
-    of_volume,     ///< not of a standalone surface mesh
+    unless_empty,    ///< not where its value is the default one of its type: 0, false, an empty list or text
+    unless_default,  ///< not where its value, a number or an enumeration, is that of S{}
+    or_null,         ///< an optional value that is not there is null; of other fields the key is absent
+    of_volume,       ///< not of a standalone surface mesh
 };
 
 /// One field of a report of type S: its key, its meaning as a noun phrase, and its unit (empty: none). `get` is a data
@@ -37,6 +38,7 @@ struct Field {
         return f;
     }
     [[nodiscard]] constexpr Field unless_empty() const { return with(Presence::unless_empty); }
+    [[nodiscard]] constexpr Field unless_default() const { return with(Presence::unless_default); }
     [[nodiscard]] constexpr Field or_null() const { return with(Presence::or_null); }
     [[nodiscard]] constexpr Field of_volume() const { return with(Presence::of_volume); }
 
@@ -104,6 +106,8 @@ void each_shown_field(const S& report, Reported of, const Visit& visit) {
         using T = std::remove_cvref_t<decltype(value)>;
         if (field.presence == Presence::of_volume && of == Reported::surface) return;
         if (field.presence == Presence::unless_empty && is_empty(value)) return;
+        if constexpr ((std::is_arithmetic_v<T> || std::is_enum_v<T>) && std::default_initializable<S>)
+            if (field.presence == Presence::unless_default && value == std::invoke(field.get, S{})) return;
         if constexpr (is_optional<T>) {
             if (!value && field.presence != Presence::or_null) return;
             if constexpr (HasFields<typename T::value_type>)

@@ -1,6 +1,7 @@
 /// Runs on mesh values: a pipeline is a list of steps over one state. `run_pipeline` runs any list.
 export module camber.recipes;
 export import camber.stages;
+export import :cycles;
 export import :fields;
 export import :measurements;
 export import :report;

@@ -1,4 +1,5 @@
-// A pipeline in cycles: what each of them runs, when they end, and that their table is read as it was written.
+// A pipeline in cycles: what each of them runs, when they end, and that their table is read as it was written; a mesh
+// adapted in memory.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -8,16 +9,22 @@
 #include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 #include <rapidcheck.h>
 
 #include "dice.hpp"
+#include "meshes.hpp"
 #include "property.hpp"
 
 import camber.core;
-import camber.config;
+import camber.bezier;
+import camber.solution_metric;
+import camber.transfer;
 import camber.io;
+import camber.shapes;
+import camber.config;
 import camber.recipes;
 import camber.reports;
 
@@ -185,7 +192,7 @@ TEST_CASE("The result is a valid mesh, the last one of a solver that is told the
     CHECK(result({.cycles = 3, .solve = of_cycle, .result = config::ResultOfCycles::best}) == 1);
     rows[1].misses = {"off by 1"};
     CHECK_MESSAGE(result({.cycles = 3}) == 2, "a mesh that misses something is the result only if all do");
-    for (CycleRow& each : rows) each.is_of_gradients = true;
+    for (CycleRow& each : rows) each.error_of = ErrorOf::gradients;
     rows[3].interpolated = run::CycleError{9, 0.5};
     CHECK_MESSAGE(result({.cycles = 3}) == 3, "the error in H1");
     rows[1].misses.clear();
@@ -267,4 +274,63 @@ TEST_CASE("A cycle whose mesh has invalid elements is made again with smaller st
             for (std::size_t i = 1; i < tried.size(); ++i)
                 CHECK((tried[i] < tried[i - 1]) == (elements >= 5));  // nearer to the mesh before, which has 5
         }
+}
+
+namespace {
+
+/// A front across the unit square.
+double front(const Vec<2>& p) { return std::tanh((p.c[0] + p.c[1] - 1) / 0.1); }
+constexpr const char* front_expression = "tanh((x+y-1)/0.1)";
+
+std::vector<run::NamedField> front_on(const Mesh<2>& mesh) {
+    Buffer<double> values;
+    for (const Vec<2>& p : mesh.points) values.push_back(front(p));
+    for (const auto& node : mesh.edge_nodes) values.push_back(front(node.point));
+    return {{"u", FieldKind::scalar, {.degree = mesh.degree, .values = std::move(values)}}};
+}
+
+Mesh<2> square() {
+    return as_mesh(must(generate(BoxOptions<2>{.cells = {6, 6}}, alone)));
+}
+
+}  // namespace
+
+TEST_CASE("adapt_mesh calls its solver on each mesh, with the solution of the cycle before on it") {
+    for (const int degree : {1, 2}) {
+        std::vector<std::size_t> guessed;
+        const MeshSolver<2> solver = [&](const Mesh<2>& mesh, const std::vector<run::NamedField>& guess, int cycle) {
+            CHECK(cycle == std::ssize(guessed));
+            guessed.push_back(guess.empty() ? 0 : guess.front().field.values.size());
+            if (cycle > 0) CHECK(guessed.back() == front_on(mesh).front().field.values.size());
+            return Outcome<std::vector<run::NamedField>>(front_on(mesh));
+        };
+        const AdaptMeshOptions options{.degree = degree,
+                                       .cycles = {.cycles = 2, .complexity = {60}, .exact = front_expression}};
+        const auto made = must(adapt_mesh<2>(square(), solver, options, plainly(alone)));
+        REQUIRE(made.cycles.rows.size() == 3);
+        CHECK(guessed.size() == 3);
+        CHECK(made.mesh.degree == degree);
+        CHECK(made.report.holds_what_was_asked());
+        CHECK(made.solution.front().field == front_on(made.mesh).front().field);
+        const std::vector<CycleRow>& rows = made.cycles.rows;
+        CHECK(rows.back().solved->l2 < rows.front().solved->l2 / 2);
+        CHECK(rows.back().seconds > 0);
+    }
+}
+
+TEST_CASE("adapt_mesh adapts to an expression, and refuses fields of other sizes and other degrees") {
+    AdaptMeshOptions options{.cycles = {.cycles = 2, .complexity = {60}, .exact = front_expression}};
+    const auto made = must(adapt_mesh<2>(square(), front_expression, options, plainly(alone)));
+    const std::vector<CycleRow>& rows = made.cycles.rows;
+    CHECK(rows.back().interpolated->l2 < rows.front().interpolated->l2 / 10);
+    CHECK(made.cycles.result > 0);
+    const MeshSolver<2> wrong = [](const Mesh<2>& mesh, const auto&, int) {
+        auto fields = front_on(mesh);
+        fields.front().field.degree = 2;
+        return Outcome<std::vector<run::NamedField>>(std::move(fields));
+    };
+    CHECK(adapt_mesh<2>(square(), wrong, {.degree = 1}, plainly(alone)).error().where == "field u");
+    CHECK(adapt_mesh<2>(made.mesh, front_expression, {.degree = 1}, plainly(alone)).error().kind == ErrorKind::input);
+    options.cycles.settled = 2;
+    CHECK(adapt_mesh<2>(square(), front_expression, options, plainly(alone)).error().kind == ErrorKind::usage);
 }

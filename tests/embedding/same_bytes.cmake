@@ -1,8 +1,8 @@
 # cmake -DCAMBER=… -DOUTSIDE=… -DCONFIG=… -DFOLDER=… -P same_bytes.cmake: what the outside program makes of meshes by the recipes has the
-# bytes of what the program makes of them: curved, remeshed in both degrees, and repaired where curving by energy broke elements.
+# bytes of what the program makes of them: curved, remeshed in both degrees, repaired where curving by energy broke elements, and adapted.
 file(MAKE_DIRECTORY "${FOLDER}")
 function(same VERB INPUT)
-    execute_process(COMMAND "${CAMBER}" ${VERB} ${INPUT} -o program.meshb WORKING_DIRECTORY "${FOLDER}" OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND "${CAMBER}" ${VERB} ${INPUT} -o program.meshb ${ARGN} WORKING_DIRECTORY "${FOLDER}" OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
     execute_process(COMMAND "${OUTSIDE}" ${VERB} ${INPUT} outside.meshb WORKING_DIRECTORY "${FOLDER}" COMMAND_ERROR_IS_FATAL ANY)
     execute_process(COMMAND "${CMAKE_COMMAND}" -E compare_files program.meshb outside.meshb WORKING_DIRECTORY "${FOLDER}"
         COMMAND_ERROR_IS_FATAL ANY)
@@ -26,3 +26,4 @@ file(RENAME "${FOLDER}/program.meshb" "${FOLDER}/curved.meshb")
 same(remesh straight.meshb)
 same(remesh curved.meshb)
 same(repair broken.meshb)
+same(adapt straight.meshb "--solution=tanh((z-1)/0.3)" --complexity=300 --cycles=2)

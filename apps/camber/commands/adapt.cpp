@@ -1,6 +1,7 @@
 // The command adapt
 module;
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -55,24 +56,14 @@ void put_given(const config::SolutionMetric& given, config::SolutionMetric& metr
     put(&config::SolutionMetric::max_anisotropy);
 }
 
-/// The pipeline of a cycle: nodes are placed by the solution where the metric is made of it, too.
 config::Pipeline cycle_of(const AdaptArguments& a) {
     config::SolutionMetric by_solution;
-    if (a.degree == 1) {
-        // An expression has values at all nodes: its degree says nothing of the elements that it is for.
-        const std::string& given = a.solution.given;
-        const bool is_expression = a.adapt.solve.empty() && (given.empty() || !names_a_file(given));
-        if (is_expression) by_solution.degree = 1;
-        config::Pipeline straight = with_stages({config::Remesh{}});
-        straight.metric = by_solution;
-        return straight;
-    }
-    config::Curve curve;
-    if (!a.metric.metric) curve.objective = Objective::solution;
-    config::Pipeline curved = with_stages(
-        {config::Elevate{}, config::Remesh{}, curve, config::Validate{}, config::Relax{}, config::Commit{}});
-    if (!a.metric.metric) curved.metric = by_solution;
-    return curved;
+    // An expression has values at all nodes: its degree says nothing of the elements that it is for.
+    const std::string& given = a.solution.given;
+    const bool is_expression = a.adapt.solve.empty() && (given.empty() || !names_a_file(given));
+    if (a.degree == 1 && is_expression) by_solution.degree = 1;
+    const bool is_by_solution = a.degree == 1 || !a.metric.metric;
+    return run::steps_of_cycles(a.degree, is_by_solution ? config::Metric(by_solution) : config::NaturalMetric{});
 }
 
 }  // namespace
@@ -150,104 +141,49 @@ Outcome<Done> copied(const std::string& from, const std::string& to) {
     return write_file(to, {&all, 1});
 }
 
-Fit fit_of(const CyclesChoice& choice, int cycle) {
-    return
-        [degree = choice.degree, cycle](config::Pipeline pipeline, const AnyMesh& mesh) -> Outcome<config::Pipeline> {
-            if (degree == 1 && run::plan_size(mesh).degree == 2)
-                return fail(ErrorKind::input, "the mesh is of degree 2, and one of degree 1 is asked for", {}, {},
-                            "give the straight one, or leave --degree 1 out");
-            return run::fitted_to(mesh, std::move(pipeline), cycle);
-        };
-}
+run::InputDegree required_by(const CyclesChoice& choice) { return {choice.degree, "--degree 1"}; }
 
-class Cycles {
+/// Cycles in folders: meshes, solutions and the table are files.
+class CyclesInFolders final : public run::CycleStore {
   public:
-    Cycles(const config::Pipeline& pipeline, const CyclesChoice& choice, CycleFolders folders)
-        : pipeline_(pipeline), choice_(choice), folders_(std::move(folders)) {}
+    CyclesInFolders(const config::Pipeline& pipeline, CycleFolders folders)
+        : pipeline_(pipeline), folders_(std::move(folders)) {}
 
-    /// The exit code.
-    int run() {
-        say(run::cycles_head(pipeline_.adapt));
-        for (const run::CycleRow& row : folders_.rows()) say(run::cycles_line(row, pipeline_.adapt));
-        int code = 0;
-        auto groups = folders_.groups();
-        if (!groups) return report_error(groups.error());
-        groups_ = std::move(*groups);
-        std::optional<std::size_t> delivered;
-        for (int cycle = static_cast<int>(folders_.rows().size()); cycle <= pipeline_.adapt.cycles; ++cycle) {
-            auto is_valid = make(cycle);
-            if (!is_valid) return report_error(told(is_valid.error(), cycle));
-            const std::size_t result = run::row_of_result(folders_.rows(), pipeline_.adapt);
-            if (delivered != result)
-                if (auto done = deliver(folders_.rows()[result].cycle); !done)
-                    return report_error(told(done.error(), cycle + 1));
-            delivered = result;
-            say(run::cycles_line(folders_.rows().back(), pipeline_.adapt));
-            if (auto said = out_.finish(); !said) return report_error(said.error());
-            if (!*is_valid) {
-                tell(fmt::format("the mesh of cycle {} has elements that are not certified valid: {}", cycle,
-                                 cycle == 0 ? "mend it first (camber repair)"
-                                            : "no cycle goes on from there, and the outputs are those of the mesh "
-                                              "before"));
-                code = 1;
-                break;
-            }
-            reason_ = run::reason_to_end(folders_.rows(), pipeline_.adapt);
-            if (!reason_.empty()) break;
-        }
-        return end(code);
+    [[nodiscard]] std::vector<run::CycleRow> rows() const override { return folders_.rows(); }
+    [[nodiscard]] run::CycleFiles files(int cycle) const override {
+        return run::files_of_cycle(pipeline_, folders_.of_cycle(cycle));
     }
+    Outcome<run::CycleFiles> begin(int cycle) override {
+        cycle_ = cycle;
+        solved_.reset();
+        return folders_.part_of_cycle(cycle).map(
+            [&](const std::string& part) { return run::files_of_cycle(pipeline_, part); });
+    }
+    Outcome<run::Run> run(const config::Pipeline& pipeline, const Fit& fit) override {
+        Host host;
+        host.names = NamesOfGroups::by_the_caller;
+        if (!fit) host.given.groups = folders_.groups();
+        Written written;
+        auto made = execute(pipeline, written, fit, std::move(host));
+        if (!made || cycle_ > 0) return made;
+        if (auto stored = folders_.store_groups(run::groups_of(made->mesh)); !stored) return fail(stored.error());
+        return made;
+    }
+    Outcome<Done> add(run::FinishedCycle made, std::span<const run::CycleRow> rows) override {
+        losses_ = losses_of(made.made.run.mesh);
+        return folders_.add(rows, std::filesystem::path(made.files.view).filename().string());
+    }
+    Outcome<Done> deliver(int cycle) override;
+
+    /// Runs the solver's command.
+    Outcome<run::SolverResult> solve(const run::SolverCall& call);
+    /// Notices of what the file of the result does not hold.
+    [[nodiscard]] const std::vector<Notice>& losses() const { return losses_; }
+    /// Completes an error by the cycles that a later run can continue.
+    [[nodiscard]] Error told(Error error) const;
+    [[nodiscard]] std::string what_was_written() const;
 
   private:
-    void say(std::string_view text) {
-        if (prints_notes()) out_.print(text);
-    }
-
-    /// What is worth knowing of the result, and what it misses; the exit code.
-    int end(int code) {
-        for (const Notice& notice : losses_)
-            if (told_.insert(notice.what).second) tell_notice(notice);
-        if (code == 0) {
-            const auto& rows = folders_.rows();
-            for (const std::string& note : run::notes_on_result(rows, pipeline_.adapt)) tell_note(note);
-            for (const std::string& miss : rows[run::row_of_result(rows, pipeline_.adapt)].misses) {
-                tell(miss);
-                code = 1;
-            }
-        }
-        say("\n" + (reason_.empty() ? std::string() : "  " + reason_ + "\n") + what_was_written());
-        const auto said = out_.finish();
-        return said ? code : report_error(said.error());
-    }
-
-    /// Makes the mesh of a cycle and the solver's solution on it; returns whether all of its elements are valid,
-    /// without which no other cycle follows.
-    Outcome<bool> make(int cycle) {
-        const auto folder = folders_.part_of_cycle(cycle);
-        if (!folder) return fail(folder.error());
-        const auto into = run::files_of_cycle(pipeline_, *folder);
-        auto made = mesh_of(cycle, into);
-        if (!made) return fail(made.error());
-        const AnyMesh& mesh = made->run.mesh;
-        if (cycle == 0) {
-            groups_ = run::groups_of(mesh);
-            if (auto stored = folders_.store_groups(groups_); !stored) return fail(stored.error());
-        }
-        run::CycleRow row = run::row_of(cycle, pipeline_, *made);
-        solved_.reset();
-        const bool is_valid = row.is_valid;
-        if (!pipeline_.adapt.solve.empty() && is_valid)
-            if (auto done = solve(cycle, into, row); !done) return fail(done.error());
-        const auto fields = solved_ ? std::span<const NamedField>(solved_->fields) : std::span<const NamedField>();
-        const auto done = run::add_errors(row, solved_ ? solved_->mesh.mesh : mesh, fields, pipeline_,
-                                          {.threads = pipeline_.threads, .stop = stop_on_signals()});
-        if (!done) return fail(done.error());
-        if (auto added = folders_.add(row, std::filesystem::path(into.view).filename().string()); !added)
-            return fail(added.error());
-        losses_ = losses_of(mesh);
-        return is_valid;
-    }
-
     [[nodiscard]] std::vector<Notice> losses_of(const AnyMesh& mesh) const {
         const std::string& to = pipeline_.output.mesh;
         if (to.empty()) return {};
@@ -255,45 +191,10 @@ class Cycles {
         return format ? (*format)->losses(mesh) : std::vector<Notice>{};
     }
 
-    Outcome<run::CycleRun> mesh_of(int cycle, const run::CycleFiles& into) {
-        const auto files = [&](int k) { return run::files_of_cycle(pipeline_, folders_.of_cycle(k)); };
-        const config::Pipeline pipeline = cycle == 0
-                                              ? run::first_pipeline(pipeline_, into)
-                                              : run::cycle_pipeline(pipeline_, cycle, files(0), files(cycle - 1), into);
-        const bool is_input = cycle == 0 || pipeline.input == pipeline_.input;
-        auto made = run::run_cycle(pipeline, folders_.rows(), [&](const config::Pipeline& tried) {
-            Host host;
-            host.names = NamesOfGroups::by_the_caller;
-            if (!is_input) host.given.groups = groups_;
-            Written written;
-            return execute(tried, written, is_input ? fit_of(choice_, cycle) : Fit{}, std::move(host));
-        });
-        if (!made) return made;
-        for (const std::string& notice : made->run.report.notices)
-            if (told_.insert(notice).second)
-                tell_notice({notice, std::ranges::find(made->run.details, notice) != made->run.details.end()});
-        return made;
-    }
-
-    Outcome<Done> solve(int cycle, const run::CycleFiles& into, run::CycleRow& row) {
-        const auto words = run::solver_command(pipeline_.adapt, cycle, into);
-        const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
-        const auto ended = run_command_line(words, pipeline_.adapt.timeout, into.said, execution);
-        if (!ended) return fail(ended.error());
-        row.solve_seconds = ended->seconds;
-        if (ended->end != CommandEnd::done) return fail(failed(*ended, words, into.said, cycle));
-        std::error_code none;
-        if (!std::filesystem::exists(into.solution, none))
-            return fail(ErrorKind::input, fmt::format("was not written by the solver of cycle {}", cycle),
-                        into.solution, {}, "see what it said in " + into.said);
-        if (auto read = read_solved(into, execution); !read) return read;
-        return write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution);
-    }
-
     Outcome<Done> read_solved(const run::CycleFiles& from, const Execution& execution) {
         auto mesh = read_mesh(from.mesh, pipeline_.input.flat, execution);
         if (!mesh) return fail(mesh.error());
-        name_references(mesh->mesh, groups_);
+        name_references(mesh->mesh, folders_.groups());
         std::vector<Notice> notices;
         auto fields = read_nodal_fields(*mesh, from.solution, pipeline_.solution.fields, notices, execution);
         if (!fields) return fail(fields.error());
@@ -314,31 +215,6 @@ class Cycles {
                 "all that it said is in " + said};
     }
 
-    /// What a cycle made, as the config's outputs.
-    Outcome<Done> deliver(int cycle) {
-        const config::Output& output = pipeline_.output;
-        const auto made = run::files_of_cycle(pipeline_, folders_.of_cycle(cycle));
-        if (!pipeline_.adapt.solve.empty() && cycle != folders_.rows().back().cycle)
-            if (auto read = read_solved(made, {.threads = pipeline_.threads}); !read) return read;
-        const auto pair = [](const std::string& from, const std::string& to) -> Outcome<Done> {
-            std::error_code none;
-            if (from.empty() || to.empty() || !std::filesystem::exists(from, none)) return Done{};
-            return copied(from, to);
-        };
-        if (auto done = deliver_mesh(made, output.mesh, output.format); !done) return done;
-        if (auto done = pair(made.report, output.report); !done) return done;
-        if (auto done = pair(made.vtu, output.vtu); !done) return done;
-        if (auto done = pair(made.metric, output.metric); !done) return done;
-        if (auto done = pair(made.page, output.page); !done) return done;
-        if (!output.plots.empty()) {
-            const auto from = plot_files(made.plots), to = plot_files(output.plots);
-            for (std::size_t i = 0; i < from.size(); ++i)
-                if (auto done = pair(from[i], to[i]); !done) return done;
-        }
-        if (!solved_ || output.solution.empty()) return pair(made.carried, output.solution);
-        return write_nodal_fields(solved_->mesh, solved_->fields, output.solution, {}, {.threads = pipeline_.threads});
-    }
-
     Outcome<Done> deliver_mesh(const run::CycleFiles& made, const std::string& to, const std::string& name) {
         if (to.empty()) return Done{};
         const Execution execution{.threads = pipeline_.threads};
@@ -349,7 +225,7 @@ class Cycles {
         if (solved_) return write_with_mesh(solved_->mesh, solved_->fields, **format, to, execution);
         auto mesh = read_mesh(made.mesh, pipeline_.input.flat, execution);
         if (!mesh) return fail(mesh.error());
-        name_references(mesh->mesh, groups_);
+        name_references(mesh->mesh, folders_.groups());
         std::vector<Notice> notices;
         return write_with_mesh(*mesh, fields_at_nodes(*mesh, notices), **format, to, execution);
     }
@@ -364,32 +240,115 @@ class Cycles {
         return format != nullptr ? format->name : std::string_view();
     }
 
-    /// An error in a cycle, with what there is to go on from.
-    [[nodiscard]] Error told(Error error, int cycle) const {
-        if (cycle == 0 || !folders_.is_kept()) return error;
-        const int last = cycle - 1;
-        error.what += fmt::format("; cycles 0 to {} are whole in {}: --from {} goes on", last, folders_.path(), last);
-        return error;
-    }
-
-    [[nodiscard]] std::string what_was_written() const {
-        std::string text;
-        const config::Output& output = pipeline_.output;
-        text += wrote_rows(
-            {output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots, output.page});
-        if (folders_.is_kept()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
-        return text;
-    }
-
     const config::Pipeline& pipeline_;
-    const CyclesChoice& choice_;
     CycleFolders folders_;
-    StandardOutput out_;
+    int cycle_ = 0;
     std::optional<Solved> solved_;  ///< of the cycle that was made or delivered last
-    run::Groups groups_;            ///< names of references of the first mesh, and so of all
-    std::vector<Notice> losses_;    ///< what the file of the result has no place for
-    std::set<std::string> told_;    ///< notices
-    std::string reason_;            ///< why they ended early
+    std::vector<Notice> losses_;
+};
+
+Outcome<run::SolverResult> CyclesInFolders::solve(const run::SolverCall& call) {
+    const run::CycleFiles& into = call.files;
+    const auto words = run::solver_command(pipeline_.adapt, call.cycle, into);
+    const Execution execution{.threads = pipeline_.threads, .stop = stop_on_signals()};
+    const auto ended = run_command_line(words, pipeline_.adapt.timeout, into.said, execution);
+    if (!ended) return fail(ended.error());
+    if (ended->end != CommandEnd::done) return fail(failed(*ended, words, into.said, call.cycle));
+    std::error_code none;
+    if (!std::filesystem::exists(into.solution, none))
+        return fail(ErrorKind::input, fmt::format("was not written by the solver of cycle {}", call.cycle),
+                    into.solution, {}, "see what it said in " + into.said);
+    if (auto read = read_solved(into, execution); !read) return fail(read.error());
+    if (auto done = write_nodal_fields(solved_->mesh, solved_->fields, into.view, {}, execution); !done)
+        return fail(done.error());
+    return run::SolverResult{solved_->mesh.mesh, solved_->fields, ended->seconds};
+}
+
+Outcome<Done> CyclesInFolders::deliver(int cycle) {
+    const config::Output& output = pipeline_.output;
+    const run::CycleFiles made = files(cycle);
+    if (!pipeline_.adapt.solve.empty() && cycle != cycle_)
+        if (auto read = read_solved(made, {.threads = pipeline_.threads}); !read) return read;
+    if (auto done = deliver_mesh(made, output.mesh, output.format); !done) return done;
+    std::vector<std::array<std::string, 2>> pairs{{made.report, output.report},
+                                                  {made.vtu, output.vtu},
+                                                  {made.metric, output.metric},
+                                                  {made.page, output.page}};
+    if (!output.plots.empty()) {
+        const auto from = plot_files(made.plots), to = plot_files(output.plots);
+        for (std::size_t i = 0; i < from.size(); ++i) pairs.push_back({from[i], to[i]});
+    }
+    if (!solved_) pairs.push_back({made.carried, output.solution});
+    for (const auto& [from, to] : pairs) {
+        std::error_code none;
+        if (from.empty() || to.empty() || !std::filesystem::exists(from, none)) continue;
+        if (auto done = copied(from, to); !done) return done;
+    }
+    if (!solved_ || output.solution.empty()) return Done{};
+    return write_nodal_fields(solved_->mesh, solved_->fields, output.solution, {}, {.threads = pipeline_.threads});
+}
+
+Error CyclesInFolders::told(Error error) const {
+    if (folders_.rows().empty() || !folders_.is_kept()) return error;
+    const int last = folders_.rows().back().cycle;
+    error.what += fmt::format("; cycles 0 to {} are whole in {}: --from {} goes on", last, folders_.path(), last);
+    return error;
+}
+
+std::string CyclesInFolders::what_was_written() const {
+    const config::Output& output = pipeline_.output;
+    std::string text = wrote_rows(
+        {output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots, output.page});
+    if (folders_.is_kept()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
+    return text;
+}
+
+/// Prints the table of cycles, notices and the end.
+class Printed {
+  public:
+    explicit Printed(const config::Adaptation& adapt) : adapt_(adapt) { say(run::cycles_head(adapt)); }
+
+    void row(const run::CycleRow& row) { say(run::cycles_line(row, adapt_)); }
+    void notice(const Notice& notice) {
+        if (told_.insert(notice.what).second) tell_notice(notice);
+    }
+    Outcome<Done> finish() {
+        auto said = out_.finish();
+        if (!said) failed_ = said.error();
+        return said;
+    }
+    /// The error of standard output, if that ended the cycles.
+    [[nodiscard]] const std::optional<Error>& failed() const { return failed_; }
+
+    /// Prints notes on the result, and what it misses. Returns the exit code.
+    int end(const run::EndedCycles& ended, const CyclesInFolders& store) {
+        int code = ended.is_valid() ? 0 : 1;
+        if (!ended.is_valid())
+            tell(ended.reason + (ended.rows.size() == 1 ? ": mend it first (camber repair)"
+                                                        : ": no cycle goes on from there, and the outputs are those "
+                                                          "of the mesh before"));
+        for (const Notice& loss : store.losses()) notice(loss);
+        for (const std::string& note : ended.notes) tell_note(note);
+        if (ended.is_valid())
+            for (const std::string& miss : ended.rows[ended.result].misses) {
+                tell(miss);
+                code = 1;
+            }
+        const bool is_early = ended.is_valid() && !ended.reason.empty();
+        say("\n" + (is_early ? "  " + ended.reason + "\n" : std::string()) + store.what_was_written());
+        const auto said = finish();
+        return said ? code : report_error(said.error());
+    }
+
+  private:
+    void say(std::string_view text) {
+        if (prints_notes()) out_.print(text);
+    }
+
+    const config::Adaptation& adapt_;
+    StandardOutput out_;
+    std::optional<Error> failed_;
+    std::set<std::string> told_;  ///< notices
 };
 
 Outcome<CycleFolders> folders_of(const config::Pipeline& pipeline, const CyclesChoice& choice) {
@@ -419,7 +378,24 @@ int run_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
     if (auto possible = check_outputs(pipeline.output); !possible) return report_error(possible.error());
     auto folders = folders_of(pipeline, choice);
     if (!folders) return report_error(folders.error());
-    return Cycles(pipeline, choice, std::move(*folders)).run();
+    CyclesInFolders store(pipeline, std::move(*folders));
+    Printed printed(pipeline.adapt);
+    for (const run::CycleRow& row : store.rows()) printed.row(row);
+    const auto solve = [&](const run::SolverCall& call) { return store.solve(call); };
+    run::CycleListener listener;
+    listener.mesh_made = [&](const run::Run& run) {
+        for (const std::string& notice : run.report.notices)
+            printed.notice({notice, std::ranges::find(run.details, notice) != run.details.end()});
+    };
+    listener.row_added = [&](const run::CycleRow& row) {
+        printed.row(row);
+        return printed.finish();
+    };
+    const Execution execution{.threads = pipeline.threads, .stop = stop_on_signals()};
+    const auto ended = run::adapt(pipeline, store, pipeline.adapt.solve.empty() ? run::CycleSolver() : solve, listener,
+                                  required_by(choice), plainly(execution));
+    if (ended) return printed.end(*ended, store);
+    return report_error(printed.failed() ? *printed.failed() : store.told(ended.error()));
 }
 
 Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesChoice& choice) {
@@ -429,7 +405,7 @@ Outcome<std::string> plan_cycles(const config::Pipeline& pipeline, const CyclesC
     // What the solver will say is not known: the first mesh's plan.
     if (!pipeline.adapt.solve.empty()) once = run::first_pipeline(pipeline, run::files_of_cycle(pipeline, ""));
     once.output = pipeline.output;
-    auto text = plan(once, fit_of(choice, 1));
+    auto text = plan(once, run::fit_of_cycle(1, required_by(choice)));
     if (!text) return text;
     const std::string kept = kept_folder(pipeline);
     *text += fmt::format("  at most {} such cycles{}{}\n", pipeline.adapt.cycles,

@@ -65,9 +65,17 @@ Outcome<Done> remove_from(const std::string& folder, std::string_view first) {
 }
 
 Outcome<std::vector<run::CycleRow>> table_of(const std::string& folder) {
-    auto text = read_file(folder + table_name);
-    if (!text) return fail(text.error());
-    return run::read_cycles(std::string(as_text(*text)), folder + table_name);
+    return read_file(folder + table_name).and_then([&](const auto& text) {
+        return run::read_cycles(std::string(as_text(text)), folder + table_name);
+    });
+}
+
+Outcome<run::Groups> groups_in(const std::string& folder) {
+    std::error_code none;
+    if (!fs::exists(folder + groups_name, none)) return run::Groups();
+    return read_file(folder + groups_name).and_then([&](const auto& text) {
+        return run::read_groups(std::string(as_text(text)), folder + groups_name);
+    });
 }
 
 }  // namespace
@@ -103,6 +111,9 @@ Outcome<CycleFolders> CycleFolders::going_on(const std::string& folder, int last
     CycleFolders folders(folder, true);
     rows->resize(kept);
     folders.rows_ = std::move(*rows);
+    auto groups = groups_in(folder);
+    if (!groups) return fail(groups.error());
+    folders.groups_ = std::move(*groups);
     return folders;
 }
 
@@ -115,7 +126,8 @@ Outcome<CycleFolders> CycleFolders::passing(const std::string& beside) {
 }
 
 CycleFolders::CycleFolders(CycleFolders&& other) noexcept
-    : path_(std::exchange(other.path_, {})), is_kept_(other.is_kept_), rows_(std::move(other.rows_)) {}
+    : path_(std::exchange(other.path_, {})), is_kept_(other.is_kept_), rows_(std::move(other.rows_)),
+      groups_(std::move(other.groups_)) {}
 
 CycleFolders::~CycleFolders() {
     std::error_code nobody_to_tell;
@@ -133,26 +145,19 @@ Outcome<std::string> CycleFolders::part_of_cycle(int cycle) const {
     return part;
 }
 
-Outcome<Done> CycleFolders::add(const run::CycleRow& row, const std::string& view) {
-    const std::string whole = of_cycle(row.cycle);
+Outcome<Done> CycleFolders::add(std::span<const run::CycleRow> rows, const std::string& view) {
+    const std::string whole = of_cycle(rows.back().cycle);
     std::error_code error;
     fs::rename(whole + ".part", whole, error);
     if (error) return cannot(whole, error);
-    rows_.push_back(row);
-    if (auto written = write_text(path_ + table_name, run::cycles_json(rows_)); !written) return written;
-    return write_text(path_ + series_name, run::series_of(rows_, view));
+    if (auto written = write_text(path_ + table_name, run::cycles_json(rows)); !written) return written;
+    rows_.assign(rows.begin(), rows.end());
+    return write_text(path_ + series_name, run::series_of(rows, view));
 }
 
-Outcome<Done> CycleFolders::store_groups(const run::Groups& groups) const {
-    return groups.empty() ? Done{} : write_text(path_ + groups_name, run::groups_json(groups));
-}
-
-Outcome<run::Groups> CycleFolders::groups() const {
-    std::error_code none;
-    if (!fs::exists(path_ + groups_name, none)) return run::Groups();
-    const auto text = read_file(path_ + groups_name);
-    if (!text) return fail(text.error());
-    return run::read_groups(std::string(as_text(*text)), path_ + groups_name);
+Outcome<Done> CycleFolders::store_groups(run::Groups groups) {
+    groups_ = std::move(groups);
+    return groups_.empty() ? Done{} : write_text(path_ + groups_name, run::groups_json(groups_));
 }
 
 namespace {

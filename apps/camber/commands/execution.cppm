@@ -2,6 +2,7 @@ module;
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -38,8 +39,7 @@ Outcome<DecodedSolution> read_solution_for(const DecodedMesh& mesh, const std::s
 Outcome<run::GeometrySource> read_geometry(const config::Geometry& geometry, const Execution& execution,
                                            const Given& given = {});
 
-/// A pipeline as the mesh that it begins with asks for.
-using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyMesh&)>;
+using run::Fit;
 
 /// The whole run of a config: reads or generates, runs the stages with clocks and progress, writes the outputs
 /// and adds them to those written. `fit`, if there is one, is asked once the input is read. Outputs with names of
@@ -214,17 +214,16 @@ class CycleFolders {
     [[nodiscard]] bool is_kept() const { return is_kept_; }
     [[nodiscard]] const std::string& path() const { return path_; }
     [[nodiscard]] const std::vector<run::CycleRow>& rows() const { return rows_; }
+    /// Names of references of the first mesh.
+    [[nodiscard]] const run::Groups& groups() const { return groups_; }
 
     /// An empty folder for a cycle that is being made.
     [[nodiscard]] Outcome<std::string> part_of_cycle(int cycle) const;
     [[nodiscard]] std::string of_cycle(int cycle) const;
-    /// The part becomes the cycle's folder, and the row one of the table, written with the series.
-    [[nodiscard]] Outcome<Done> add(const run::CycleRow& row, const std::string& view);
-
-    /// Names of references of the first mesh, beside the cycles: their files may have no place for them. Errors: write;
-    /// input, the file; none: there are no names.
-    [[nodiscard]] Outcome<Done> store_groups(const run::Groups& groups) const;
-    [[nodiscard]] Outcome<run::Groups> groups() const;
+    /// The part becomes the folder of the last cycle, and its table and series are written.
+    [[nodiscard]] Outcome<Done> add(std::span<const run::CycleRow> rows, const std::string& view);
+    /// Stores the names beside the cycles, whose files may have no place for them. Errors: write.
+    [[nodiscard]] Outcome<Done> store_groups(run::Groups groups);
 
   private:
     CycleFolders(std::string path, bool is_kept) : path_(std::move(path)), is_kept_(is_kept) {}
@@ -232,6 +231,7 @@ class CycleFolders {
     std::string path_;
     bool is_kept_;
     std::vector<run::CycleRow> rows_;
+    run::Groups groups_;
 };
 
 /// What is asked of cycles beside the config.

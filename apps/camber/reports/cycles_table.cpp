@@ -1,14 +1,9 @@
 // Tables of cycles and of unit edges
 module;
-#include <algorithm>
-#include <array>
 #include <cstddef>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -16,73 +11,13 @@ module;
 #include <nlohmann/json.hpp>
 module camber.reports;
 import camber.core;
+import camber.solution_metric;
 import camber.recipes;
+import :json;
 
 namespace camber::run {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json json(const CycleRow& row) {
-    Json j{{"cycle", row.cycle},
-           {"unknowns", row.unknowns},
-           {"elements", row.elements},
-           {"problem", row.problem},
-           {"complexity_target", row.wanted},
-           {"complexity", row.complexity},
-           {"unit_edges_before", row.unit_before},
-           {"unit_edges", row.unit_edges},
-           {"min_quality", row.worst_quality},
-           {"mean_quality", row.mean_quality},
-           {"min_scaled_jacobian", row.smallest_jacobian}};
-    if (row.expected) j["expected_error"] = *row.expected;
-    if (row.interpolated) j["interpolation_error"] = {{"l2", row.interpolated->l2}, {"h1", row.interpolated->h1}};
-    if (row.solved) j["solution_error"] = {{"l2", row.solved->l2}, {"h1", row.solved->h1}};
-    if (row.boundary)
-        j["boundary_distance"] = {{"bound", row.boundary->bound},
-                                  {"reached", row.boundary->reached},
-                                  {"origin", row.boundary->is_required ? "config" : "expected_error"}};
-    j["seconds"] = row.seconds;
-    j["solve_seconds"] = row.solve_seconds;
-    if (row.is_of_gradients) j["error_of"] = "gradients";
-    if (!row.is_valid) j["valid"] = false;
-    if (!row.misses.empty()) j["misses"] = row.misses;
-    return j;
-}
-
-std::optional<CycleError> error_of(const Json& j, const char* key) {
-    if (!j.contains(key)) return std::nullopt;
-    return CycleError{j.at(key).at("l2").get<double>(), j.at(key).at("h1").get<double>()};
-}
-
-CycleRow row_of(const Json& j) {
-    CycleRow row{.cycle = j.at("cycle").get<int>(),
-                 .unknowns = j.at("unknowns").get<std::size_t>(),
-                 .elements = j.at("elements").get<std::size_t>(),
-                 .problem = j.value("problem", ""),
-                 .wanted = j.at("complexity_target").get<double>(),
-                 .complexity = j.at("complexity").get<double>(),
-                 .unit_before = j.at("unit_edges_before").get<double>(),
-                 .unit_edges = j.at("unit_edges").get<double>(),
-                 .worst_quality = j.at("min_quality").get<double>(),
-                 .mean_quality = j.at("mean_quality").get<double>(),
-                 .smallest_jacobian = j.at("min_scaled_jacobian").get<double>(),
-                 .interpolated = error_of(j, "interpolation_error"),
-                 .solved = error_of(j, "solution_error"),
-                 .seconds = j.at("seconds").get<double>(),
-                 .solve_seconds = j.at("solve_seconds").get<double>()};
-    row.is_of_gradients = j.contains("error_of");
-    row.is_valid = j.value("valid", true);
-    if (j.contains("misses")) row.misses = j.at("misses").get<std::vector<std::string>>();
-    if (j.contains("boundary_distance")) {
-        const Json& distance = j.at("boundary_distance");
-        row.boundary = {distance.at("bound").get<double>(), distance.at("reached").get<double>(),
-                        distance.at("origin").get<std::string>() == "config"};
-    }
-    if (j.contains("expected_error")) row.expected = j.at("expected_error").get<double>();
-    return row;
-}
 
 /// A number, or nothing where there is none.
 std::string cell(bool there, std::string text) { return there ? std::move(text) : "-"; }
@@ -97,6 +32,20 @@ std::string distance_cell(const BoundaryDistance& boundary) {
     constexpr double least_share = 1e-9;
     if (boundary.reached < least_share * boundary.bound) return fmt::format("0, {:.2e}", boundary.bound);
     return fmt::format("{:.2e}, {:.2e}", boundary.reached, boundary.bound);
+}
+
+/// Reads the items of the list with this key.
+template <class Read>
+auto read_list(const std::string& text, const char* key, const Read& read, Error not_one)
+    -> Outcome<std::vector<std::invoke_result_t<Read, const Json&>>> {
+    try {
+        const Json all = Json::parse(text);
+        std::vector<std::invoke_result_t<Read, const Json&>> list;
+        for (const Json& item : all.at(key)) list.push_back(read(item));
+        return list;
+    } catch (const nlohmann::json::exception&) {
+        return fail(std::move(not_one));
+    }
 }
 
 /// Where the exact solution is known its interpolant's error stands in its place.
@@ -136,26 +85,16 @@ std::string cycles_line(const CycleRow& row, const config::Adaptation& adapt) {
 }
 
 std::string cycles_json(std::span<const CycleRow> rows) {
-    Json all{{"cycles", Json::array()}};
-    for (const CycleRow& row : rows) all["cycles"].push_back(json(row));
-    return all.dump(2) + "\n";
+    return Json{{"cycles", json_of(std::vector(rows.begin(), rows.end()))}}.dump(2) + "\n";
 }
 
 Outcome<std::vector<CycleRow>> read_cycles(const std::string& text, const std::string& path) {
-    try {
-        const Json table = Json::parse(text);
-        std::vector<CycleRow> rows;
-        for (const Json& j : table.at("cycles")) {
-            if (j.contains("complexity_wanted"))
-                return fail(ErrorKind::input,
-                            "is of an earlier version: \"complexity_wanted\" was renamed to \"complexity_target\"",
-                            path, {}, "start again without --from, in another folder");
-            rows.push_back(row_of(j));
-        }
-        return rows;
-    } catch (const nlohmann::json::exception&) {
-        return fail(ErrorKind::input, "is no table of cycles", path, {}, "give another folder");
-    }
+    if (text.find("\"complexity_wanted\"") != std::string::npos)
+        return fail(ErrorKind::input,
+                    "is of an earlier version: \"complexity_wanted\" was renamed to \"complexity_target\"", path, {},
+                    "start again without --from, in another folder");
+    return read_list(text, "cycles", value_of_json<CycleRow>,
+                     {ErrorKind::input, "is no table of cycles", path, {}, "give another folder"});
 }
 
 std::string groups_json(const Groups& groups) {
@@ -166,16 +105,11 @@ std::string groups_json(const Groups& groups) {
 }
 
 Outcome<Groups> read_groups(const std::string& text, const std::string& path) {
-    try {
-        const Json table = Json::parse(text);
-        Groups groups;
-        for (const Json& j : table.at("groups"))
-            groups.push_back(
-                {j.at("dimension").get<int>(), j.at("reference").get<Reference>(), j.at("name").get<std::string>()});
-        return groups;
-    } catch (const nlohmann::json::exception&) {
-        return fail(ErrorKind::input, "is no list of names of references", path, {}, "give another folder");
-    }
+    const auto group = [](const Json& j) {
+        return Group{j.at("dimension").get<int>(), j.at("reference").get<Reference>(), j.at("name").get<std::string>()};
+    };
+    return read_list(text, "groups", group,
+                     {ErrorKind::input, "is no list of names of references", path, {}, "give another folder"});
 }
 
 std::string series_of(std::span<const CycleRow> rows, const std::string& view) {

@@ -64,4 +64,28 @@ void add_fields(Json& object, const S& report, Reported of) {
         report, of, [&](const auto& field, const auto& value) { object[std::string(field.key)] = json_of(value, of); });
 }
 
+/// Reads a value of a report from its JSON. Fields with a condition may be absent and then have their default. Throws
+/// nlohmann::json::exception: a key is missing, a value is of another type.
+template <class T>
+[[nodiscard]] T value_of_json(const Json& json) {
+    T value{};
+    if constexpr (HasFields<T>) {
+        each_field<T>([&](const auto& field) {
+            auto& member = std::invoke(field.get, value);
+            using Member = std::remove_reference_t<decltype(member)>;
+            const std::string key(field.key);
+            const bool may_be_absent = is_optional<Member> || field.presence != Presence::always;
+            if (!may_be_absent || json.contains(key)) member = value_of_json<Member>(json.at(key));
+        });
+    } else if constexpr (is_optional<T>) {
+        value = value_of_json<typename T::value_type>(json);
+    } else if constexpr (std::is_enum_v<T>) {
+        for (const auto& [enumerator, word] : words(T{}))
+            if (json.get<std::string>() == word) value = enumerator;
+    } else {
+        json.get_to(value);
+    }
+    return value;
+}
+
 }  // namespace camber::run

@@ -1,5 +1,5 @@
-// recipes VERB IN OUT: a mesh is read, curved, remeshed or repaired in memory by one call, and written. The bytes are
-// those of `camber VERB IN -o OUT`, whose defaults these are.
+// recipes VERB IN OUT: a mesh is read, curved, remeshed, repaired or adapted in memory by one call, and written. The bytes
+// are those of `camber VERB IN -o OUT`, whose defaults these are, for `adapt` with the target and the numbers below.
 #include <cstddef>
 #include <cstdio>
 #include <fstream>
@@ -24,6 +24,9 @@ static Outcome<Mesh<3>> made(const std::string& verb, Mesh<3> mesh, const Around
     if (verb == "repair")
         return run_step(around, "repair",
                         [&](const Execution& e) { return repair_mesh(std::move(mesh), {}, e).map(taken); });
+    if (verb == "adapt")
+        return adapt_mesh<3>(std::move(mesh), "tanh((z-1)/0.3)", {.cycles = {.cycles = 2, .complexity = {300}}}, around)
+            .map(taken);
     return remesh_mesh<3>(std::move(mesh), {}, {}, around).map(taken);
 }
 

@@ -1,0 +1,240 @@
+module;
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+#include <fmt/format.h>
+module camber.recipes;
+import camber.core;
+import camber.transfer;
+import camber.io;
+
+namespace camber::run {
+
+namespace {
+
+class Loop {
+  public:
+    Loop(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver, const CycleListener& listener,
+         const InputDegree& required, const Around& around)
+        : pipeline_(pipeline), store_(store), solver_(solver), listener_(listener), required_(required),
+          around_(around), rows_(store.rows()) {}
+
+    Outcome<EndedCycles> run() && {
+        const config::Adaptation& adapt = pipeline_.adapt;
+        std::string reason;
+        std::optional<std::size_t> delivered;
+        for (int cycle = static_cast<int>(rows_.size()); cycle <= adapt.cycles && reason.empty(); ++cycle) {
+            if (auto done = make(cycle); !done) return fail(done.error());
+            const std::size_t result = row_of_result(rows_, adapt);
+            if (delivered != result)
+                if (auto done = store_.deliver(rows_[result].cycle); !done) return fail(done.error());
+            delivered = result;
+            if (listener_.row_added)
+                if (auto done = listener_.row_added(rows_.back()); !done) return fail(done.error());
+            reason = rows_.back().is_valid
+                         ? reason_to_end(rows_, adapt)
+                         : fmt::format("the mesh of cycle {} has elements that are not certified valid", cycle);
+        }
+        std::vector<std::string> notes;
+        if (rows_.back().is_valid) notes = notes_on_result(rows_, adapt);
+        const std::size_t result = row_of_result(rows_, adapt);
+        return EndedCycles{std::move(rows_), result, std::move(reason), std::move(notes)};
+    }
+
+  private:
+    /// Makes the mesh of a cycle, the solution on it, and its row. No cycle follows one whose mesh is not valid.
+    Outcome<Done> make(int cycle) {
+        const auto into = store_.begin(cycle);
+        if (!into) return fail(into.error());
+        auto made = mesh_of(cycle, *into);
+        if (!made) return fail(made.error());
+        Run& run = made->run;
+        if (listener_.mesh_made) listener_.mesh_made(run);
+        CycleRow row = row_of(cycle, pipeline_, *made);
+        SolverResult solved{run.mesh, {}};
+        if (solver_ && row.is_valid) {
+            auto found = solver_({run.mesh, run.solution, cycle, *into});
+            if (!found) return fail(found.error());
+            solved = std::move(*found);
+            run.solution = solved.fields;
+            row.solve_seconds = solved.seconds;
+        }
+        const auto done = run_step(around_, "errors", [&](const Execution& e) {
+            return add_errors(row, solved.mesh, solved.fields, pipeline_, e);
+        });
+        if (!done) return fail(done.error());
+        rows_.push_back(std::move(row));
+        return store_.add({cycle, *into, std::move(*made)}, rows_);
+    }
+
+    [[nodiscard]] Outcome<CycleRun> mesh_of(int cycle, const CycleFiles& into) const {
+        const config::Pipeline pipeline =
+            cycle == 0 ? first_pipeline(pipeline_, into)
+                       : cycle_pipeline(pipeline_, cycle, store_.files(0), store_.files(cycle - 1), into);
+        const bool is_input = cycle == 0 || pipeline.input == pipeline_.input;
+        const Fit fit = is_input ? fit_of_cycle(cycle, required_) : Fit();
+        return run_cycle(pipeline, rows_, [&](const config::Pipeline& tried) { return store_.run(tried, fit); });
+    }
+
+    const config::Pipeline& pipeline_;
+    CycleStore& store_;
+    const CycleSolver& solver_;
+    const CycleListener& listener_;
+    const InputDegree& required_;
+    const Around& around_;
+    std::vector<CycleRow> rows_;
+};
+
+}  // namespace
+
+Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver,
+                           const CycleListener& listener, const InputDegree& required, const Around& around) {
+    if (auto possible = check_cycles(pipeline); !possible) return fail(possible.error());
+    return Loop(pipeline, store, solver, listener, required, around).run();
+}
+
+CycleFiles CyclesInMemory::files(int cycle) const {
+    return files_of_cycle(pipeline_, std::string(config::in_memory) + name_of_cycle(cycle));
+}
+
+Outcome<Done> CyclesInMemory::add(FinishedCycle made, std::span<const CycleRow> /*rows*/) {
+    // Cycles continue from the one before, and from the first mesh as the geometry.
+    if (made.cycle > 1) {
+        const CycleFiles before = files(made.cycle - 1);
+        values_.meshes.erase(before.mesh);
+        values_.solutions.erase(before.solution);
+    }
+    values_.meshes[made.files.mesh] = made.made.run.mesh;
+    values_.solutions[made.files.solution] = made.made.run.solution;
+    last_ = std::move(made);
+    return Done{};
+}
+
+Outcome<Done> CyclesInMemory::deliver(int cycle) {
+    if (last_.cycle == cycle) result_ = std::move(last_);
+    return Done{};
+}
+
+namespace {
+
+/// Inputs of a cycle's run from values in memory. Errors: those of expressions.
+Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& values, GeometrySource geometry,
+                          const Execution& execution) {
+    const auto mesh_named = [&](const std::string& name) { return values.meshes.at(name); };
+    Inputs inputs{{mesh_named(std::get<config::FilePath>(pipeline.input.source).path), {}}};
+    inputs.geometry = std::move(geometry);
+    if (const auto* const file = std::get_if<config::FilePath>(&pipeline.geometry); file != nullptr)
+        if (const auto found = values.meshes.find(file->path); found != values.meshes.end())
+            inputs.geometry.mesh = std::make_shared<const AnyMesh>(found->second);
+    if (!pipeline.solution.file.empty()) inputs.fields = values.solutions.at(pipeline.solution.file);
+    if (!pipeline.solution.expression.empty()) {
+        auto field = field_of_expression(inputs.mesh.mesh, pipeline.solution.expression, execution);
+        if (!field) return fail(field.error());
+        inputs.fields = {std::move(*field)};
+    }
+    if (const auto* const asked = std::get_if<config::SolutionMetric>(&pipeline.metric))
+        inputs.solution_metrics.push_back({*asked, {}, "/metric/solution"});
+    return inputs;
+}
+
+Outcome<Run> run_on_values(const config::Pipeline& pipeline, const Fit& fit, const NamedValues& values,
+                           const GeometrySource& geometry, const Around& around) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto inputs =
+        run_step(around, "inputs", [&](const Execution& e) { return inputs_of(pipeline, values, geometry, e); });
+    if (!inputs) return fail(inputs.error());
+    auto fitted = fit ? fit(pipeline, inputs->mesh.mesh) : pipeline;
+    if (!fitted) return fail(fitted.error());
+    auto run = run_pipeline(*fitted, std::move(*inputs), around);
+    if (run)
+        run->report.times.push_back(
+            {"run", std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()});
+    return run;
+}
+
+/// Errors (input): a field with another number of values than the mesh has nodes.
+Outcome<Done> check_sizes(const AnyMesh& mesh, std::span<const NamedField> fields, const Execution& execution) {
+    const auto nodes = nodes_in_degree_2(mesh, execution);
+    if (!nodes) return fail(nodes.error());
+    for (const NamedField& f : fields) {
+        const std::size_t at = f.field.degree == 2 ? *nodes : plan_size(mesh).vertices;
+        if (f.field.values.size() != at * static_cast<std::size_t>(f.field.components))
+            return fail(ErrorKind::input,
+                        fmt::format("has {} values, and the mesh has {} nodes with {} components each",
+                                    f.field.values.size(), at, f.field.components),
+                        "field " + f.name);
+    }
+    return Done{};
+}
+
+template <int D>
+CycleSolver solver_on(const MeshSolver<D>& solver, const Around& around) {
+    return [&](const SolverCall& call) -> Outcome<SolverResult> {
+        auto fields = solver(std::get<Mesh<D>>(call.mesh), call.guess, call.cycle);
+        if (!fields) return fail(fields.error());
+        const auto sound =
+            run_step(around, "solution", [&](const Execution& e) { return check_sizes(call.mesh, *fields, e); });
+        if (!sound) return fail(sound.error());
+        return SolverResult{call.mesh, std::move(*fields)};
+    };
+}
+
+/// The pipeline of adapt_mesh; its mesh is `memory:mesh`.
+config::Pipeline pipeline_of(const AdaptMeshOptions& options, const std::string* expression) {
+    config::SolutionMetric metric = options.metric;
+    if (expression != nullptr && options.degree == 1 && metric.degree == 0) metric.degree = 1;
+    config::Pipeline pipeline = steps_of_cycles(options.degree, metric);
+    pipeline.input.source = config::FilePath{std::string(config::in_memory) + "mesh"};
+    pipeline.geometry = options.geometry;
+    pipeline.adapt = options.cycles;
+    pipeline.adapt.solve.clear();
+    if (expression != nullptr)
+        pipeline.solution.expression = *expression;
+    else
+        pipeline.adapt.solve = {std::string(config::in_memory) + "solver"};
+    pipeline.output.solution = std::string(config::in_memory) + "carried.sol";
+    return pipeline;
+}
+
+}  // namespace
+
+}  // namespace camber::run
+
+namespace camber {
+
+template <int D>
+Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string, MeshSolver<D>>& solution,
+                                   const AdaptMeshOptions& options, const Around& around) {
+    if (auto within = check_limits(options.cycles); !within) return fail(within.error());
+    if (auto within = check_limits(options.metric); !within) return fail(within.error());
+    const auto* const solver = std::get_if<MeshSolver<D>>(&solution);
+    const config::Pipeline pipeline = run::pipeline_of(options, std::get_if<std::string>(&solution));
+    const auto execute = [&](const config::Pipeline& tried, const run::Fit& fit, const run::NamedValues& values) {
+        return run::run_on_values(tried, fit, values, options.geometry_source, around);
+    };
+    const std::string& name = std::get<config::FilePath>(pipeline.input.source).path;
+    run::CyclesInMemory store(pipeline, execute, {.meshes = {{name, std::move(mesh)}}});
+    auto cycles = run::adapt(pipeline, store, solver ? run::solver_on<D>(*solver, around) : run::CycleSolver(), {},
+                             {options.degree == 1 ? 1 : 0}, around);
+    if (!cycles) return fail(cycles.error());
+    run::Run made = store.take_result().run;
+    return AdaptedMesh<D>{std::get<Mesh<D>>(std::move(made.mesh)), std::move(made.solution), std::move(made.report),
+                          std::move(*cycles)};
+}
+
+#define CAMBER_INSTANTIATE(D)                                                                              \
+    template Outcome<AdaptedMesh<D>> adapt_mesh<D>(Mesh<D>, const std::variant<std::string, MeshSolver<D>>&, \
+                                                   const AdaptMeshOptions&, const Around&);
+
+CAMBER_INSTANTIATE(2)
+CAMBER_INSTANTIATE(3)
+#undef CAMBER_INSTANTIATE
+
+}  // namespace camber

@@ -1,0 +1,317 @@
+module;
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+export module camber.recipes:cycles;
+import camber.core;
+import camber.solution_metric;
+import :fields;
+import :report;
+import :run;
+import :state;
+import :values;
+
+/// A pipeline in cycles (config "adapt"): the runs of each cycle, and the table of cycles.
+export namespace camber::run {
+
+/// Where a cycle's files are: all within its folder.
+struct CycleFiles {
+    std::string folder;
+    std::string mesh, solution, guess;  ///< the mesh, the solver's solution on it, what that may begin with
+    std::string said;                   ///< what the solver said
+    std::string report, view;           ///< view: the mesh with fields, for ParaView
+    std::string vtu, metric, carried, plots, page;
+};
+/// Those of a config's cycle below the folder of all.
+[[nodiscard]] CycleFiles files_of_cycle(const config::Pipeline& pipeline, const std::string& folder);
+/// "cycle-007".
+[[nodiscard]] std::string name_of_cycle(int cycle);
+
+/// Returns the steps of a cycle: remeshing of straight meshes (degree 1); of quadratic ones also curving, for the
+/// solution if the metric is made for it.
+[[nodiscard]] config::Pipeline steps_of_cycles(int degree, const config::Metric& metric);
+/// What makes the first mesh, which the solver is asked on: the stages that keep the topology; without a solver none.
+[[nodiscard]] config::Pipeline first_pipeline(const config::Pipeline& pipeline, const CycleFiles& into);
+/// What makes the mesh of a cycle, from 1, out of the one before.
+[[nodiscard]] config::Pipeline cycle_pipeline(const config::Pipeline& pipeline, int cycle, const CycleFiles& first,
+                                              const CycleFiles& before, const CycleFiles& into);
+/// The command of a cycle, its braces replaced.
+[[nodiscard]] std::vector<std::string> solver_command(const config::Adaptation& adapt, int cycle,
+                                                      const CycleFiles& files);
+
+/// Changes a pipeline for the mesh that it begins with.
+using Fit = std::function<Outcome<config::Pipeline>(config::Pipeline, const AnyMesh&)>;
+
+/// Required degree of the input mesh.
+struct InputDegree {
+    int degree = 0;                          ///< 0: any
+    std::string_view option = "the degree";  ///< that requires it, in errors
+};
+/// Fits the pipeline of a cycle: a mesh of degree 2 with curves is not elevated, and as the first mesh it is judged as
+/// it is. Errors of the result (input): another degree than the required one.
+[[nodiscard]] Fit fit_of_cycle(int cycle, const InputDegree& required = {});
+
+/// What cannot be done cycle after cycle. Errors: usage.
+[[nodiscard]] Outcome<Done> check_cycles(const config::Pipeline& pipeline);
+
+/// An error of a solution, or of the exact one's interpolant, in the mesh's degree.
+struct CycleError {
+    double l2 = 0, h1 = 0;
+
+    [[nodiscard]] static constexpr auto fields() {
+        constexpr Fields<CycleError> f;
+        return std::tuple(f("l2", &CycleError::l2, "L2 norm"), f("h1", &CycleError::h1, "H1 seminorm"));
+    }
+};
+
+/// Origin of the bound on the distance between the boundary and its geometry.
+enum class DistanceBoundBy : std::uint8_t { expected_error, config };
+[[nodiscard]] constexpr auto words(DistanceBoundBy) {
+    return words_of(Word{DistanceBoundBy::expected_error, "expected_error"}, Word{DistanceBoundBy::config, "config"});
+}
+
+/// The distance of the boundary from its geometry, that of the facet which is farthest by its bound.
+struct BoundaryDistance {
+    double bound = 0, reached = 0;
+    DistanceBoundBy by = DistanceBoundBy::expected_error;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = BoundaryDistance;
+        constexpr Fields<S> f;
+        return std::tuple(f("bound", &S::bound, "bound on the distance").unit("model units"),
+                          f("reached", &S::reached, "distance").unit("model units"),
+                          f("origin", &S::by, "origin of the bound: `config` or `expected_error`"));
+    }
+};
+
+/// A row of the table. Shares and qualities are those of the mesh in the metric that it was made by.
+struct CycleRow {
+    int cycle = 0;
+    std::size_t unknowns = 0, elements = 0;
+    std::string problem = {};
+    double wanted = 0, complexity = 0;  ///< 0: not asked for; no metric
+    double unit_before = 0, unit_edges = 0;
+    double worst_quality = 0, mean_quality = 0;
+    double smallest_jacobian = 1;
+    std::optional<double> expected = {};  ///< of `curve` (objective solution), or of the solution on a straight mesh
+    std::optional<CycleError> interpolated = {}, solved = {};  ///< where the exact solution is known
+    std::optional<BoundaryDistance> boundary = {};             ///< where it is bounded
+    double seconds = 0, solve_seconds = 0;
+    ErrorOf error_of = ErrorOf::values;
+    bool is_valid = true;
+    std::vector<std::string> misses = {};
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = CycleRow;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("cycle", &S::cycle, "number of the cycle; 0: the first mesh"),
+            f("unknowns", &S::unknowns, "nodes in the degree of the interpolants"),
+            f("elements", &S::elements, "elements of the mesh"),
+            f("problem", &S::problem, "the exact solution and the solver's command"),
+            f("complexity_target", &S::wanted, "requested complexity of the metric; 0: none"),
+            f("complexity", &S::complexity, "complexity of the metric; 0: no metric"),
+            f("unit_edges_before", &S::unit_before, "share of unit edges of the mesh that the passes began with"),
+            f("unit_edges", &S::unit_edges, "share of unit edges of the mesh"),
+            f("min_quality", &S::worst_quality, "minimum quality of its elements"),
+            f("mean_quality", &S::mean_quality, "mean quality of its elements"),
+            f("min_scaled_jacobian", &S::smallest_jacobian, "minimum scaled Jacobian of its elements"),
+            f("expected_error", &S::expected, "expected L2 error"),
+            f("interpolation_error", &S::interpolated, "error of the exact solution's interpolant"),
+            f("solution_error", &S::solved, "error of the solver's first scalar field"),
+            f("boundary_distance", &S::boundary, "distance of the boundary from its geometry"),
+            f("seconds", &S::seconds, "elapsed time of the steps").unit("s"),
+            f("solve_seconds", &S::solve_seconds, "elapsed time of the solver").unit("s"),
+            f("error_of", &S::error_of, "error that the metric is made for").unless_default(),
+            f("valid", &S::is_valid, "true if all elements are certified valid").unless_default(),
+            f("misses", &S::misses, "causes for which the mesh is not the requested one").unless_empty());
+    }
+};
+/// The mesh of a cycle.
+struct CycleRun {
+    Run run;
+    std::string miss;  ///< says that its complexity is not the one that was wanted; empty: it is
+};
+/// The row of a cycle's mesh, without what `add_errors` adds.
+[[nodiscard]] CycleRow row_of(int cycle, const config::Pipeline& pipeline, const CycleRun& made);
+
+/// Adds to the row of a mesh:
+/// - the unknowns, if its interpolants are of degree 2: the largest degree of the mesh, of the metric of the solution,
+///   and of the solver's fields counts (a straight mesh may be for elements of degree 2);
+/// - the L2 error that the solver's fields (none: {}) let expect on a straight mesh. On others `curve` has it;
+/// - the errors of the exact solution's interpolant and of the first scalar field, if the solution is known.
+/// Errors: an expression that is not one, or not finite somewhere, other numbers of weights than of fields (usage); no
+/// scalar field (input); those of `known_solution`.
+[[nodiscard]] Outcome<Done> add_errors(CycleRow& row, const AnyMesh& mesh, std::span<const NamedField> solved,
+                                       const config::Pipeline& pipeline, const Execution& execution);
+
+/// Runs the pipeline of a cycle by \p execute. While its mesh has elements that are not certified valid, runs it again,
+/// at most three times, with a smaller step: the complexity halfway (in the logarithm) back to that of the mesh before,
+/// or 10 % less where the two are as near as that. Each step adds a notice. \p rows are those of the cycles before.
+/// Errors: those of \p execute.
+[[nodiscard]] Outcome<CycleRun> run_cycle(config::Pipeline pipeline, std::span<const CycleRow> rows,
+                                          const std::function<Outcome<Run>(const config::Pipeline&)>& execute);
+
+/// The error of a cycle's mesh: that of the interpolant if the solution is known, in L2, or in H1 if the metric is for
+/// gradients; otherwise the expected L2 error. None if there is neither.
+[[nodiscard]] std::optional<double> error_of_mesh(const CycleRow& row, const config::Adaptation& adapt);
+/// The row whose mesh is the result. Among the valid meshes of the last complexity, for the same problem, it is the one
+/// with the least error, where meshes that miss something come last; with `result` "last" it is the last valid mesh.
+[[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+/// Why no more cycles are needed (`convergence_tolerance` of the config): the least error has not fallen, or without an error meshes
+/// become no nearer to unit in their own solution's metric. Empty: they are needed.
+[[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+/// What is worth knowing of the result: that it is not the last, and unit edges or a quality that fell.
+[[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
+
+}  // namespace camber::run
+
+/// The loop of cycles over a store and a solver.
+export namespace camber::run {
+
+/// A finished cycle: its mesh with the fields on it, those of the solver if it was called.
+struct FinishedCycle {
+    int cycle = 0;
+    CycleFiles files = {};
+    CycleRun made = {};
+};
+
+/// Storage of meshes, solutions and the table of cycles, by the names of their files.
+class CycleStore {
+  public:
+    CycleStore() = default;
+    CycleStore(const CycleStore&) = delete;
+    CycleStore& operator=(const CycleStore&) = delete;
+    virtual ~CycleStore() = default;
+
+    /// Returns the rows of earlier cycles, which the loop continues.
+    [[nodiscard]] virtual std::vector<CycleRow> rows() const { return {}; }
+    /// Returns the files of a finished cycle.
+    [[nodiscard]] virtual CycleFiles files(int cycle) const = 0;
+    /// Begins a cycle and returns the files to write.
+    [[nodiscard]] virtual Outcome<CycleFiles> begin(int cycle) = 0;
+    /// Runs a pipeline from stored meshes to the files of the cycle. `fit`: applied if the input is not a stored mesh.
+    [[nodiscard]] virtual Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) = 0;
+    /// Stores a finished cycle. `rows`: the table with its row as the last one.
+    [[nodiscard]] virtual Outcome<Done> add(FinishedCycle made, std::span<const CycleRow> rows) = 0;
+    /// Makes the mesh of a stored cycle the result. The loop calls it when the result changes.
+    [[nodiscard]] virtual Outcome<Done> deliver(int cycle) = 0;
+};
+
+/// Input of a solver.
+struct SolverCall {
+    const AnyMesh& mesh;
+    const std::vector<NamedField>& guess;  ///< solution of the cycle before on the mesh; empty in cycle 0
+    int cycle;
+    const CycleFiles& files;
+};
+/// Solution of a solver, on its mesh.
+struct SolverResult {
+    AnyMesh mesh;
+    std::vector<NamedField> fields;
+    double seconds = 0;
+};
+using CycleSolver = std::function<Outcome<SolverResult>(const SolverCall&)>;
+
+/// Receives the progress of cycles; each function may be empty.
+struct CycleListener {
+    std::function<void(const Run&)> mesh_made = {};
+    /// Called with each row once its mesh is stored. An error ends the loop.
+    std::function<Outcome<Done>(const CycleRow&)> row_added = {};
+};
+
+/// Table of cycles, and their end.
+struct EndedCycles {
+    std::vector<CycleRow> rows;
+    std::size_t result = 0;          ///< row of the result
+    std::string reason;              ///< to end before the requested number of cycles; empty: all were run
+    std::vector<std::string> notes;  ///< on the result
+
+    /// False: elements of the last mesh are not certified valid, and the result is the mesh before, if there is one.
+    [[nodiscard]] bool is_valid() const { return rows.back().is_valid; }
+};
+
+/// Runs the cycles of a pipeline. `solver`: computes the solution on each valid mesh; empty: the pipeline has it. Errors:
+/// those of check_cycles, the store, the solver, the listener and add_errors.
+[[nodiscard]] Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver,
+                                         const CycleListener& listener, const InputDegree& required,
+                                         const Around& around);
+
+/// Meshes and solutions in memory, by name.
+struct NamedValues {
+    std::map<std::string, AnyMesh, std::less<>> meshes = {};
+    std::map<std::string, std::vector<NamedField>, std::less<>> solutions = {};
+};
+
+/// A store in memory.
+class CyclesInMemory final : public CycleStore {
+  public:
+    /// Runs a pipeline whose inputs are values with names.
+    using Execute = std::function<Outcome<Run>(const config::Pipeline&, const Fit&, const NamedValues&)>;
+    /// The pipeline must outlive the store.
+    CyclesInMemory(const config::Pipeline& pipeline, Execute execute, NamedValues values = {})
+        : pipeline_(pipeline), execute_(std::move(execute)), values_(std::move(values)) {}
+
+    [[nodiscard]] CycleFiles files(int cycle) const override;
+    [[nodiscard]] Outcome<CycleFiles> begin(int cycle) override { return files(cycle); }
+    [[nodiscard]] Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) override {
+        return execute_(pipeline, fit, values_);
+    }
+    [[nodiscard]] Outcome<Done> add(FinishedCycle made, std::span<const CycleRow> rows) override;
+    [[nodiscard]] Outcome<Done> deliver(int cycle) override;
+    /// Returns the result, after `adapt`.
+    [[nodiscard]] CycleRun take_result() { return std::move(result_.made); }
+
+  private:
+    const config::Pipeline& pipeline_;
+    Execute execute_;
+    NamedValues values_;
+    FinishedCycle last_, result_;
+};
+
+}  // namespace camber::run
+
+export namespace camber {
+
+/// Solver of adapt_mesh: returns the fields of the solution on the mesh. `guess`: the solution of the cycle before,
+/// transferred to the mesh; empty in cycle 0.
+template <int D>
+using MeshSolver = std::function<Outcome<std::vector<run::NamedField>>(
+    const Mesh<D>& mesh, const std::vector<run::NamedField>& guess, int cycle)>;
+
+/// Options of adapt_mesh.
+struct AdaptMeshOptions {
+    int degree = 2;                                  ///< of the meshes: 1 or 2
+    config::SolutionMetric metric = {};              ///< made for the solution
+    config::Adaptation cycles = {.cycles = 8};       ///< without files and commands
+    config::Geometry geometry = config::Surrogate{};
+    run::GeometrySource geometry_source = {};        ///< CAD model or mesh of the geometry
+};
+
+/// Result of adapt_mesh.
+template <int D>
+struct AdaptedMesh {
+    Mesh<D> mesh;
+    std::vector<run::NamedField> solution;  ///< on the mesh
+    run::Report report;                     ///< of the cycle that made the mesh
+    run::EndedCycles cycles;
+};
+
+/// Adapts a mesh to a solution: what `camber adapt` does. The solution is an expression of x, y and z, or a solver that
+/// is called on each mesh. Steps: those of the cycles' runs. The result may be invalid: see `report` and `cycles`.
+/// Errors: options out of range (usage), fields of other sizes than the mesh (input), those of the solver and of
+/// `run::adapt`.
+template <int D>
+[[nodiscard]] Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string, MeshSolver<D>>& solution,
+                                                 const AdaptMeshOptions& options, const Around& around);
+
+}  // namespace camber
