@@ -229,7 +229,7 @@ Work declare_help(CLI::App* verb, Arguments& all) {
 }
 
 Work declare_schema(CLI::App* verb, Arguments& all) {
-    add_option(verb, "of", all.schema, "config or report. Default: config");
+    add_option(verb, "of", all.schema, "config, report, check or geometry. Default: config");
     return {[&of = all.schema](const Host&) { return schema_command(of); }};
 }
 

@@ -68,7 +68,7 @@ constexpr std::array table{
     Verb{"explain", VerbGroup::data,
          "Explain a word: a section, stage or source of configs, an option, a word of the tables.", declare_explain},
     Verb{"help", VerbGroup::data, "Print this text, or the help of a command", declare_help},
-    Verb{"schema", VerbGroup::data, "The JSON Schema of a pipeline, for editors, or of report.json", declare_schema},
+    Verb{"schema", VerbGroup::data, "The JSON Schema of a pipeline, for editors, or of a report", declare_schema},
 };
 
 constexpr const char* description =

@@ -9,7 +9,6 @@ module;
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -67,63 +66,53 @@ Outcome<std::vector<double>> hops_of_vertices(const QuadraticMesh<D>& mesh, cons
     return hops;
 }
 
-/// Bin k holds what is below its limit and not below that of the one before; a last one holds the rest.
+/// Bin k holds values below its limit and not below that of the one before; a last one holds the others.
 struct Bins {
-    std::string_view key, title;
     std::vector<double> limits;
     std::vector<std::string> ranges;  ///< one more
 };
 
 Bins curvature_bins() {
-    return {"curvature",
-            "curvature, |node - middle|/|chord| of the edge that is bent most",
-            {1e-12, 1e-3, 1e-2, 0.03, 0.1},
+    return {{1e-12, 1e-3, 1e-2, 0.03, 0.1},
             {"0", "below 0.001", "0.001 to 0.01", "0.01 to 0.03", "0.03 to 0.1", "0.1 and above"}};
 }
 Bins jacobian_bins() {
-    return {"scaled_jacobian",
-            "smallest scaled Jacobian",
-            {0, 0.1, 0.3, 0.5, 0.8, 1 - 1e-6},
+    return {{0, 0.1, 0.3, 0.5, 0.8, 1 - 1e-6},
             {"below 0", "0 to 0.1", "0.1 to 0.3", "0.3 to 0.5", "0.5 to 0.8", "0.8 to 1", "1: as straight"}};
 }
 Bins boundary_bins() {
-    return {"boundary",
-            "edges between the element and the boundary",
-            {1, 2, 3, 5, max_hops},
-            {"0: touches it", "1", "2", "3 or 4", "5 to 7", "8 and above"}};
+    return {{1, 2, 3, 5, max_hops}, {"0: touches it", "1", "2", "3 or 4", "5 to 7", "8 and above"}};
 }
 
-/// Which bin each element is in.
-std::vector<std::size_t> bins_of(const Bins& bins, std::span<const double> kinds) {
+/// Errors of the elements by a kind, one number an element.
+std::vector<ErrorBin> binned(const Bins& bins, std::span<const double> kinds, const InterpolationError& errors) {
+    std::vector<ErrorBin> all;
+    for (const std::string& range : bins.ranges) all.push_back({range});
     std::vector<std::size_t> at(kinds.size());
-    for (std::size_t e = 0; e < kinds.size(); ++e)
-        at[e] = static_cast<std::size_t>(std::upper_bound(bins.limits.begin(), bins.limits.end(), kinds[e]) -
-                                         bins.limits.begin());
-    return at;
-}
-
-void add_shares(ErrorPlace& place, double ErrorBin::* share, std::span<const std::size_t> at, const ErrorNorm& norm) {
-    double all = 0;
-    for (std::size_t e = 0; e < at.size(); ++e) {
-        place.bins[at[e]].*share += norm.squares[e];
-        all += norm.squares[e];
+    for (std::size_t e = 0; e < kinds.size(); ++e) {
+        at[e] = static_cast<std::size_t>(std::ranges::upper_bound(bins.limits, kinds[e]) - bins.limits.begin());
+        ++all[at[e]].elements;
     }
-    for (ErrorBin& bin : place.bins) bin.*share /= all > 0 ? all : 1;
+    const auto add_shares = [&](double ErrorBin::* share, const ErrorNorm& norm) {
+        double sum = 0;
+        for (std::size_t e = 0; e < at.size(); ++e) {
+            all[at[e]].*share += norm.squares[e];
+            sum += norm.squares[e];
+        }
+        for (ErrorBin& bin : all) bin.*share /= sum > 0 ? sum : 1;
+    };
+    add_shares(&ErrorBin::straight, errors.straight.l2);
+    add_shares(&ErrorBin::same_boundary, errors.same_boundary.l2);
+    add_shares(&ErrorBin::curved, errors.curved.l2);
+    return all;
 }
 
-ErrorPlace placed(const Bins& bins, std::span<const double> kinds, const InterpolationError& errors) {
-    ErrorPlace place{bins.key, bins.title, {}};
-    for (const std::string& range : bins.ranges) place.bins.push_back({range});
-    const std::vector<std::size_t> at = bins_of(bins, kinds);
-    for (const std::size_t bin : at) ++place.bins[bin].elements;
-    add_shares(place, &ErrorBin::straight, at, errors.straight.l2);
-    add_shares(place, &ErrorBin::same_boundary, at, errors.same_boundary.l2);
-    add_shares(place, &ErrorBin::curved, at, errors.curved.l2);
-    return place;
-}
-
-}  // namespace
-
+/// One number an element, by which errors are told apart.
+struct ElementKinds {
+    Buffer<double> curvature;        ///< the largest of its edges: |node − middle|/|chord|
+    Buffer<double> scaled_jacobian;  ///< the smallest
+    Buffer<double> hops;             ///< edges from its nearest vertex to the boundary; 8 stands for all above, too
+};
 template <int D>
 Outcome<ElementKinds> element_kinds(const QuadraticMesh<D>& mesh, const Column<float>& min_scaled_jacobian,
                                     const Execution& execution) {
@@ -144,8 +133,8 @@ Outcome<ElementKinds> element_kinds(const QuadraticMesh<D>& mesh, const Column<f
 }
 
 template <int D>
-Outcome<FieldErrors> field_errors(const QuadraticMesh<D>& mesh, const std::string& expression,
-                                  const ElementKinds& kinds, const Execution& execution) {
+Outcome<FieldErrors> errors_of(const QuadraticMesh<D>& mesh, const std::string& expression, const ElementKinds& kinds,
+                               const Execution& execution) {
     const auto parsed = ScalarExpression<D>::parsed(expression);
     if (!parsed) return fail(parsed.error());
     const ScalarField<D> field = [&] { return parsed->evaluator(); };
@@ -155,21 +144,41 @@ Outcome<FieldErrors> field_errors(const QuadraticMesh<D>& mesh, const std::strin
         if (error.kind == ErrorKind::usage) error.where = quoted_expression(expression);
         return fail(std::move(error));
     }
-    FieldErrors found{expression, std::move(*errors), {}};
-    found.places = {placed(curvature_bins(), kinds.curvature, found.errors),
-                    placed(jacobian_bins(), kinds.scaled_jacobian, found.errors),
-                    placed(boundary_bins(), kinds.hops, found.errors)};
-    return found;
+    return FieldErrors{expression, *errors, binned(curvature_bins(), kinds.curvature, *errors),
+                       binned(jacobian_bins(), kinds.scaled_jacobian, *errors),
+                       binned(boundary_bins(), kinds.hops, *errors)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                                         \
-    template Outcome<ElementKinds> element_kinds<D>(const QuadraticMesh<D>&, const Column<float>&, const Execution&); \
-    template Outcome<FieldErrors> field_errors<D>(const QuadraticMesh<D>&, const std::string&, const ElementKinds&,   \
-                                                  const Execution&);
+}  // namespace
 
-CAMBER_INSTANTIATE(2)
-CAMBER_INSTANTIATE(3)
-#undef CAMBER_INSTANTIATE
+ErrorRatios ratios_of(const InterpolationError& e) {
+    const auto ratio = [](const ErrorNorm& compared, const ErrorNorm& curved) {
+        const bool is_known = curved.value > 4 * curved.rounding && compared.value > 4 * compared.rounding;
+        return is_known ? std::optional(compared.value / curved.value) : std::nullopt;
+    };
+    return {ratio(e.compared().l2, e.curved.l2), ratio(e.compared().h1, e.curved.h1)};
+}
+
+template <int D>
+Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh, const Column<float>& min_scaled_jacobian,
+                                               const std::vector<std::string>& expressions, const Around& around) {
+    const auto kinds =
+        run_step(around, "classify", [&](const Execution& e) { return element_kinds(mesh, min_scaled_jacobian, e); });
+    if (!kinds) return fail(kinds.error());
+    std::vector<FieldErrors> all;
+    for (const std::string& expression : expressions) {
+        auto errors =
+            run_step(around, "interpolate", [&](const Execution& e) { return errors_of(mesh, expression, *kinds, e); });
+        if (!errors) return fail(errors.error());
+        all.push_back(std::move(*errors));
+    }
+    return all;
+}
+
+template Outcome<std::vector<FieldErrors>> field_errors<2>(const QuadraticMesh<2>&, const Column<float>&,
+                                                           const std::vector<std::string>&, const Around&);
+template Outcome<std::vector<FieldErrors>> field_errors<3>(const QuadraticMesh<3>&, const Column<float>&,
+                                                           const std::vector<std::string>&, const Around&);
 
 namespace {
 

@@ -95,26 +95,17 @@ struct OneWayReport {
     std::vector<double> from, to;
     std::size_t facet = 0;  ///< from 1; 0: none
 
-    [[nodiscard]] std::optional<double> largest_measured() const { return of_samples(largest); }
-    [[nodiscard]] std::optional<double> mean_measured() const { return of_samples(mean); }
-    [[nodiscard]] std::optional<std::vector<double>> from_measured() const { return of_samples(from); }
-    [[nodiscard]] std::optional<std::vector<double>> to_measured() const { return of_samples(to); }
-    [[nodiscard]] std::optional<std::size_t> facet_measured() const { return of_samples(facet); }
+    [[nodiscard]] bool is_measured() const { return samples > 0; }
     [[nodiscard]] static constexpr auto fields() {
         using S = OneWayReport;
         constexpr Fields<S> f;
-        return std::tuple(f("samples", &S::samples, "number of sampled points; 0: not measured, and no other key"),
-                          f("largest", &S::largest_measured, "largest distance").unit("length"),
-                          f("mean", &S::mean_measured, "mean distance").unit("length"),
-                          f("from", &S::from_measured, "the point where the distance is largest").unit("length"),
-                          f("to", &S::to_measured, "its nearest point on the other side").unit("length"),
-                          f("facet", &S::facet_measured, "the facet there, from 1; 0: none"));
-    }
-
-  private:
-    template <class T>
-    [[nodiscard]] std::optional<T> of_samples(const T& value) const {
-        return samples > 0 ? std::optional(value) : std::nullopt;
+        return std::tuple(
+            f("samples", &S::samples, "number of sampled points; 0: not measured, and no other key"),
+            f("largest", &S::largest, "largest distance").unit("length").where(&S::is_measured),
+            f("mean", &S::mean, "mean distance").unit("length").where(&S::is_measured),
+            f("from", &S::from, "the point where the distance is largest").unit("length").where(&S::is_measured),
+            f("to", &S::to, "its nearest point on the other side").unit("length").where(&S::is_measured),
+            f("facet", &S::facet, "the facet there, from 1; 0: none").where(&S::is_measured));
     }
 };
 

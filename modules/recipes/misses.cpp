@@ -1,7 +1,10 @@
 // Causes for which a result is not the requested one
 module;
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <cstdlib>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +14,7 @@ module;
 #include <fmt/ranges.h>
 module camber.recipes;
 import camber.core;
+import camber.crossing;
 import camber.repair;
 
 namespace camber::run {
@@ -25,6 +29,21 @@ std::string place_text(const ReportedPlace& place) {
     std::string text;
     for (const double x : place) text += (text.empty() ? "" : ", ") + fmt::format("{:.4g}", x);
     return "(" + text + ")";
+}
+
+std::string lower_bound_text(double x) {
+    std::string text = fmt::format("{:.4g}", x);
+    if (!std::isfinite(x) || x == 0) return text;
+    const double digit = pow(10, std::floor(log10(std::abs(x))) - 3);
+    const double step = std::max(digit / 2, std::numeric_limits<double>::denorm_min());
+    for (double below = x; std::strtod(text.c_str(), nullptr) > x; text = fmt::format("{:.4g}", below)) below -= step;
+    return text;
+}
+
+std::string upper_bound_text(double x) {
+    std::string text = lower_bound_text(-x);
+    if (text.front() == '-') return text.substr(1);
+    return x == 0 || std::isnan(x) ? fmt::format("{:.4g}", x) : "-" + text;
 }
 
 std::string crossing_message(const WallsReport& walls, int dimension) {
@@ -188,6 +207,67 @@ std::string recommended_bound_note(const Report& r) {
         "--min-scaled-jacobian {:g} would make it one{})",
         r.elements_below_bound.size(), r.elements_below_bound.size() == 1 ? "element is" : "elements are",
         r.validity->bound, listed(r.elements_below_bound), r.validity->bound, raise);
+}
+
+// ---------------------------------------------------------------- answers of checks
+
+namespace {
+
+std::string_view judged_name(const MeshReport& m) { return m.is_surface_alone() ? "triangles" : "elements"; }
+
+/// "42 of 252 elements are …".
+std::string share(const CheckReport& report, std::size_t count, std::string_view what) {
+    return fmt::format("{} of {} {} {} {}", grouped(count), grouped(report.mesh.judged()), judged_name(report.mesh),
+                       count == 1 ? "is" : "are", what);
+}
+
+std::string invalid_text(const CheckReport& r) {
+    if (r.is_only_reversed)
+        return share(r, r.invalid,
+                     "numbered the wrong way round, and valid otherwise: commands that curve or change a mesh turn "
+                     "such elements, and `camber repair` writes the mesh with them turned");
+    if (r.mesh.degree == 1) return share(r, r.invalid, "inverted or flat: mend the straight mesh");
+    std::string text = share(
+        r, r.invalid, r.bound > 0 ? fmt::format("below the scaled Jacobian {:g}", r.bound) : "inverted somewhere");
+    if (r.straight_inverted >= r.invalid) return text + ", when straight too: mend the straight mesh";
+    if (r.mesh.is_surface_alone()) return text + ": smaller triangles bow less";
+    return text + "; `camber repair` mends such, with `--cad MODEL` where the boundary alone makes them so";
+}
+
+/// Faults of a mesh, the gravest first.
+std::vector<std::string> faults(const CheckReport& r) {
+    std::vector<std::string> all;
+    if (r.soundness.empty) return {"the mesh is empty"};
+    if (r.invalid > 0) all.push_back(invalid_text(r));
+    if (r.undecided > 0) all.push_back(share(r, r.undecided, "too near to the bound to be certified"));
+    for (const auto& [key, found] : r.soundness.findings)
+        if (found.harms && !(r.is_only_reversed && key == "reversed_elements")) all.push_back(found.sentence);
+    if (const std::size_t crossing = r.crossings.counts.crossing; crossing > 0)
+        all.push_back(fmt::format("{} pairs of {} of the boundary pass through each other", grouped(crossing),
+                                  r.mesh.dimension == 2 ? "edges" : "triangles"));
+    if (r.overlaps.overlapping > 0)
+        all.push_back("elements overlap: " + overlap_text(r.overlaps.found.front(), r.mesh));
+    return all;
+}
+
+}  // namespace
+
+std::string overlap_text(const OverlapReport& overlap, const MeshReport& mesh) {
+    return fmt::format("{} {} and {} overlap at ({:.6g})", mesh.dimension == 2 ? "triangles" : "tetrahedra",
+                       called(overlap.elements[0], overlap.tags[0]), called(overlap.elements[1], overlap.tags[1]),
+                       fmt::join(overlap.point, ", "));
+}
+
+std::string CheckReport::answer() const {
+    const std::vector<std::string> bad = faults(*this);
+    if (bad.size() > 1) return fmt::format("NO: {} (and {} more faults, below)", bad.front(), bad.size() - 1);
+    if (!bad.empty()) return "NO: " + bad.front();
+    const std::size_t n = mesh.judged(), near = crossings.counts.touching + crossings.counts.undecided;
+    return (n == 0 ? std::string("yes: the mesh is sound")
+                   : fmt::format("yes: all {} {} are certified valid, and the mesh is sound", grouped(n),
+                                 judged_name(mesh))) +
+           (near == 0 ? std::string()
+                      : fmt::format("; {} pairs of its boundary touch, or are too near to tell", grouped(near)));
 }
 
 }  // namespace camber::run

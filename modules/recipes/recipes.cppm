@@ -2,7 +2,9 @@
 export module camber.recipes;
 export import camber.stages;
 export import :cycles;
+export import :check;
 export import :fields;
+export import :inspection;
 export import :measurements;
 export import :report;
 export import :run;

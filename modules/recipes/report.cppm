@@ -10,7 +10,6 @@ module;
 #include <vector>
 export module camber.recipes:report;
 import camber.core;
-import camber.interpolation;
 import camber.metric;
 import camber.validity;
 import camber.operation;
@@ -109,6 +108,7 @@ struct MeshReport {
     /// A surface in space without elements: its triangles are judged.
     [[nodiscard]] bool is_surface_alone() const { return dimension == 3 && elements == 0 && facets > 0; }
     [[nodiscard]] std::size_t judged() const { return is_surface_alone() ? facets : elements; }
+    [[nodiscard]] int judged_dimension() const { return is_surface_alone() ? 2 : dimension; }
 
     [[nodiscard]] static constexpr auto fields() {
         using S = MeshReport;
@@ -966,6 +966,9 @@ struct Report {
 [[nodiscard]] std::string grouped(std::size_t n);
 /// A position in four digits: "(0.5, 1.25)".
 [[nodiscard]] std::string place_text(const ReportedPlace& place);
+/// A lower bound in four digits, and an upper one: the text is not above the former, not below the latter.
+[[nodiscard]] std::string lower_bound_text(double x);
+[[nodiscard]] std::string upper_bound_text(double x);
 
 /// One sentence for each cause for which a result is not the requested one, with its place; empty if it is.
 [[nodiscard]] std::vector<std::string> misses(const Report& report);
@@ -1007,46 +1010,6 @@ constexpr auto Report::fields() {
 [[nodiscard]] std::string crossing_message(const WallsReport& walls, int dimension);
 /// "elements overlap in 3 places …"; empty where none do.
 [[nodiscard]] std::string overlap_message(const Report& report);
-
-}  // namespace camber::run
-
-/// How well the mesh carries a function: `camber check --field`.
-export namespace camber::run {
-
-/// Elements of one kind, with their shares of the squared L2 error over the mesh.
-struct ErrorBin {
-    std::string range;  ///< "0.01 to 0.1"
-    std::size_t elements = 0;
-    double straight = 0, same_boundary = 0, curved = 0;
-};
-/// One way to tell elements apart.
-struct ErrorPlace {
-    std::string_view key;  ///< in JSON
-    std::string_view title;
-    std::vector<ErrorBin> bins;  ///< those without elements included
-};
-
-/// Errors of the interpolants of one field; lengths^(D/2) times the field's unit (L2), that by a length (H1).
-struct FieldErrors {
-    std::string expression;
-    InterpolationError errors;
-    std::vector<ErrorPlace> places;
-};
-
-/// One number an element, by which errors are told apart.
-struct ElementKinds {
-    Buffer<double> curvature;        ///< the largest of its edges: |node − middle|/|chord|
-    Buffer<double> scaled_jacobian;  ///< the smallest
-    Buffer<double> hops;             ///< edges from its nearest vertex to the boundary; 8 stands for all above, too
-};
-template <int D>
-[[nodiscard]] Outcome<ElementKinds> element_kinds(const QuadraticMesh<D>& mesh,
-                                                  const Column<float>& min_scaled_jacobian, const Execution& execution);
-
-/// The errors of an expression, and where they sit. Errors: those of the expression and of `interpolation_error`.
-template <int D>
-[[nodiscard]] Outcome<FieldErrors> field_errors(const QuadraticMesh<D>& mesh, const std::string& expression,
-                                                const ElementKinds& kinds, const Execution& execution);
 
 }  // namespace camber::run
 

@@ -1,4 +1,4 @@
-"""The tables of keys in docs/report.md, from `camber schema report`.
+"""The tables of keys in docs/report.md, from `camber schema` of the three reports.
 
     python3 tests/pipelines/report_page.py build/bin/camber --write
 """
@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "report.md"
-BEGIN, END = "<!-- keys of report.json -->\n", "<!-- end of the keys -->\n"
+END = "<!-- end of the keys -->\n"
 
 
 def rows_of(properties, path, known):
@@ -19,9 +19,9 @@ def rows_of(properties, path, known):
         inner = schema
         if schema.get("type") == "array" and schema["items"].get("type") == "object":
             name, inner = name + "[]", schema["items"]
-        if "additionalProperties" in inner:
-            inner = inner["additionalProperties"]
-            name += ".NAME"
+        others = inner.get("additionalProperties")
+        if others and not inner.get("properties"):
+            inner, others, name = others, None, name + ".NAME"
         if not inner.get("properties"):
             rows.append((name, schema.get("unit", ""), meaning))
             continue
@@ -30,7 +30,7 @@ def rows_of(properties, path, known):
             rows.append((f"{name}.KEY", "", f"{meaning}: keys as those of `{known[shape]}`"))
             continue
         known[shape] = name
-        rows += rows_of(inner["properties"], f"{name}.", known)
+        rows += rows_of(inner["properties"] | ({"NAME": others} if others else {}), f"{name}.", known)
     return rows
 
 
@@ -38,30 +38,41 @@ def table(rows):
     return "| key | unit | meaning |\n|---|---|---|\n" + "".join(f"| `{key}` | {unit} | {meaning} |\n" for key, unit, meaning in rows)
 
 
-def tables(camber):
+def properties_of(camber, report):
+    done = subprocess.run([camber, "schema", report], check=True, capture_output=True, text=True)
+    properties = json.loads(done.stdout)["properties"]
+    properties.pop("histograms", None)
+    return properties
+
+
+def tables_of_run(camber, known):
     """The run and its lists first; then a section for each part that is an object of its own."""
-    properties = json.loads(subprocess.run([camber, "schema", "report"], check=True, capture_output=True, text=True).stdout)["properties"]
-    properties.pop("histograms")
     few = 4
-    known, run, parts = {}, [], []
-    for key, schema in properties.items():
+    run, parts = [], []
+    for key, schema in properties_of(camber, "report").items():
         rows = rows_of({key: schema}, "", known)
         is_part = schema.get("type") == "object" and (len(rows) > few or rows[0][0].endswith(".KEY"))
         if is_part:
             parts.append(f"\n### `{key}`\n\n{schema['description'][0].upper()}{schema['description'][1:]}.\n\n{table(rows)}")
         else:
             run += rows
-    return f"### The run\n\n{table(run)}{''.join(parts)}\n"
+    return f"### The run\n\n{table(run)}{''.join(parts)}"
 
 
 def page(camber):
-    text = PAGE.read_text(encoding="utf-8")
-    begin, end = text.index(BEGIN) + len(BEGIN), text.index(END)
-    return text[:begin] + "\n" + tables(camber) + text[end:]
+    """The page with the tables of this program."""
+    known, text = {}, PAGE.read_text(encoding="utf-8")
+    for name, tables in (("report.json", lambda: tables_of_run(camber, known)),
+                         ("check --json", lambda: table(rows_of(properties_of(camber, "check"), "", known))),
+                         ("geometry --json", lambda: table(rows_of(properties_of(camber, "geometry"), "", known)))):
+        mark = f"<!-- keys of {name} -->\n"
+        begin = text.index(mark) + len(mark)
+        text = text[:begin] + "\n" + tables() + "\n" + text[text.index(END, begin):]
+    return text
 
 
 if __name__ == "__main__":
     if "--write" in sys.argv:
         PAGE.write_text(page(sys.argv[1]), encoding="utf-8")
     else:
-        print(tables(sys.argv[1]))
+        print(page(sys.argv[1]))

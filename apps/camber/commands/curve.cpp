@@ -421,8 +421,8 @@ int run_command(const RunArguments& arguments) {
 
 int schema_command(const std::string& of) {
     if (of.empty() || of == "config") return end_with(config::pipeline_schema());
-    if (of == "report") return end_with(run::report_schema());
-    return report_error({ErrorKind::usage, "has no schema", of, {}, "use config or report"});
+    if (const auto schema = run::report_schema(of)) return end_with(*schema);
+    return report_error({ErrorKind::usage, "has no schema", of, {}, "use config, report, check or geometry"});
 }
 
 }  // namespace camber::app

@@ -192,23 +192,13 @@ Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, 
 
 namespace {
 
-ElementColumn column(std::string name, const auto& values) {
-    ElementColumn out{std::move(name), {}};
-    out.values.reserve(values.size());
-    std::ranges::transform(values, std::back_inserter(out.values), [](auto x) { return static_cast<double>(x); });
-    return out;
-}
-
 std::vector<ElementColumn> columns_of(const run::CheckReport& report) {
-    const run::ElementColumns& e = report.elements;
-    std::vector<ElementColumn> all{column("reference", e.references), column("verdict", e.verdicts)};
-    if (report.mesh.degree == 2) {
-        all.push_back(column("min_scaled_jacobian", e.min_scaled_jacobian));
-        all.push_back(column("straight_inverted", e.straight_inverted));
-    } else {
-        all.push_back(column("quality", e.quality));
-        all.push_back(column("volume", e.volume));
-    }
+    std::vector<ElementColumn> all;
+    run::each_shown_field(report.elements, run::Reported::volume, [&](const auto& field, const auto& column) {
+        ElementColumn& out = all.emplace_back(std::string(field.key), std::vector<double>());
+        out.values.reserve(column.size());
+        std::ranges::transform(column, std::back_inserter(out.values), [](auto x) { return static_cast<double>(x); });
+    });
     return all;
 }
 
@@ -229,7 +219,7 @@ Outcome<CheckedInMemory> check_in_memory(const DecodedMesh& mesh, const std::opt
     if (!report) return fail(report.error());
     return CheckedInMemory{
         run::check_json_head(*report, std::string(config::in_memory) + "mesh", CAMBER_VERSION) + "\n}\n",
-        run::check_answer(*report) + "\n" + run::check_table(*report), columns_of(*report), report->all_good()};
+        report->answer() + "\n" + run::check_table(*report), columns_of(*report), report->all_good()};
 }
 
 Outcome<std::string> page_in_memory(const DecodedMesh& mesh, const std::vector<run::NamedField>& fields,

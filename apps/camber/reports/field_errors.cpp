@@ -5,6 +5,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -12,7 +13,6 @@ module;
 #include <vector>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 module camber.reports;
 import camber.core;
 import camber.recipes;
@@ -23,10 +23,7 @@ namespace camber::run {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::string norm_text(const ErrorNorm& norm) {
-    // Within rounding there is nothing to be told but that.
     return norm.value <= 4 * norm.rounding ? "0 to rounding" : fmt::format("{:.4g}", norm.value);
 }
 
@@ -40,17 +37,11 @@ std::string norms_row(const InterpolationError& e, std::string_view name, const 
     return row(e, name, norm_text(error.l2), norm_text(error.h1)) + "\n";
 }
 
-bool comparable(const ErrorNorm& compared, const ErrorNorm& curved) {
-    return curved.value > 4 * curved.rounding && compared.value > 4 * compared.rounding;
-}
+std::string ratio_text(const std::optional<double>& ratio) { return ratio ? fmt::format("{:.4g}", *ratio) : "-"; }
 
-std::string ratio_text(const ErrorNorm& compared, const ErrorNorm& curved) {
-    return comparable(compared, curved) ? fmt::format("{:.4g}", compared.value / curved.value) : "-";
-}
-
-std::string place_rows(const ErrorPlace& place, double ErrorBin::* compared) {
-    std::string text = fmt::format("    {}\n", place.title);
-    for (const ErrorBin& bin : place.bins)
+std::string bin_rows(std::string_view title, const std::vector<ErrorBin>& bins, double ErrorBin::* compared) {
+    std::string text = fmt::format("    {}\n", title);
+    for (const ErrorBin& bin : bins)
         if (bin.elements > 0)
             text += fmt::format("      {:<20}{:>14}{:>12.1f} %{:>10.1f} %\n", bin.range, grouped(bin.elements),
                                 100 * bin.*compared, 100 * bin.curved);
@@ -72,9 +63,10 @@ std::string rows_of_meshes(const InterpolationError& e, int degree) {
     std::string text = norms_row(e, "degree 1", e.linear) + norms_row(e, "degree 2, straight edges", e.straight);
     if (degree != 2) return text;
     if (walls_are_curved) text += norms_row(e, "degree 2, same boundary, straight inner edges", e.same_boundary);
+    const auto [l2, h1] = ratios_of(e);
     text += norms_row(e, "degree 2, as it is", e.curved) +
-            row(e, walls_are_curved ? "straight inner edges / as it is" : "straight / as it is",
-                ratio_text(e.compared().l2, e.curved.l2), ratio_text(e.compared().h1, e.curved.h1));
+            row(e, walls_are_curved ? "straight inner edges / as it is" : "straight / as it is", ratio_text(l2),
+                ratio_text(h1));
     if (!walls_are_curved) return text + "   (above 1: curvature pays)\n";
     const bool same = e.compared().l2.squares == e.curved.l2.squares && e.compared().h1.squares == e.curved.h1.squares;
     return text + (same ? "   (no inner edge is curved)\n" : "   (above 1: curved inner edges pay)\n");
@@ -113,14 +105,6 @@ std::string remarks(const InterpolationError& e) {
     return text;
 }
 
-Json json(const ErrorNorm& norm) {
-    return {{"value", norm.value}, {"uncertainty", norm.uncertainty}, {"rounding", norm.rounding}};
-}
-Json json(const InterpolantError& error) { return {{"l2", json(error.l2)}, {"h1", json(error.h1)}}; }
-Json ratio(const ErrorNorm& compared, const ErrorNorm& curved) {
-    return comparable(compared, curved) ? Json(compared.value / curved.value) : Json(nullptr);
-}
-
 }  // namespace
 
 std::string field_table(const FieldErrors& field, const MeshReport& mesh) {
@@ -132,38 +116,12 @@ std::string field_table(const FieldErrors& field, const MeshReport& mesh) {
     const bool of_straight = e.compared_with == Comparison::straight;
     text += fmt::format("    {:<22}{:>14}{:>14}{:>12}\n", "where the L2 error^2 sits", "elements",
                         of_straight ? "straight" : "same boundary", mesh.degree == 2 ? "as it is" : "");
-    for (const ErrorPlace& place : field.places)
-        if (mesh.degree == 2 || place.key == "boundary")
-            text += place_rows(place, of_straight ? &ErrorBin::straight : &ErrorBin::same_boundary);
-    return text;
-}
-
-std::string field_json(const FieldErrors& field) {
-    const InterpolationError& e = field.errors;
-    Json j{{"field", field.expression},
-           {"linear", json(e.linear)},
-           {"straight", json(e.straight)},
-           {"same_boundary", json(e.same_boundary)},
-           {"curved", json(e.curved)},
-           {"compared_with", word_of(e.compared_with)},
-           {"ratio", {{"l2", ratio(e.compared().l2, e.curved.l2)}, {"h1", ratio(e.compared().h1, e.curved.h1)}}},
-           {"straight_inverted", e.straight_turned},
-           {"same_boundary_inverted", e.same_boundary_turned},
-           {"curved_inverted", e.curved_turned},
-           {"volume", {{"straight", e.volume.straight}, {"curved", e.volume.curved}}},
-           {"unresolved", e.unresolved},
-           {"evaluations", e.evaluations}};
-    for (const ErrorPlace& place : field.places) {
-        Json bins = Json::array();
-        for (const ErrorBin& bin : place.bins)
-            bins.push_back({{"range", bin.range},
-                            {"elements", bin.elements},
-                            {"straight", bin.straight},
-                            {"same_boundary", bin.same_boundary},
-                            {"curved", bin.curved}});
-        j["by_" + std::string(place.key)] = std::move(bins);
-    }
-    return j.dump(-1, ' ', false, Json::error_handler_t::replace);
+    const auto compared = of_straight ? &ErrorBin::straight : &ErrorBin::same_boundary;
+    if (mesh.degree == 2)
+        text +=
+            bin_rows("curvature, |node - middle|/|chord| of the edge that is bent most", field.by_curvature, compared) +
+            bin_rows("smallest scaled Jacobian", field.by_scaled_jacobian, compared);
+    return text + bin_rows("edges between the element and the boundary", field.by_boundary, compared);
 }
 
 namespace {

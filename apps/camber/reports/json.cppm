@@ -29,8 +29,8 @@ void add_fields(Json& object, const S& report, Reported of);
 /// The histograms by their keys.
 [[nodiscard]] Json json_of_histograms(const std::vector<Histogram>& histograms);
 
-/// A struct with fields is an object, a list of named values an object with these names as keys, any other list an
-/// array, a value of an enumeration its word.
+/// A struct with fields is an object, values by names or numbers an object with these as keys, any other list an array,
+/// a value of an enumeration its word.
 template <class T>
 [[nodiscard]] Json json_of(const T& value, Reported of = Reported::volume) {
     if constexpr (std::same_as<T, Json>) {
@@ -45,7 +45,7 @@ template <class T>
         return value ? json_of(*value, of) : Json(nullptr);
     } else if constexpr (is_map<T>) {
         Json object = Json::object();
-        for (const auto& [key, item] : value) object[key] = json_of(item, of);
+        for (const auto& [key, item] : value) object[key_text(key)] = json_of(item, of);
         return object;
     } else if constexpr (is_list<T>) {
         Json array = Json::array();
@@ -86,6 +86,23 @@ template <class T>
         json.get_to(value);
     }
     return value;
+}
+
+/// Reads the fields that are members; members without a key in the JSON object stay as they are. Throws the exceptions
+/// of the JSON library where a value has another type.
+template <class AnyJson, class T>
+void read_json(const AnyJson& json, T& value) {
+    if constexpr (HasFields<T>) {
+        each_field<T>([&](const auto& field) {
+            if constexpr (std::is_member_object_pointer_v<decltype(field.get)>)
+                if (const auto at = json.find(std::string(field.key)); at != json.end())
+                    read_json(*at, value.*field.get);
+        });
+    } else if constexpr (requires { requires HasFields<typename T::value_type>; }) {
+        for (const AnyJson& item : json) read_json(item, value.emplace_back());
+    } else {
+        json.get_to(value);
+    }
 }
 
 }  // namespace camber::run

@@ -23,6 +23,7 @@ import camber.recipes;
 import camber.bezier;
 import camber.validity;
 import camber.io;
+import :json;
 
 namespace camber::run {
 
@@ -48,12 +49,12 @@ std::string tile(std::string_view name, const std::string& value) {
 std::string tiles(const CheckReport& report) {
     const MeshReport& m = report.mesh;
     const bool of_triangles = m.is_surface_alone() || m.dimension == 2;
-    std::string text =
-        tile(of_triangles ? "triangles" : "tetrahedra", grouped(m.judged())) + tile("nodes", grouped(m.nodes)) +
-        tile("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
-        tile("invalid", grouped(report.validity.invalid)) + tile("undecided", grouped(report.validity.undecided));
-    if (m.degree == 2) return text + tile("least scaled Jacobian", lower_bound_text(report.validity.smallest));
-    return report.worst.empty() ? text : text + tile("least quality", fmt::format("{:.4g}", report.worst[0].quality));
+    std::string text = tile(of_triangles ? "triangles" : "tetrahedra", grouped(m.judged())) +
+                       tile("nodes", grouped(m.nodes)) +
+                       tile("dimension, degree", fmt::format("{}D, P{}", m.dimension, m.degree)) +
+                       tile("invalid", grouped(report.invalid)) + tile("undecided", grouped(report.undecided));
+    if (m.degree == 2) return text + tile("least scaled Jacobian", lower_bound_text(report.smallest));
+    return report.worst.empty() ? text : text + tile("least quality", fmt::format("{:.4g}", *report.worst[0].quality));
 }
 
 /// A button an element.
@@ -62,13 +63,12 @@ std::string worst_section(const CheckReport& report) {
     std::string text = fmt::format("<section>\n<h2>The worst {}</h2>\n<ol class=\"worst\">\n", report.worst.size());
     for (std::size_t i = 0; i < report.worst.size(); ++i) {
         const ElementReport& e = report.worst[i];
-        const bool is_curved = report.mesh.degree == 2;
         text += fmt::format(
             "<li><button id=\"worst-{}\" aria-pressed=\"false\"><span>element {}</span><span{}>{} {}</span>"
             "</button></li>\n",
             i, grouped(e.number), e.verdict == Verdict::valid ? "" : " class=\"bad\"",
-            is_curved ? "scaled Jacobian" : "quality",
-            is_curved ? lower_bound_text(e.min_scaled_jacobian) : fmt::format("{:.4g}", e.quality));
+            e.quality ? "quality" : "scaled Jacobian",
+            e.quality ? fmt::format("{:.4g}", *e.quality) : lower_bound_text(*e.min_scaled_jacobian));
     }
     return text + "</ol>\n</section>\n";
 }
@@ -145,7 +145,7 @@ Outcome<std::string> page_of(const Mesh<D>& mesh, const PageSource& source, cons
                                 {"style", frame.style},
                                 {"script", frame.script},
                                 {"verdict", report.all_good() ? "good" : "bad"},
-                                {"answer", escaped(check_answer(report))},
+                                {"answer", escaped(report.answer())},
                                 {"tiles", tiles(report)},
                                 {"worst", worst_section(report)},
                                 {"distances", distance_section(source.distances)},
@@ -256,8 +256,6 @@ Outcome<std::vector<std::string>> packed(std::vector<PageArray> arrays, const Ex
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr int page_format = 1;
 
 std::string_view word(ValuesOn on) {
@@ -353,11 +351,10 @@ namespace {
 /// Sorted: keys are found at once, however many a file has.
 using SortedJson = nlohmann::json;
 
-/// A number of the report; none: null.
-SortedJson at(const SortedJson& report, const char* path) {
+/// The value at a place of a report; null: it has none.
+SortedJson value_at(const SortedJson& report, const char* path) {
     const SortedJson::json_pointer pointer(path);
-    return report.is_object() && report.contains(pointer) && report[pointer].is_number() ? report[pointer]
-                                                                                         : SortedJson();
+    return report.is_object() && report.contains(pointer) ? report[pointer] : SortedJson();
 }
 
 std::string text_of(const SortedJson& number) {
@@ -365,40 +362,42 @@ std::string text_of(const SortedJson& number) {
                                       : fmt::format("{:.4g}", number.get<double>());
 }
 
-std::string row(const SortedJson& report, std::string_view name, const char* before, const char* after) {
-    const SortedJson first = at(report, before), last = at(report, after);
-    if (first.is_null() || last.is_null()) return {};
-    return table_row(name, text_of(first) + " -> " + text_of(last));
-}
-
 }  // namespace
 
 std::string before_and_after(std::string_view report_json) {
     const SortedJson report = SortedJson::parse(report_json, nullptr, false);
-    return row(report, "invalid elements", "/validity_before_correction/invalid", "/validity/invalid") +
-           row(report, "undecided elements", "/validity_before_correction/undecided", "/validity/undecided") +
-           row(report, "smallest scaled Jacobian", "/validity_before_correction/min_scaled_jacobian",
+    const auto row = [&](std::string_view name, const char* before, const char* after) {
+        const SortedJson first = value_at(report, before), last = value_at(report, after);
+        if (!first.is_number() || !last.is_number()) return std::string();
+        return table_row(name, text_of(first) + " -> " + text_of(last));
+    };
+    return row("invalid elements", "/validity_before_correction/invalid", "/validity/invalid") +
+           row("undecided elements", "/validity_before_correction/undecided", "/validity/undecided") +
+           row("smallest scaled Jacobian", "/validity_before_correction/min_scaled_jacobian",
                "/validity/min_scaled_jacobian") +
-           row(report, "largest distance to the geometry", "/boundary/largest_distance_straight",
+           row("largest distance to the geometry", "/boundary/largest_distance_straight",
                "/boundary/largest_distance") +
-           row(report, "mean length reduction", "/curve/before_correction/mean_length_reduction",
+           row("mean length reduction", "/curve/before_correction/mean_length_reduction",
                "/curve/after_correction/mean_length_reduction") +
-           row(report, "mean curvature", "/curve/before_correction/mean_curvature",
-               "/curve/after_correction/mean_curvature");
+           row("mean curvature", "/curve/before_correction/mean_curvature", "/curve/after_correction/mean_curvature");
 }
 
 std::optional<DistancesReport> distances_of_report(std::string_view report_json) {
-    const SortedJson report = SortedJson::parse(report_json, nullptr, false);
-    const SortedJson::json_pointer pointer("/boundary/distances");
-    if (!report.is_object() || !report.contains(pointer)) return {};
-    return distances_of_json(report[pointer].dump());
+    const SortedJson found = value_at(SortedJson::parse(report_json, nullptr, false), "/boundary/distances");
+    if (!found.is_object()) return {};
+    DistancesReport report;
+    try {
+        read_json(found, report);
+    } catch (const SortedJson::exception&) {
+        return {};
+    }
+    for (EntityReport& entity : report.entities) entity.name = name_of(entity);
+    return report;
 }
 
 std::string mesh_of_report(std::string_view report_json) {
-    const SortedJson report = SortedJson::parse(report_json, nullptr, false);
-    const SortedJson::json_pointer pointer("/config/output/mesh");
-    if (!report.is_object() || !report.contains(pointer) || !report[pointer].is_string()) return {};
-    return report[pointer].get<std::string>();
+    const SortedJson found = value_at(SortedJson::parse(report_json, nullptr, false), "/config/output/mesh");
+    return found.is_string() ? found.get<std::string>() : std::string();
 }
 
 }  // namespace camber::run

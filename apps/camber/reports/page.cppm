@@ -15,7 +15,6 @@ import camber.recipes;
 import camber.drawing;
 import camber.bezier;
 import camber.io;
-import :inspection;
 
 /// A mesh and what is known of it as one HTML file, for a browser: `camber report`. What is in it: docs/page.md.
 export namespace camber::run {

@@ -1,7 +1,9 @@
-// The JSON Schema of report.json, from the descriptions of its fields.
+// JSON Schemas of reports, from the descriptions of their fields
 module;
 #include <concepts>
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -12,6 +14,7 @@ module camber.reports;
 import camber.core;
 import camber.recipes;
 import camber.transfer;
+import camber.validity;
 import :json;
 
 namespace camber::run {
@@ -21,8 +24,25 @@ namespace {
 template <class T>
 [[nodiscard]] Json schema_of();
 
+template <class T>
+struct WithoutOptional {
+    using type = T;
+};
+template <class T>
+struct WithoutOptional<std::optional<T>> {
+    using type = T;
+};
+template <class T>
+using Unwrapped = typename WithoutOptional<T>::type;
+
+/// The properties of an object of S; `other` describes those that the names of a map stand for.
+struct Properties {
+    Json named = Json::object(), other;
+};
+
 template <class S>
-void add_properties(Json& properties) {
+[[nodiscard]] Properties properties_of() {
+    Properties all;
     each_field<S>([&](const auto& field) {
         using T = std::remove_cvref_t<decltype(std::invoke(field.get, std::declval<const S&>()))>;
         if (!field.key.empty()) {
@@ -30,28 +50,32 @@ void add_properties(Json& properties) {
             property["description"] = field.meaning;
             if (!field.unit_name.empty()) property["unit"] = field.unit_name;
             if (field.presence == Presence::or_null) property["type"] = {property["type"], "null"};
-            properties[std::string(field.key)] = std::move(property);
-        } else if constexpr (is_optional<T>) {
-            if constexpr (HasFields<typename T::value_type>) add_properties<typename T::value_type>(properties);
-        } else if constexpr (HasFields<T>) {
-            add_properties<T>(properties);
+            all.named[std::string(field.key)] = std::move(property);
+        } else if constexpr (is_map<T>) {
+            all.other = schema_of<typename T::value_type::second_type>();
+            all.other["description"] = field.meaning;
+        } else if constexpr (HasFields<Unwrapped<T>>) {
+            for (auto& [key, property] : properties_of<Unwrapped<T>>().named.items())
+                if (field.has(key)) all.named[key] = property;
         }
     });
+    return all;
 }
 
 template <class T>
 Json schema_of() {
     if constexpr (HasFields<T>) {
-        Json properties = Json::object();
-        add_properties<T>(properties);
-        return {{"type", "object"}, {"properties", std::move(properties)}};
+        auto [named, other] = properties_of<T>();
+        Json object{{"type", "object"}, {"properties", std::move(named)}};
+        if (!other.is_null()) object["additionalProperties"] = std::move(other);
+        return object;
     } else if constexpr (std::same_as<T, std::vector<Histogram>>) {
         return {{"type", "object"}};
     } else if constexpr (is_optional<T>) {
         return schema_of<typename T::value_type>();
     } else if constexpr (is_map<T>) {
         return {{"type", "object"}, {"additionalProperties", schema_of<typename T::value_type::second_type>()}};
-    } else if constexpr (std::same_as<T, bool>) {
+    } else if constexpr (std::same_as<T, bool> || std::same_as<T, std::uint8_t>) {
         return {{"type", "boolean"}};
     } else if constexpr (std::integral<T>) {
         return {{"type", "integer"}};
@@ -66,23 +90,41 @@ Json schema_of() {
 
 Json described(std::string_view type, std::string_view meaning) { return {{"type", type}, {"description", meaning}}; }
 
-/// The properties that stand before those of `Report`.
+/// The properties that stand first in all reports.
 Json head() {
     Json format = described("integer", "number of this layout: it rises when a key goes or changes its meaning");
     format["const"] = report_format;
     Json program = described("object", "the program that wrote the report");
     program["properties"] = {{"name", described("string", "`camber`")},
                              {"version", described("string", "its version")}};
-    Json input = schema_of<OriginReport>();
-    input["description"] = "the mesh that was read or generated";
-    Json units = described("object", "the units, in words");
+    return {{"format", std::move(format)}, {"program", std::move(program)}};
+}
+
+Json head_of_run() {
+    Json properties = head();
+    properties["input"] = schema_of<OriginReport>();
+    properties["input"]["description"] = "the mesh that was read or generated";
+    properties["config"] = described("object", "the pipeline with every default, as `--print-config` prints it");
+    properties["units"] = described("object", "the units, in words");
     for (const char* const key : {"lengths", "metric", "angles", "times", "memory"})
-        units["properties"][key] = described("string", "unit");
-    return {{"format", std::move(format)},
-            {"program", std::move(program)},
-            {"input", std::move(input)},
-            {"config", described("object", "the pipeline with every default, as `--print-config` prints it")},
-            {"units", std::move(units)}};
+        properties["units"]["properties"][key] = described("string", "unit");
+    return properties;
+}
+
+Json head_of_file() {
+    Json properties = head();
+    properties["file"] = described("string", "the file, as it was named");
+    return properties;
+}
+
+/// The schema of a report of S with the properties `first` before its own.
+template <class S>
+Json schema_with(std::string_view title, Json first) {
+    first.update(properties_of<S>().named);
+    return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"title", title},
+            {"type", "object"},
+            {"properties", std::move(first)}};
 }
 
 template <class T>
@@ -107,13 +149,19 @@ std::vector<ReportKey> report_keys() {
     return keys;
 }
 
-std::string report_schema() {
-    Json properties = head();
-    add_properties<Report>(properties);
-    const Json schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                      {"title", "Report of a run of Camber"},
-                      {"type", "object"},
-                      {"properties", std::move(properties)}};
+std::optional<std::string> report_schema(std::string_view of) {
+    Json schema;
+    if (of == "report") {
+        schema = schema_with<Report>("Report of a run of Camber", head_of_run());
+    } else if (of == "check") {
+        schema = schema_with<CheckReport>("Report of camber check --json", head_of_file());
+        schema["properties"]["element_verdicts"] = schema_of<ElementColumns>();
+        schema["properties"]["element_verdicts"]["description"] = "with `--elements`: columns, one entry an element";
+    } else if (of == "geometry") {
+        schema = schema_with<GeometryReport>("Report of camber geometry --json", head_of_file());
+    } else {
+        return {};
+    }
     return schema.dump(2) + "\n";
 }
 

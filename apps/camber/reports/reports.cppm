@@ -1,5 +1,5 @@
 /// Reports of runs and of meshes as texts, pictures and pages.
 export module camber.reports;
-export import :inspection;
 export import :page;
+export import :picture;
 export import :texts;

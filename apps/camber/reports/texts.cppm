@@ -24,8 +24,6 @@ export namespace camber::run {
 /// no JSON object with histograms as Camber writes them.
 [[nodiscard]] std::optional<std::vector<Histogram>> histograms_of_report(std::string_view json);
 
-/// Reads the object of distances in report.json; the name of the geometry is not in it. None: it is no such object.
-[[nodiscard]] std::optional<DistancesReport> distances_of_json(std::string_view json);
 /// The entities, the farthest first.
 [[nodiscard]] std::vector<const EntityReport*> farthest_first(const DistancesReport& report);
 /// Two lines, the worst entity named; and one for each of the worst entities.
@@ -42,10 +40,6 @@ export namespace camber::run {
 [[nodiscard]] std::string table_row(std::string_view name, const std::string& value);
 [[nodiscard]] std::string table_row(std::string_view name, std::size_t n);
 
-/// A lower bound in four digits, and an upper one: what is read back is not above the former, not below the latter.
-[[nodiscard]] std::string lower_bound_text(double x);
-[[nodiscard]] std::string upper_bound_text(double x);
-
 /// The lower bound of a scaled Jacobian; "> 0" where its sign is certain and no number above 0 is.
 [[nodiscard]] std::string scaled_jacobian_text(double least, bool is_positive);
 
@@ -56,10 +50,32 @@ export namespace camber::run {
 /// All fields of the report, one a line, and the times of the steps.
 [[nodiscard]] std::string full_table(const Report& report);
 
-/// report.json: the same numbers. What each key means: docs/report.md.
+/// Tables of `camber check` and `camber geometry` for a terminal, without colours.
+[[nodiscard]] std::string check_table(const CheckReport& report);
+[[nodiscard]] std::string inspect_table(const GeometryReport& report);
+
+/// report.json: the same numbers. The keys: docs/report.md.
 [[nodiscard]] std::string to_json(const Report& report);
-/// The JSON Schema of report.json: the type, the meaning and the unit of each key.
-[[nodiscard]] std::string report_schema();
+/// The objects of `camber check --json` and `camber geometry --json`; `name` is the file's, `version` the program's.
+/// That of a check ends before its last brace, so that members may follow.
+[[nodiscard]] std::string check_json_head(const CheckReport& report, std::string_view name, std::string_view version);
+[[nodiscard]] std::string inspect_json(const GeometryReport& report, std::string_view name, std::string_view version);
+
+/// The object of `camber info --json`, and its rows for a terminal.
+[[nodiscard]] std::string info_json(const FileInfo& info);
+[[nodiscard]] std::string info_table(const FileInfo& info);
+
+/// The columns of the elements by name, each in pieces: items [begin, end) as JSON without brackets.
+[[nodiscard]] std::vector<std::string> column_names(const CheckReport& report);
+[[nodiscard]] std::string column_items(const CheckReport& report, std::string_view column, std::size_t begin,
+                                       std::size_t end);
+/// The same as CSV: the line of titles, and the lines of elements [begin, end).
+[[nodiscard]] std::string csv_titles(const CheckReport& report);
+[[nodiscard]] std::string csv_lines(const CheckReport& report, std::size_t begin, std::size_t end);
+
+/// The JSON Schema of report.json, `check --json` or `geometry --json` (report, check, geometry): the type, the meaning
+/// and the unit of each key; none for other names.
+[[nodiscard]] std::optional<std::string> report_schema(std::string_view of);
 
 /// A key of report.json with the keys that lead to it: "boundary.cad.faces".
 struct ReportKey {
@@ -79,14 +95,6 @@ struct ReportKey {
 
 /// Lines for a terminal; of degree 1 nothing is curved.
 [[nodiscard]] std::string field_table(const FieldErrors& field, const MeshReport& mesh);
-/// A JSON object.
-[[nodiscard]] std::string field_json(const FieldErrors& field);
-
-/// Lines for a terminal.
-[[nodiscard]] std::string unit_mesh_rows(const UnitMeshReport& report);
-
-/// Lines for a terminal.
-[[nodiscard]] std::string curved_unit_mesh_rows(const CurvedUnitMeshReport& report);
 
 /// "seconds", "minutes" or "hours": by 5 000 to 30 000 edges a second and thread.
 [[nodiscard]] std::string time_class(const PlanSize& size, int threads);

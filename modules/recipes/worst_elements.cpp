@@ -1,3 +1,4 @@
+// The worst elements of a mesh, with reasons
 module;
 #include <algorithm>
 #include <array>
@@ -13,9 +14,8 @@ module;
 #include <utility>
 #include <vector>
 #include <fmt/format.h>
-module camber.reports;
+module camber.recipes;
 import camber.core;
-import camber.recipes;
 import camber.bezier;
 import camber.validity;
 import camber.optimisation;
@@ -33,9 +33,9 @@ std::vector<std::uint32_t> find_lowest(const Column<Verdict>& verdicts, const Bu
         const auto rank = [&](std::uint32_t e) { return std::tuple(verdicts[e] == Verdict::valid, scores[e], e); };
         return rank(a) < rank(b);
     };
-    const auto end = order.begin() + static_cast<std::ptrdiff_t>(std::min(n, order.size()));
-    std::partial_sort(order.begin(), end, order.end(), worse);
-    order.erase(end, order.end());
+    n = std::min(n, order.size());
+    std::ranges::partial_sort(order, order.begin() + static_cast<std::ptrdiff_t>(n), worse);
+    order.resize(n);
     return order;
 }
 
@@ -67,8 +67,8 @@ ElementValidity check_closely(const Judged<D>& judged, std::size_t e) {
 template <int D>
 Outcome<std::vector<std::uint32_t>> find_lowest_jacobians(const Judged<D>& judged, std::size_t n,
                                                           const Execution& execution) {
-    const Column<float>& bounds = judged.columns.min_scaled_jacobian;
-    const Column<Verdict>& verdicts = judged.columns.verdicts;
+    const Column<float>& bounds = judged.report.elements.min_scaled_jacobian;
+    const Column<Verdict>& verdicts = judged.report.elements.verdicts;
     Buffer<double> scores(bounds.begin(), bounds.end());
     const auto refine = [&](std::size_t e) { scores[e] = check_closely(judged, e).min_scaled_jacobian; };
     const auto first = find_lowest(verdicts, scores, n);
@@ -98,7 +98,7 @@ std::string name_place(const Barycentric<D>& at, const std::vector<std::size_t>&
     return "inside";
 }
 
-/// The straight element cannot be told from a flat one.
+/// True if the straight element is flat to rounding.
 template <int K>
 bool is_flat(const BoundedJacobian<K>& jacobian) {
     return !(std::abs(jacobian.straight) > 2 * jacobian.error);
@@ -132,10 +132,10 @@ std::string describe_wall(const Judged<D>& judged, ElementId e) {
     const auto at = std::lower_bound(walls.begin(), walls.end(), e,
                                      [](const WallElement& wall, ElementId id) { return wall.element < id; });
     if (at == walls.end() || at->element != e) return {};
-    const std::size_t a = judged.numbers(at->hinge[0].index());
+    const std::size_t a = judged.report.numbers(at->hinge[0].index());
     if (D == 2) return fmt::format("two edges on one smooth wall (at vertex {}): curved, it needs a swap", a);
     return fmt::format("two faces on one smooth wall (edge {}-{}): its nodes cannot make it good, it needs a swap", a,
-                       judged.numbers(at->hinge[1].index()));
+                       judged.report.numbers(at->hinge[1].index()));
 }
 
 struct Facts {
@@ -153,12 +153,12 @@ std::string give_reason(const ElementReport& element, const Facts& facts) {
     if (facts.inverted_all_over) return "inverted: det J is negative all over";
     const std::string share = fmt::format("det J = {} of the straight element's {}", told, facts.where);
     switch (element.verdict) {
-        case Verdict::valid: return element.straight_inverted ? share + "; inverted when straight, yet valid" : share;
+        case Verdict::valid: return *element.straight_inverted ? share + "; inverted when straight, yet valid" : share;
         case Verdict::undecided:
             return fmt::format("undecided: within rounding of the bound {:g} {}", facts.bound, facts.where);
         case Verdict::invalid: break;
     }
-    if (element.straight_inverted) return share + "; inverted when straight";
+    if (*element.straight_inverted) return share + "; inverted when straight";
     return value > 0 ? share + fmt::format(", below the bound {:g}", facts.bound) : share;
 }
 
@@ -183,6 +183,7 @@ void describe_curved(const BoundedJacobian<K>& jacobian, const auto& nodes, cons
 template <int D>
 void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_t e) {
     element.min_scaled_jacobian = check_closely(judged, e).min_scaled_jacobian;
+    element.straight_inverted = judged.report.elements.straight_inverted[e] == 1;
     with_element(judged, e, [&](const auto& nodes, const auto& curved) {
         const auto plain = bounded_jacobian(nodes);
         describe_curved(blurred(plain) ? sharp_jacobian(nodes) : plain, nodes, curved, judged.validation.bound,
@@ -192,8 +193,8 @@ void describe_curved(const Judged<D>& judged, ElementReport& element, std::size_
 
 template <int D>
 void describe_straight(const Judged<D>& judged, ElementReport& element, std::size_t e) {
-    element.quality = judged.columns.quality[e];
-    element.volume = judged.columns.volume[e];
+    element.quality = judged.report.elements.quality[e];
+    element.volume = judged.report.elements.volume[e];
     const bool is_alone = is_surface_alone(judged.mesh.linear);
     const char* measure = D == 2 || is_alone ? "area" : "volume";
     if (element.verdict == Verdict::valid) {
@@ -207,7 +208,7 @@ void describe_straight(const Judged<D>& judged, ElementReport& element, std::siz
                 longest = std::max(longest, length);
             }
         element.reason = fmt::format("edges from {:.4g} to {:.4g}", shortest, longest);
-    } else if (element.volume < 0 && element.verdict == Verdict::invalid) {
+    } else if (*element.volume < 0 && element.verdict == Verdict::invalid) {
         element.reason = fmt::format("inverted: its {} is negative", measure);
     } else {
         element.reason = fmt::format("flat: its {} is 0 to rounding", measure);
@@ -217,14 +218,15 @@ void describe_straight(const Judged<D>& judged, ElementReport& element, std::siz
 template <int D>
 ElementReport describe_element(const Judged<D>& judged, std::size_t e) {
     ElementReport element;
+    const CheckReport& report = judged.report;
     element.number = e + 1;
-    element.tag = judged.numbers.tag(is_surface_alone(judged.mesh.linear) ? 2 : D, e + 1);
-    element.reference = judged.columns.references[e];
-    element.verdict = judged.columns.verdicts[e];
-    element.straight_inverted = judged.columns.straight_inverted[e] == 1;
+    element.tag = report.tag_of(e + 1);
+    element.reference = report.elements.references[e];
+    element.name = name_in(report.groups, report.mesh.judged_dimension(), element.reference);
+    element.verdict = report.elements.verdicts[e];
     element.vertices.reserve(D + 1);
-    for (const VertexId v : vertices_of(judged.mesh.linear, e)) element.vertices.push_back(judged.numbers(v.index()));
-    judged.degree == 2 ? describe_curved(judged, element, e) : describe_straight(judged, element, e);
+    for (const VertexId v : vertices_of(judged.mesh.linear, e)) element.vertices.push_back(report.numbers(v.index()));
+    report.elements.is_curved() ? describe_curved(judged, element, e) : describe_straight(judged, element, e);
     if (is_surface_alone(judged.mesh.linear)) return element;
     if (const std::string wall = describe_wall(judged, ElementId(e)); !wall.empty()) element.reason += "; " + wall;
     return element;
@@ -236,21 +238,21 @@ template <int D>
 Outcome<std::vector<ElementReport>> find_worst_elements(const Judged<D>& judged, std::size_t n,
                                                         const Execution& execution) {
     std::vector<std::uint32_t> chosen;
-    if (judged.degree == 2) {
+    if (judged.report.elements.is_curved()) {
         auto found = find_lowest_jacobians(judged, n, execution);
         if (!found) return fail(found.error());
         chosen = std::move(*found);
     } else {
-        const Column<float>& quality = judged.columns.quality;
-        chosen = find_lowest(judged.columns.verdicts, Buffer<double>(quality.begin(), quality.end()), n);
+        const Column<float>& quality = judged.report.elements.quality;
+        chosen = find_lowest(judged.report.elements.verdicts, Buffer<double>(quality.begin(), quality.end()), n);
     }
     std::vector<ElementReport> worst(chosen.size());
     auto done =
         each(execution, chosen.size(), [&](std::size_t i) { worst[i] = describe_element(judged, chosen[i]); }, 16);
     if (!done) return fail(done.error());
     const auto rank = [&](const ElementReport& e) {
-        return std::tuple(e.verdict == Verdict::valid, judged.degree == 2 ? e.min_scaled_jacobian : e.quality,
-                          e.number);
+        return std::tuple(e.verdict == Verdict::valid,
+                          judged.report.elements.is_curved() ? *e.min_scaled_jacobian : *e.quality, e.number);
     };
     std::sort(worst.begin(), worst.end(),
               [&](const ElementReport& a, const ElementReport& b) { return rank(a) < rank(b); });

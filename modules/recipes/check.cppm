@@ -1,0 +1,437 @@
+module;
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+export module camber.recipes:check;
+import camber.core;
+import camber.interpolation;
+import camber.validity;
+import camber.crossing;
+import camber.soundness;
+import camber.io;
+import camber.stages;
+import :fields;
+import :measurements;
+import :report;
+import :state;
+
+/// Errors of the interpolants of a function on a mesh: `camber check --field`.
+export namespace camber::run {
+
+/// Elements of one kind, with their shares of the squared L2 error over the mesh.
+struct ErrorBin {
+    std::string range;  ///< "0.01 to 0.1"
+    std::size_t elements = 0;
+    double straight = 0, same_boundary = 0, curved = 0;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = ErrorBin;
+        constexpr Fields<S> f;
+        return std::tuple(f("range", &S::range, "range of the bin"),
+                          f("elements", &S::elements, "number of its elements"),
+                          f("straight", &S::straight, "their share of the squared L2 error of `straight`").unit("1"),
+                          f("same_boundary", &S::same_boundary, "their share of that of `same_boundary`").unit("1"),
+                          f("curved", &S::curved, "their share of that of `curved`").unit("1"));
+    }
+};
+
+/// Errors of the interpolants of one field, and where they are. Bins without elements are included.
+struct FieldErrors {
+    std::string expression;
+    InterpolationError errors;
+    std::vector<ErrorBin> by_curvature, by_scaled_jacobian, by_boundary;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = FieldErrors;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("field", &S::expression, "expression of the field"), f.merged(&S::errors),
+            f("by_curvature", &S::by_curvature, "elements by |node − middle|/|chord| of their most curved edge"),
+            f("by_scaled_jacobian", &S::by_scaled_jacobian, "elements by their smallest scaled Jacobian"),
+            f("by_boundary", &S::by_boundary, "elements by the number of edges between them and the boundary"));
+    }
+};
+
+}  // namespace camber::run
+
+/// Soundness of a mesh, verdicts of its elements, crossings and overlaps: `camber check`.
+export namespace camber::run {
+
+/// Options of a check. The bound is 0, not that of the meshes which a run makes.
+struct CheckOptions {
+    double min_scaled_jacobian = 0;
+    double ridge_angle = ExamineOptions{}.ridge_angle_degrees;
+    std::size_t worst = 10;
+    std::vector<std::string> fields = {};  ///< expressions whose interpolants' errors are computed
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = CheckOptions;
+        return std::tuple(
+            option("min_scaled_jacobian", &S::min_scaled_jacobian,
+                   "what an element's scaled Jacobian must reach to be valid, from 0 and below 1")
+                .at_least(0)
+                .below(1),
+            option("ridge_angle", &S::ridge_angle,
+                   "faces of the boundary that turn by less than this (degrees) are one smooth wall")
+                .at_least(0)
+                .at_most(180),
+            option("worst", &S::worst, "how many of the worst elements to show").at_least(0).at_most(1000000));
+    }
+};
+
+/// "valid", "invalid", "undecided".
+[[nodiscard]] constexpr std::string_view word(Verdict verdict) {
+    return verdict == Verdict::valid ? "valid" : verdict == Verdict::invalid ? "invalid" : "undecided";
+}
+
+/// Point of an element where det J is lowest.
+struct Witness {
+    std::vector<double> barycentric, point;
+    double scaled_jacobian = 0;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = Witness;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("barycentric", &S::barycentric,
+              "weights w of the vertices, exact if the element fails there: the point is w/Σw")
+                .unit("1"),
+            f("point", &S::point, "the point in space").unit("length"),
+            f("scaled_jacobian", &S::scaled_jacobian, "scaled Jacobian there; if the straight element is flat det J")
+                .unit("1"));
+    }
+};
+
+/// One of the worst elements.
+struct ElementReport {
+    std::size_t number = 0;
+    std::uint64_t tag = 0;  ///< 0: none
+    Reference reference = 0;
+    std::string name = {};
+    Verdict verdict = Verdict::undecided;
+    std::vector<std::size_t> vertices = {};
+    std::optional<double> min_scaled_jacobian = {};   ///< see ElementValidity; of degree 2
+    std::optional<bool> straight_inverted = {};       ///< of degree 2
+    std::optional<Witness> witness = {};              ///< of degree 2
+    std::optional<double> quality = {}, volume = {};  ///< see ElementColumns; of degree 1
+    std::string reason = {};
+
+    [[nodiscard]] std::string_view verdict_word() const { return word(verdict); }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = ElementReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("element", &S::number, "its number, from 1"),
+            f("tag", &S::tag, "its number in the file, where that is another one").unless_empty(),
+            f("reference", &S::reference, "its reference"), f("name", &S::name, "name of its reference").unless_empty(),
+            f("verdict", &S::verdict_word, "`valid`, `invalid` or `undecided`"),
+            f("vertices", &S::vertices, "its vertices, as the file numbers them"),
+            f("min_scaled_jacobian", &S::min_scaled_jacobian, "degree 2: its smallest scaled Jacobian").unit("1"),
+            f("straight_inverted", &S::straight_inverted, "degree 2: true if it is inverted or flat when straight"),
+            f("witness", &S::witness, "degree 2: the point where det J is lowest"),
+            f("quality", &S::quality, "degree 1: its mean ratio").unit("1"),
+            f("volume", &S::volume, "degree 1: its volume (2D: area) with sign").unit("length^D"),
+            f("reason", &S::reason, "the reason, in words"));
+    }
+};
+
+/// One entry an element; of a standalone surface mesh one a triangle.
+struct ElementColumns {
+    int degree = 1;  ///< of the mesh
+    Column<Reference> references;
+    Column<Verdict> verdicts;
+    Column<float> min_scaled_jacobian;
+    Column<std::uint8_t> straight_inverted;
+    Column<float> quality;
+    Column<double> volume;
+
+    [[nodiscard]] bool is_straight() const { return degree == 1; }
+    [[nodiscard]] bool is_curved() const { return degree == 2; }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = ElementColumns;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("reference", &S::references, "references of the elements"),
+            f("verdict", &S::verdicts, "`valid`, `invalid` or `undecided`"),
+            f("min_scaled_jacobian", &S::min_scaled_jacobian,
+              "degree 2: certified lower bounds of the scaled Jacobians; null: not finite")
+                .unit("1")
+                .where(&S::is_curved),
+            f("straight_inverted", &S::straight_inverted, "degree 2: true if inverted or flat when straight")
+                .where(&S::is_curved),
+            f("quality", &S::quality,
+              "degree 1: mean ratios, 1 for an equilateral element, 0 for a flat one, negative for an inverted one")
+                .unit("1")
+                .where(&S::is_straight),
+            f("volume", &S::volume, "degree 1: volumes (2D: areas) with sign").unit("length^D").where(&S::is_straight));
+    }
+};
+
+/// A kind of defect that was found.
+struct FindingReport {
+    std::size_t count = 0;
+    std::vector<std::size_t> first;  ///< one or two numbers, from 1, as in the file
+    std::string_view concern;
+    bool harms = false;
+    std::string sentence;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = FindingReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("count", &S::count, "number of entities with the defect"),
+            f("first", &S::first, "the first of them, with a second number where two belong together"),
+            f("category", &S::concern,
+              "subject of the defect: `conformity`, `orientation`, `nodes`, `boundary`, `closure` or `walls`"),
+            f("is_harmful", &S::harms, "true: the mesh is not sound because of it"), f("text", &S::sentence, "a sentence"));
+    }
+};
+
+struct SoundnessReport {
+    template <class T>
+    using ByDefect = std::vector<std::pair<std::string, T>>;
+
+    bool sound = true, empty = false;
+    ByDefect<std::size_t> counts;
+    ByDefect<FindingReport> findings;
+
+    [[nodiscard]] ByDefect<std::vector<std::size_t>> first() const;
+    [[nodiscard]] static constexpr auto fields() {
+        using S = SoundnessReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("sound", &S::sound, "true: nothing was found that harms"),
+            f("empty", &S::empty, "true: the mesh has no element and no facet"),
+            f({}, &S::counts, "number of entities with a defect, by kind ([soundness.md](algorithms/soundness.md))"),
+            f("first", &S::first, "of each kind that was found the first, as `findings.NAME.first`"),
+            f("findings", &S::findings, "the kinds that were found"));
+    }
+};
+
+/// Two facets that are not disjoint; the same one twice: it crosses itself.
+struct CrossingReport {
+    Crossing verdict = Crossing::undecided;
+    std::array<std::size_t, 2> facets{};
+    std::array<std::uint64_t, 2> tags{};  ///< the file's own numbers, where those are others; 0: none
+    std::array<Reference, 2> references{};
+    std::array<std::vector<std::size_t>, 2> vertices{};
+    bool straight_too = false;
+
+    [[nodiscard]] std::string_view verdict_word() const { return word(verdict); }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = CrossingReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("verdict", &S::verdict_word, "`crossing`, `touching` or `undecided`"),
+            f("facets", &S::facets,
+              "numbers of both, from 1; 0: the file lists no boundary; the same twice: a facet with itself"),
+            f("references", &S::references, "their references"),
+            f("vertices", &S::vertices, "their vertices, as the file numbers them"),
+            f("also_when_straight", &S::straight_too, "true: the straight facets of their vertices are not disjoint either"));
+    }
+};
+
+/// Facets that cross.
+struct CrossingsReport {
+    bool looked_at = true;
+    std::size_t facets = 0;
+    Crossings counts = {};
+    std::vector<CrossingReport> found = {};
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = CrossingsReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("examined", &S::looked_at, "false: crossings were not examined, since the mesh has a fatal defect"),
+            f("facets", &S::facets, "number of facets of the boundary and of interfaces"), f.merged(&S::counts),
+            f("found", &S::found, "pairs that are not disjoint, by rising facets"));
+    }
+};
+
+/// Two elements that overlap.
+struct OverlapReport {
+    std::array<std::size_t, 2> elements{};
+    std::array<std::uint64_t, 2> tags{};  ///< 0: none
+    std::array<Reference, 2> references{};
+    std::vector<double> point;
+
+    [[nodiscard]] bool has_tags() const { return tags[0] != 0; }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = OverlapReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("elements", &S::elements, "their numbers, from 1"),
+                          f("tags", &S::tags, "their numbers in the file, where those are others").where(&S::has_tags),
+                          f("references", &S::references, "their references"),
+                          f("point", &S::point, "a point inside both, to rounding").unit("length"));
+    }
+};
+
+/// Elements that overlap.
+struct OverlapsReport {
+    bool looked_at = false;
+    std::size_t walls = 0, overlapping = 0, undecided = 0;
+    std::vector<OverlapReport> found = {};
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = OverlapsReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("examined", &S::looked_at,
+              "false: overlaps were not examined, since the mesh has no elements, a fatal defect or elements that it "
+              "lists twice"),
+            f("walls", &S::walls, "number of connected parts of the boundary that were examined"),
+            f("overlapping", &S::overlapping,
+              "number of pairs of facets that touch, and of parts of the boundary, inside other elements "
+              "([crossing.md](algorithms/crossing.md#elements-that-overlap))"),
+            f("undecided", &S::undecided, "number of parts without a certified answer"),
+            f("found", &S::found, "pairs of elements that overlap, by rising elements"));
+    }
+};
+
+using ReferenceCounts = std::map<Reference, std::size_t>;
+
+struct CheckReport {
+    MeshReport mesh;
+    ReferenceCounts elements_by_reference, facets_by_reference, feature_edges_by_reference;
+    Groups groups;
+    double bound = 0;
+    std::size_t invalid = 0, undecided = 0, straight_inverted = 0;
+    double smallest = 1;  ///< scaled Jacobian; 1 without elements
+    std::size_t worst_element = 0;
+    std::vector<ElementReport> worst;
+    std::vector<Histogram> histograms;
+    std::vector<std::size_t> invalid_elements, undecided_elements, straight_inverted_elements, wall_elements;
+    SoundnessReport soundness;
+    CrossingsReport crossings;
+    OverlapsReport overlaps;
+    std::optional<UnitMeshReport> unit_mesh;
+    std::optional<CurvedUnitMeshReport> curved_unit_mesh;
+    std::vector<FieldErrors> interpolation;
+    std::vector<std::string> notices;
+    ElementColumns elements;
+    FileNumbers numbers;
+    bool is_only_reversed = false;  ///< all invalid elements are valid once they are numbered the other way round
+
+    [[nodiscard]] bool all_good() const {
+        return soundness.sound && invalid == 0 && undecided == 0 && crossings.counts.crossing == 0 &&
+               overlaps.overlapping == 0;
+    }
+    [[nodiscard]] std::size_t valid() const { return mesh.judged() - invalid - undecided; }
+    [[nodiscard]] std::optional<double> min_scaled_jacobian() const {
+        const bool has_one = mesh.judged() > 0 && (worst_element > 0 || !mesh.is_surface_alone());
+        return has_one ? std::optional(smallest) : std::nullopt;
+    }
+    [[nodiscard]] std::string answer() const;
+    /// The file's own number of an element, by its number from 1; 0: none.
+    [[nodiscard]] std::uint64_t tag_of(std::size_t element) const {
+        return numbers.tag(mesh.judged_dimension(), element);
+    }
+    /// Those of a list of elements.
+    template <auto List>
+    [[nodiscard]] std::vector<std::uint64_t> tags() const {
+        std::vector<std::uint64_t> all;
+        for (const std::size_t e : this->*List)
+            if (const std::uint64_t tag = tag_of(e); tag != 0) all.push_back(tag);
+        return all;
+    }
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = CheckReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f.merged(&S::mesh).without({"surface_alone"}),
+            f("elements_by_reference", &S::elements_by_reference, "number of elements of each reference"),
+            f("facets_by_reference", &S::facets_by_reference, "number of facets of each reference"),
+            f("feature_edges_by_reference", &S::feature_edges_by_reference,
+              "number of feature edges of each reference"),
+            f("groups", &S::groups, "names of references, as the file has them"),
+            f("all_good", &S::all_good, "true: the mesh is sound, and all elements are valid; the exit code is 0"),
+            f("answer", &S::answer, "the same in words, with a remedy"),
+            f("bound", &S::bound, "scaled Jacobian that an element must reach to be valid").unit("1"),
+            f("valid", &S::valid, "number of valid elements"), f("invalid", &S::invalid, "number of invalid elements"),
+            f("undecided", &S::undecided, "number of elements without a certified answer"),
+            f("straight_inverted", &S::straight_inverted,
+              "number of elements that are inverted or flat with straight edges"),
+            f("min_scaled_jacobian", &S::min_scaled_jacobian,
+              "lower bound of the scaled Jacobian over all elements, to 10⁻³; null: the mesh has no element")
+                .unit("1")
+                .or_null(),
+            f("worst_element", &S::worst_element, "its element, from 1; 0: none"),
+            f("worst", &S::worst, "the worst elements, the worst first, as many as `--worst`"),
+            f("histograms", &S::histograms, "see below").unless_empty(),
+            f("invalid_elements", &S::invalid_elements, "invalid elements, from 1"),
+            f("invalid_element_tags", &S::tags<&S::invalid_elements>, "their numbers in the file, if those are others")
+                .unless_empty(),
+            f("undecided_elements", &S::undecided_elements, "elements without a certified answer, from 1"),
+            f("undecided_element_tags", &S::tags<&S::undecided_elements>, "likewise").unless_empty(),
+            f("straight_inverted_elements", &S::straight_inverted_elements,
+              "elements that are inverted or flat with straight edges, from 1"),
+            f("straight_inverted_element_tags", &S::tags<&S::straight_inverted_elements>, "likewise").unless_empty(),
+            f("wall_elements", &S::wall_elements, "elements with two faces on one smooth wall, from 1"),
+            f("wall_element_tags", &S::tags<&S::wall_elements>, "likewise").unless_empty(),
+            f("soundness", &S::soundness, "defects of the mesh"),
+            f("crossings", &S::crossings, "facets that pass through each other or touch"),
+            f("overlaps", &S::overlaps, "elements that overlap"),
+            f("unit_mesh", &S::unit_mesh, "with `--metric`: straight edges and elements in the metric"),
+            f("curved_unit_mesh", &S::curved_unit_mesh,
+              "with `--metric`, degree 2: the same along the curves ([distortion.md](algorithms/distortion.md))"),
+            f("interpolation", &S::interpolation,
+              "with `--field`: errors of interpolants ([interpolation-error.md](algorithms/interpolation-error.md))")
+                .unless_empty(),
+            f("notices", &S::notices, "notes on the input, a sentence each"));
+    }
+};
+
+/// Checks a mesh as it is: soundness, verdicts of the elements, crossings and overlaps; with a metric file also how
+/// near to unit it is. Errors: expressions that cannot be parsed (usage); those of camber::check_mesh and of the file.
+[[nodiscard]] Outcome<CheckReport> check_mesh(DecodedMesh mesh, const std::optional<MetricFile>& metric,
+                                              const CheckOptions& options, const Around& around);
+
+/// Fields for viewers, on elements (of a standalone surface mesh on facets), on other cells NaN and −1: `verdict`, 0
+/// valid, 1 invalid, 2 undecided; `quality`; of degree 2 `scaled_jacobian`. Errors: stopped.
+[[nodiscard]] Outcome<MeshFields> check_fields(const AnyMesh& mesh, const CheckReport& report,
+                                               const Execution& execution);
+
+/// "triangles 3 and 14 overlap at (0.25, 0.5)".
+[[nodiscard]] std::string overlap_text(const OverlapReport& overlap, const MeshReport& mesh);
+
+/// Mean ratio of a straight element, or of a triangle of a standalone surface mesh.
+template <int D>
+[[nodiscard]] double quality_of(const LinearMesh<D>& mesh, std::size_t e);
+
+}  // namespace camber::run
+
+namespace camber::run {
+
+/// The errors of expressions, and where they are. Steps: classify, and interpolate for each. Errors: those of the
+/// expressions and of `interpolation_error`.
+template <int D>
+[[nodiscard]] Outcome<std::vector<FieldErrors>> field_errors(const QuadraticMesh<D>& mesh,
+                                                             const Column<float>& min_scaled_jacobian,
+                                                             const std::vector<std::string>& expressions,
+                                                             const Around& around);
+
+[[nodiscard]] ReferenceCounts counted_by_reference(const Column<Reference>& references);
+
+/// A mesh with what is known of its elements.
+template <int D>
+struct Judged {
+    const QuadraticMesh<D>& mesh;
+    const Validation<D>& validation;
+    const Soundness& soundness;
+    const CheckReport& report;
+};
+
+/// The n worst elements: those not valid first, then by their smallest scaled Jacobian (degree 2) or their quality.
+template <int D>
+[[nodiscard]] Outcome<std::vector<ElementReport>> find_worst_elements(const Judged<D>& judged, std::size_t n,
+                                                                      const Execution& execution);
+
+}  // namespace camber::run

@@ -1,0 +1,299 @@
+module;
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+export module camber.recipes:inspection;
+import camber.core;
+import camber.io;
+import camber.surface;
+import :check;
+import :fields;
+import :measurements;
+import :report;
+import :state;
+import :values;
+
+/// The boundary of a mesh, and its distance from a geometry: `camber geometry`.
+export namespace camber::run {
+
+struct InspectOptions {
+    double ridge_angle = FeatureOptions<3>{}.ridge_angle_degrees;
+    std::size_t worst = 10;
+
+    [[nodiscard]] static constexpr auto options() {
+        using S = InspectOptions;
+        return std::tuple(
+            option("ridge_angle", &S::ridge_angle, "facets that meet at more than this angle (degrees) make a ridge")
+                .above(0)
+                .at_most(180),
+            option("worst", &S::worst, "how many patches, ridges and suspicious places of a kind to show")
+                .at_least(0)
+                .at_most(1000000));
+    }
+};
+
+/// An edge or vertex of the boundary.
+struct HingeReport {
+    std::vector<std::size_t> vertices;
+    std::vector<double> point;
+    std::vector<std::size_t> facets;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = HingeReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("vertices", &S::vertices, "its vertices, as the file numbers them"),
+                          f("point", &S::point, "its centre").unit("length"),
+                          f("facets", &S::facets, "facets there, from 1"));
+    }
+};
+
+/// Edges of the boundary of one kind: the number of them, and the first.
+struct HingesReport {
+    std::size_t count = 0;
+    std::vector<HingeReport> first;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = HingesReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("count", &S::count, "number of them"),
+                          f("first", &S::first, "the first of them, as many as `--worst`"));
+    }
+};
+
+/// A place where something may be wrong.
+struct PlaceReport {
+    HingeReport at;
+    double value = 0;
+    std::string text;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = PlaceReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f.merged(&S::at),
+            f("value", &S::value, "the angle; of `ambiguous_facet` the misfit of the best face").unit("degrees; length"),
+            f("text", &S::text, "the place and its value in words"));
+    }
+};
+
+/// Suspicious places of a kind: the number of them, and the worst.
+struct PlacesReport {
+    std::string text;
+    std::size_t count = 0;
+    std::vector<PlaceReport> worst;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = PlacesReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("count", &S::count, "number of them"), f("text", &S::text, "description of the kind"),
+                          f("worst", &S::worst, "the worst of them, as many as `--worst`"));
+    }
+};
+
+struct PatchReport : PatchFacts {
+    std::size_t number = 0;
+    std::optional<std::vector<std::size_t>> cad_faces, cad_edges;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = PatchReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("patch", &S::number, "its number, from 1"), f("references", &S::references, "references of its facets"),
+            f("facets", &S::facets, "number of its facets"),
+            f("interface_facets", &S::interface_facets, "number of those with elements on both sides"),
+            f("area", &S::area, "area (2D: length) of its straight facets").unit("length^(D−1)"),
+            f("size", &S::size, "diagonal of their box").unit("length"),
+            f("flat", &S::is_flat, "true: it is in one plane (2D: on one line) to 1e-12 of its size"),
+            f("cad_faces", &S::cad_faces, "with a CAD model: faces of the model that its facets lie on, from 1"),
+            f("cad_edges", &S::cad_edges, "the same in 2D: edges of the model"));
+    }
+};
+
+struct RidgeReport : CurveFacts {
+    std::size_t number = 0;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = RidgeReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("ridge", &S::number, "its number, from 1"),
+                          f("references", &S::references, "references of the facets beside it"),
+                          f("edges", &S::edges, "number of its edges"),
+                          f("length", &S::length, "length of its straight edges").unit("length"),
+                          f("min_turn", &S::min_turn, "smallest angle between its facets").unit("degrees"),
+                          f("largest_turn", &S::largest_turn, "largest such angle").unit("degrees"));
+    }
+};
+
+struct CornerReport {
+    std::size_t vertex = 0;
+    std::vector<double> point;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = CornerReport;
+        constexpr Fields<S> f;
+        return std::tuple(f("vertex", &S::vertex, "its vertex, as the file numbers it"),
+                          f("point", &S::point, "its position").unit("length"));
+    }
+};
+
+struct GeometryReport {
+    MeshReport mesh;
+    bool is_listed = true;
+    double ridge_angle = 0;
+    std::vector<PatchReport> patches;
+    std::vector<RidgeReport> ridges;
+    std::vector<CornerReport> corners;
+    std::size_t smooth_listed_edges = 0, interface_facets = 0, lone_facets = 0;
+    HingesReport open, crowded, turned;
+    std::vector<std::pair<std::string, PlacesReport>> suspicious;
+    std::optional<CadReport> cad;
+    std::optional<DistancesReport> distances;
+    std::size_t worst = 0;  ///< number of patches and ridges that a table shows
+    std::vector<std::string> notices;
+
+    [[nodiscard]] std::optional<std::string> geometry() const {
+        return distances ? std::optional(distances->geometry) : std::nullopt;
+    }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = GeometryReport;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f.merged(&S::mesh).without({"nodes", "feature_edges", "surface_alone"}),
+            f("boundary_is_listed", &S::is_listed,
+              "false: the file has no facets; they were found, and have no numbers"),
+            f("ridge_angle", &S::ridge_angle, "angle above which facets make a ridge").unit("degrees"),
+            f("patches", &S::patches, "smooth pieces of the boundary (2D: curves)"),
+            f("ridges", &S::ridges, "chains of ridge edges between corners (3D)"),
+            f("corners", &S::corners, "corners of the boundary"),
+            f("smooth_listed_edges", &S::smooth_listed_edges,
+              "number of edges that the file lists and that are no ridges"),
+            f("interface_facets", &S::interface_facets, "number of facets with elements on both sides"),
+            f("isolated_facets", &S::lone_facets,
+              "number of facets with elements on neither side, where there are elements"),
+            f("open_edges", &S::open, "edges (2D: vertices) of one facet"),
+            f("non_manifold_edges", &S::crowded, "edges (2D: vertices) of more than two facets"),
+            f("misoriented_facets", &S::turned, "edges between two facets that are turned to different sides"),
+            f("suspicious", &S::suspicious,
+              "suspicious places by kind: `near_ridge`, `mild_ridge`, `knife_edge`, `tip`, `spread_normals`, "
+              "`turned_facet`; with a CAD model `ambiguous_facet`"),
+            f("cad", &S::cad, "with a CAD model: relation to it"),
+            f("geometry", &S::geometry, "the geometry that distances are from, in words"),
+            f("distances", &S::distances, "distances both ways, by entity"),
+            f("notices", &S::notices, "notes on the input, a sentence each"));
+    }
+};
+
+/// Made beside the report.
+enum class InspectedSurface { none, lattice };
+
+/// Geometry that the boundary is compared with.
+struct ComparedGeometry {
+    config::Geometry geometry = config::Surrogate{};
+    GeometrySource source = {};
+    InspectedSurface surface = InspectedSurface::none;
+};
+
+/// The report, and the mesh with the fields that show it: `patch`, `distance_to_geometry` and `distance_to_boundary`
+/// of facets, `node_kind` of nodes.
+struct Inspected {
+    GeometryReport report;
+    AnyMesh mesh;
+    MeshFields fields;
+    std::optional<SurfaceMesh> surface = {};  ///< where it is asked for
+};
+[[nodiscard]] Outcome<Inspected> inspect_geometry(DecodedMesh mesh, const ComparedGeometry& geometry,
+                                                  const InspectOptions& options, const Around& around);
+
+}  // namespace camber::run
+
+/// Contents of a mesh file or of a solution file: `camber info`.
+export namespace camber::run {
+
+struct FieldInfo {
+    std::string name;
+    std::string_view at, kind;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = FieldInfo;
+        constexpr Fields<S> f;
+        return std::tuple(f("name", &S::name, "name of the field"), f("at", &S::at, "`nodes` or `cells`"),
+                          f("kind", &S::kind, "`scalar`, `vector`, `symmetric tensor` or `full tensor`"));
+    }
+};
+
+struct MeshInfo {
+    int dimension = 3, degree = 1;
+    std::size_t vertices = 0;
+    std::optional<std::array<std::vector<double>, 2>> box;
+    std::size_t tetrahedra = 0, triangles = 0, edges = 0;
+    ReferenceCounts tetrahedra_by_reference, triangles_by_reference, edges_by_reference;
+    std::size_t ridges = 0, corners = 0, required_vertices = 0, required_edges = 0, required_triangles = 0;
+    Groups groups;
+    std::size_t normals = 0, tangents = 0;
+    bool is_empty = false;
+    std::size_t mid_nodes = 0;
+    std::vector<std::pair<std::string, std::size_t>> not_held;
+    std::string split;  ///< a way to convert these
+    std::vector<FieldInfo> mesh_fields;
+    std::optional<int> written_in_dimension;
+    std::optional<double> z;
+    std::vector<std::string> notices;
+
+    [[nodiscard]] bool is_solid() const { return dimension == 3; }
+    [[nodiscard]] bool is_curved() const { return degree == 2; }
+    [[nodiscard]] static constexpr auto fields() {
+        using S = MeshInfo;
+        constexpr Fields<S> f;
+        return std::tuple(
+            f("dimension", &S::dimension, "2 or 3"), f("degree", &S::degree, "degree of the elements"),
+            f("vertices", &S::vertices, "number of vertices"),
+            f("box", &S::box, "lowest and highest coordinates of the vertices").unit("length"),
+            f("tetrahedra", &S::tetrahedra, "3D: number of tetrahedra").where(&S::is_solid),
+            f("tetrahedra_by_reference", &S::tetrahedra_by_reference, "the same by reference").where(&S::is_solid),
+            f("triangles", &S::triangles, "number of triangles"),
+            f("triangles_by_reference", &S::triangles_by_reference, "the same by reference"),
+            f("edges", &S::edges, "number of listed edges"),
+            f("edges_by_reference", &S::edges_by_reference, "the same by reference"),
+            f("ridges", &S::ridges, "number of ridges"), f("corners", &S::corners, "number of corners"),
+            f("required_vertices", &S::required_vertices, "number of required vertices"),
+            f("required_edges", &S::required_edges, "number of required edges"),
+            f("required_triangles", &S::required_triangles, "3D: number of required triangles").where(&S::is_solid),
+            f("groups", &S::groups, "names of references").unless_empty(),
+            f("normals", &S::normals, "number of normals"), f("tangents", &S::tangents, "number of tangents"),
+            f("empty", &S::is_empty, "true: neither elements nor facets"),
+            f("mid_nodes", &S::mid_nodes, "degree 2: number of nodes of edges").where(&S::is_curved),
+            f("not_held", &S::not_held, "number of cells of kinds that are not read").unless_empty(),
+            f("split", &S::split, "a way to convert these").unless_empty(),
+            f("fields", &S::mesh_fields, "fields of the file").unless_empty(),
+            f("written_in_dimension", &S::written_in_dimension, "of a flat mesh in space: 3"),
+            f("z", &S::z, "of a flat mesh in space: its third coordinate").unit("length"),
+            f("notices", &S::notices, "notes on the input, a sentence each"));
+    }
+};
+[[nodiscard]] MeshInfo mesh_info(const DecodedMesh& mesh);
+
+struct SolutionInfo {
+    int dimension = 3;
+    std::size_t vertices = 0;
+    std::vector<std::string_view> kinds;
+    std::vector<std::string> notices;
+
+    [[nodiscard]] static constexpr auto fields() {
+        using S = SolutionInfo;
+        constexpr Fields<S> f;
+        return std::tuple(f("dimension", &S::dimension, "2 or 3"), f("vertices", &S::vertices, "number of rows"),
+                          f("fields", &S::kinds, "kinds of the fields"),
+                          f("notices", &S::notices, "notes on the input, a sentence each"));
+    }
+};
+[[nodiscard]] SolutionInfo solution_info(const DecodedSolution& solution);
+
+using FileInfo = std::variant<MeshInfo, SolutionInfo>;
+
+}  // namespace camber::run
