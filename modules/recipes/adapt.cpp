@@ -23,8 +23,13 @@ class Loop {
   public:
     Loop(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver, const CycleListener& listener,
          const InputDegree& required, const Around& around)
-        : pipeline_(pipeline), store_(store), solver_(solver), listener_(listener), required_(required),
-          around_(around), rows_(store.rows()) {}
+        : pipeline_(pipeline),
+          store_(store),
+          solver_(solver),
+          listener_(listener),
+          required_(required),
+          around_(around),
+          rows_(store.rows()) {}
 
     Outcome<EndedCycles> run() && {
         const config::Adaptation& adapt = pipeline_.adapt;
@@ -229,7 +234,7 @@ Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string,
                           std::move(*cycles)};
 }
 
-#define CAMBER_INSTANTIATE(D)                                                                              \
+#define CAMBER_INSTANTIATE(D)                                                                                \
     template Outcome<AdaptedMesh<D>> adapt_mesh<D>(Mesh<D>, const std::variant<std::string, MeshSolver<D>>&, \
                                                    const AdaptMeshOptions&, const Around&);
 

@@ -190,7 +190,8 @@ struct FindingReport {
             f("first", &S::first, "the first of them, with a second number where two belong together"),
             f("category", &S::concern,
               "subject of the defect: `conformity`, `orientation`, `nodes`, `boundary`, `closure` or `walls`"),
-            f("is_harmful", &S::harms, "true: the mesh is not sound because of it"), f("text", &S::sentence, "a sentence"));
+            f("is_harmful", &S::harms, "true: the mesh is not sound because of it"),
+            f("text", &S::sentence, "a sentence"));
     }
 };
 
@@ -234,7 +235,8 @@ struct CrossingReport {
               "numbers of both, from 1; 0: the file lists no boundary; the same twice: a facet with itself"),
             f("references", &S::references, "their references"),
             f("vertices", &S::vertices, "their vertices, as the file numbers them"),
-            f("also_when_straight", &S::straight_too, "true: the straight facets of their vertices are not disjoint either"));
+            f("also_when_straight", &S::straight_too,
+              "true: the straight facets of their vertices are not disjoint either"));
     }
 };
 

@@ -93,8 +93,7 @@ std::string problem_of(const config::Adaptation& adapt) {
 
 /// True if the errors of two meshes can be compared: of one complexity, for the same problem.
 bool is_like(const CycleRow& a, const CycleRow& b) {
-    return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted && a.problem == b.problem &&
-           a.error_of == b.error_of;
+    return a.cycle > 0 && b.cycle > 0 && a.wanted == b.wanted && a.problem == b.problem && a.error_of == b.error_of;
 }
 
 /// Whether a mesh misses less than another, or has a smaller error.
@@ -379,7 +378,8 @@ std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const c
         notes.push_back(
             fmt::format("the result is the mesh of cycle {}: its error {:.2e} is the least of those that {}", row.cycle,
                         *error_of_mesh(row, adapt), row.misses.empty() ? "are as required" : "were made"));
-    if (row.boundary && row.boundary->by == DistanceBoundBy::expected_error && row.boundary->reached > row.boundary->bound)
+    if (row.boundary && row.boundary->by == DistanceBoundBy::expected_error &&
+        row.boundary->reached > row.boundary->bound)
         notes.push_back(
             fmt::format("the boundary of cycle {} is up to {:.2e} from its geometry, {:.2e} would change the solution "
                         "by no more than its expected error: --geometry-error or a larger complexity brings it nearer",

@@ -167,8 +167,8 @@ struct CycleRun {
 /// The row whose mesh is the result. Among the valid meshes of the last complexity, for the same problem, it is the one
 /// with the least error, where meshes that miss something come last; with `result` "last" it is the last valid mesh.
 [[nodiscard]] std::size_t row_of_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
-/// Why no more cycles are needed (`convergence_tolerance` of the config): the least error has not fallen, or without an error meshes
-/// become no nearer to unit in their own solution's metric. Empty: they are needed.
+/// Why no more cycles are needed (`convergence_tolerance` of the config): the least error has not fallen, or without an
+/// error meshes become no nearer to unit in their own solution's metric. Empty: they are needed.
 [[nodiscard]] std::string reason_to_end(std::span<const CycleRow> rows, const config::Adaptation& adapt);
 /// What is worth knowing of the result: that it is not the last, and unit edges or a quality that fell.
 [[nodiscard]] std::vector<std::string> notes_on_result(std::span<const CycleRow> rows, const config::Adaptation& adapt);
@@ -240,8 +240,8 @@ struct EndedCycles {
     [[nodiscard]] bool is_valid() const { return rows.back().is_valid; }
 };
 
-/// Runs the cycles of a pipeline. `solver`: computes the solution on each valid mesh; empty: the pipeline has it. Errors:
-/// those of check_cycles, the store, the solver, the listener and add_errors.
+/// Runs the cycles of a pipeline. `solver`: computes the solution on each valid mesh; empty: the pipeline has it.
+/// Errors: those of check_cycles, the store, the solver, the listener and add_errors.
 [[nodiscard]] Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, const CycleSolver& solver,
                                          const CycleListener& listener, const InputDegree& required,
                                          const Around& around);
@@ -290,11 +290,11 @@ using MeshSolver = std::function<Outcome<std::vector<run::NamedField>>(
 
 /// Options of adapt_mesh.
 struct AdaptMeshOptions {
-    int degree = 2;                                  ///< of the meshes: 1 or 2
-    config::SolutionMetric metric = {};              ///< made for the solution
-    config::Adaptation cycles = {.cycles = 8};       ///< without files and commands
+    int degree = 2;                             ///< of the meshes: 1 or 2
+    config::SolutionMetric metric = {};         ///< made for the solution
+    config::Adaptation cycles = {.cycles = 8};  ///< without files and commands
     config::Geometry geometry = config::Surrogate{};
-    run::GeometrySource geometry_source = {};        ///< CAD model or mesh of the geometry
+    run::GeometrySource geometry_source = {};  ///< CAD model or mesh of the geometry
 };
 
 /// Result of adapt_mesh.

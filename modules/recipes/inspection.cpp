@@ -176,7 +176,8 @@ class Inspector {
         auto source = in_unit_of_mesh(compared_.geometry, compared_.source, mesh_.linear, without_progress(execution));
         if (!source) return fail(source.error());
         source_ = std::move(*source);
-        auto made = make_geometry<D>(compared_.geometry, source_, {mesh_.linear, mesh_.edges, features_, {}}, {.ridge_angle_degrees = options_.ridge_angle}, part_of(execution, 0, 0.8));
+        auto made = make_geometry<D>(compared_.geometry, source_, {mesh_.linear, mesh_.edges, features_, {}},
+                                     {.ridge_angle_degrees = options_.ridge_angle}, part_of(execution, 0, 0.8));
         if (!made) return fail(made.error());
         geometry_.emplace(std::move(made->geometry));
         report_.cad = made->cad;

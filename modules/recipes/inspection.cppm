@@ -75,10 +75,10 @@ struct PlaceReport {
     [[nodiscard]] static constexpr auto fields() {
         using S = PlaceReport;
         constexpr Fields<S> f;
-        return std::tuple(
-            f.merged(&S::at),
-            f("value", &S::value, "the angle; of `ambiguous_facet` the misfit of the best face").unit("degrees; length"),
-            f("text", &S::text, "the place and its value in words"));
+        return std::tuple(f.merged(&S::at),
+                          f("value", &S::value, "the angle; of `ambiguous_facet` the misfit of the best face")
+                              .unit("degrees; length"),
+                          f("text", &S::text, "the place and its value in words"));
     }
 };
 

@@ -366,8 +366,9 @@ template <int D>
 export namespace camber {
 
 /// Curves a straight mesh: what `camber curve` does. Steps: elevate, curve, validate, relax, commit. The result may be
-/// invalid: see `report`. Its order is that of the input (camber.ordering makes a better one). Errors: input (no mesh, see `prepare`), unsupported (no simplices of degree 1), options out
-/// of range (usage), those of the goal, stopped, memory.
+/// invalid: see `report`. Its order is that of the input (camber.ordering makes a better one). Errors: input (no mesh,
+/// see `prepare`), unsupported (no simplices of degree 1), options out of range (usage), those of the goal, stopped,
+/// memory.
 template <int D>
 [[nodiscard]] Outcome<run::MeshRun<D>> curve_mesh(Mesh<D> mesh, const MeshGoal<D>& goal,
                                                   const CurveMeshOptions& options, const Around& around);

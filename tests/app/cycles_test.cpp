@@ -289,9 +289,7 @@ std::vector<run::NamedField> front_on(const Mesh<2>& mesh) {
     return {{"u", FieldKind::scalar, {.degree = mesh.degree, .values = std::move(values)}}};
 }
 
-Mesh<2> square() {
-    return as_mesh(must(generate(BoxOptions<2>{.cells = {6, 6}}, alone)));
-}
+Mesh<2> square() { return as_mesh(must(generate(BoxOptions<2>{.cells = {6, 6}}, alone))); }
 
 }  // namespace
 

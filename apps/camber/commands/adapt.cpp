@@ -270,10 +270,8 @@ Outcome<Done> CyclesInFolders::deliver(int cycle) {
     if (!pipeline_.adapt.solve.empty() && cycle != cycle_)
         if (auto read = read_solved(made, {.threads = pipeline_.threads}); !read) return read;
     if (auto done = deliver_mesh(made, output.mesh, output.format); !done) return done;
-    std::vector<std::array<std::string, 2>> pairs{{made.report, output.report},
-                                                  {made.vtu, output.vtu},
-                                                  {made.metric, output.metric},
-                                                  {made.page, output.page}};
+    std::vector<std::array<std::string, 2>> pairs{
+        {made.report, output.report}, {made.vtu, output.vtu}, {made.metric, output.metric}, {made.page, output.page}};
     if (!output.plots.empty()) {
         const auto from = plot_files(made.plots), to = plot_files(output.plots);
         for (std::size_t i = 0; i < from.size(); ++i) pairs.push_back({from[i], to[i]});
@@ -297,8 +295,8 @@ Error CyclesInFolders::told(Error error) const {
 
 std::string CyclesInFolders::what_was_written() const {
     const config::Output& output = pipeline_.output;
-    std::string text = wrote_rows(
-        {output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots, output.page});
+    std::string text =
+        wrote_rows({output.mesh, output.vtu, output.metric, output.solution, output.report, output.plots, output.page});
     if (folders_.is_kept()) text += "  wrote " + folders_.path() + "/series.pvd and cycles.json beside it\n";
     return text;
 }

@@ -126,7 +126,9 @@ Outcome<CycleFolders> CycleFolders::passing(const std::string& beside) {
 }
 
 CycleFolders::CycleFolders(CycleFolders&& other) noexcept
-    : path_(std::exchange(other.path_, {})), is_kept_(other.is_kept_), rows_(std::move(other.rows_)),
+    : path_(std::exchange(other.path_, {})),
+      is_kept_(other.is_kept_),
+      rows_(std::move(other.rows_)),
       groups_(std::move(other.groups_)) {}
 
 CycleFolders::~CycleFolders() {

@@ -164,16 +164,16 @@ Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, 
     pipeline.output.metric = std::string(config::in_memory) + "metric.sol";
     pipeline.output.solution = std::string(config::in_memory) + "carried.sol";
     const DecodedMesh input = input_of(pipeline, host.given);
-    run::CyclesInMemory store(
-        pipeline, [&](const config::Pipeline& tried, const Fit& fit, const run::NamedValues& cycles) {
-            Host with_cycles = host;
-            for (const auto& [name, mesh] : cycles.meshes)
-                with_cycles.given.meshes.insert_or_assign(name, with_place_of(mesh, input));
-            for (const auto& [name, fields] : cycles.solutions)
-                with_cycles.given.solutions.insert_or_assign(name, fields);
-            Written none;
-            return execute(tried, none, fit, std::move(with_cycles));
-        });
+    run::CyclesInMemory store(pipeline,
+                              [&](const config::Pipeline& tried, const Fit& fit, const run::NamedValues& cycles) {
+                                  Host with_cycles = host;
+                                  for (const auto& [name, mesh] : cycles.meshes)
+                                      with_cycles.given.meshes.insert_or_assign(name, with_place_of(mesh, input));
+                                  for (const auto& [name, fields] : cycles.solutions)
+                                      with_cycles.given.solutions.insert_or_assign(name, fields);
+                                  Written none;
+                                  return execute(tried, none, fit, std::move(with_cycles));
+                              });
     const auto solve = [&](const run::SolverCall& call) -> Outcome<run::SolverResult> {
         return solver(with_place_of(call.mesh, input), call.guess, call.cycle)
             .map([&](std::vector<run::NamedField> fields) { return run::SolverResult{call.mesh, std::move(fields)}; });

@@ -1,5 +1,6 @@
-// recipes VERB IN OUT: a mesh is read, curved, remeshed, repaired or adapted in memory by one call, and written. The bytes
-// are those of `camber VERB IN -o OUT`, whose defaults these are, for `adapt` with the target and the numbers below.
+// recipes VERB IN OUT: a mesh is read, curved, remeshed, repaired or adapted in memory by one call, and written. The
+// bytes are those of `camber VERB IN -o OUT`, whose defaults these are, for `adapt` with the target and the numbers
+// below.
 #include <cstddef>
 #include <cstdio>
 #include <fstream>
