@@ -18,7 +18,6 @@ import camber.recipes;
 import camber.reports;
 import camber.config;
 import :execution;
-import :output;
 
 namespace camber::app {
 

@@ -22,7 +22,6 @@ import camber.config;
 import camber.recipes;
 import camber.reports;
 import :execution;
-import :output;
 
 namespace camber::app {
 

@@ -25,7 +25,6 @@ import camber.app_shell;
 import camber.recipes;
 import camber.reports;
 import :execution;
-import :output;
 
 namespace camber::app {
 

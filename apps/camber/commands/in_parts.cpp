@@ -19,7 +19,6 @@ import camber.io;
 import camber.distributed;
 import camber.app_shell;
 import :execution;
-import :output;
 
 namespace camber::app {
 

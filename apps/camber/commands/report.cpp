@@ -24,7 +24,6 @@ import camber.config;
 import camber.recipes;
 import camber.reports;
 import :execution;
-import :output;
 
 namespace camber::app {
 

@@ -1,21 +1,145 @@
-// Tables of cycles and of unit edges
+// Plan of a run, and the table of its cycles
 module;
+#include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 module camber.reports;
 import camber.core;
-import camber.solution_metric;
 import camber.recipes;
+import camber.repair;
+import camber.config;
+import camber.solution_metric;
 import :json;
 
 namespace camber::run {
+
+namespace {
+
+constexpr double seconds_of_work = 3.3e-5;  ///< of one thread, for a unit of RepairOptions::effort
+
+/// What a stage may spend on what it repairs; empty for stages that repair nothing by programmes.
+std::string repair_limit(const config::Stage& stage, int threads) {
+    const auto* relax = std::get_if<config::Relax>(&stage);
+    if (!relax || !needs_models(relax->method)) return {};
+    const auto seconds = [&](std::size_t elements) {
+        return allowed_work(elements, relax->effort) * seconds_of_work / (threads > 0 ? threads : 1);
+    };
+    return fmt::format("about {:.2g} s and {:.2g} s for each element below the bound", seconds(0),
+                       seconds(1) - seconds(0));
+}
+
+bool asks_for_elements(const config::Stage& stage) {
+    return std::visit(
+        []<class S>(const S&) { return std::is_same_v<S, config::Remesh> || std::is_same_v<S, config::Split>; }, stage);
+}
+
+/// A stage's line without the bound that a stage before it has, too: one bound is said once.
+std::string without_said(const std::string& stage, std::set<std::string, std::less<>>& said) {
+    constexpr std::string_view bound = " min_scaled_jacobian=";
+    const auto begin = stage.find(bound);
+    if (begin == std::string::npos) return stage;
+    const auto end = std::min(stage.find(' ', begin + 1), stage.size());
+    if (said.insert(stage.substr(begin, end - begin)).second) return stage;
+    return stage.substr(0, begin) + stage.substr(end);
+}
+
+/// The size that the time is of: what passes make, where that is more.
+PlanSize with_growth(PlanSize size, const std::optional<Growth>& growth) {
+    const double edges_of_an_element = size.dimension == 2 ? 1.5 : 1.2;
+    if (growth) size.edges = std::max(size.edges, static_cast<std::size_t>(edges_of_an_element * growth->elements));
+    return size;
+}
+
+/// Share of the work of repair that a probe may do.
+constexpr double probed_share = 0.02;
+
+config::Relax* repair_by_optimisation(config::Stage& stage) {
+    auto* const relax = std::get_if<config::Relax>(&stage);
+    return relax != nullptr && needs_models(relax->method) ? relax : nullptr;
+}
+
+std::string seconds_text(double seconds) {
+    if (seconds < 1.5) return "about a second";
+    if (seconds < 100) return fmt::format("about {:.2g} s", seconds);
+    return fmt::format("about {:.2g} minutes", seconds / 60);
+}
+
+std::string row(const std::string& name, const std::string& value) { return fmt::format("  {:<26}{}\n", name, value); }
+
+}  // namespace
+
+std::string time_class(const PlanSize& size, int threads) {
+    constexpr double slow = 5000, fast = 30000;  // edges a second and thread, all stages together
+    const double edges = static_cast<double>(size.edges) / (threads > 0 ? threads : 1);
+    const double mean = edges / (size.dimension == 2 ? fast : 0.5 * (slow + fast));
+    if (mean < 1) return "about a second";
+    if (mean < 60) return "seconds";
+    return mean < 3600 ? "minutes" : "hours";
+}
+
+std::optional<config::Pipeline> probe_of(const config::Pipeline& pipeline, const PlanSize& size, int threads) {
+    constexpr double most_edges = 2e5;  // of a thread: seconds
+    if (static_cast<double>(size.edges) > most_edges * threads) return std::nullopt;
+    config::Pipeline probe = pipeline;
+    probe.output = {};
+    bool repairs = false;
+    for (config::Stage& stage : probe.stages) {
+        if (std::visit([]<class S>(const S&) { return changes_topology<S>(); }, stage)) return std::nullopt;
+        if (config::Relax* const relax = repair_by_optimisation(stage)) {
+            relax->effort *= probed_share;
+            repairs = true;
+        }
+    }
+    return repairs ? std::optional(std::move(probe)) : std::nullopt;
+}
+
+double expected_seconds(const config::Pipeline& pipeline, const Report& probe, double seconds, int threads) {
+    if (!probe.relax || probe.relax->given_up == 0 || !probe.validity_before) return seconds;
+    const ValidityReport& v = *probe.validity_before;
+    double work = 0;
+    for (config::Stage stage : pipeline.stages)
+        if (const config::Relax* const relax = repair_by_optimisation(stage))
+            work += (1 - probed_share) * allowed_work(v.invalid + v.undecided + v.below_bound, relax->effort);
+    return seconds + work * seconds_of_work / (threads > 0 ? threads : 1);
+}
+
+std::string plan_text(const config::Pipeline& pipeline, const PlanSize& size, const std::optional<Growth>& growth,
+                      std::optional<double> seconds, int threads) {
+    const auto parts = config::parts_of(pipeline);
+    std::string text =
+        row("input", parts.input) + row("dimension, degree", fmt::format("{}D, P{}", size.dimension, size.degree)) +
+        row("vertices", fmt::format("{}", size.vertices)) +
+        row(size.dimension == 2 ? "triangles" : "tetrahedra", fmt::format("{}", size.elements)) +
+        row(size.dimension == 2 ? "boundary edges" : "boundary triangles", fmt::format("{}", size.facets)) +
+        row("edges", fmt::format("{}{}", size.degree == 1 ? "about " : "", size.edges)) + row("metric", parts.metric);
+    for (const std::string& operation : parts.metric_operations) text += row("then", operation);
+    text += row("geometry", parts.geometry);
+    std::set<std::string, std::less<>> said;
+    for (std::size_t i = 0; i < parts.stages.size(); ++i) {
+        text += row(fmt::format("stage {}", i + 1), without_said(parts.stages[i], said));
+        if (const auto limit = repair_limit(pipeline.stages[i], threads); !limit.empty())
+            text += row("  repair ends after", limit);
+        if (asks_for_elements(pipeline.stages[i]))
+            text += growth ? row("  the metric asks for", fmt::format("some {:.2g} {}", growth->elements,
+                                                                      size.dimension == 2 ? "triangles" : "tetrahedra"))
+                           : row("  not counted below", "what it makes: known when the stages before it are done");
+    }
+    const std::size_t peak = std::max(size.peak_bytes, growth ? growth->peak_bytes : 0);
+    return text + row("threads", fmt::format("{}", threads)) +
+           row("peak memory", fmt::format("about {:.0f} MiB", static_cast<double>(peak) / 1048576)) +
+           row("time", seconds ? seconds_text(*seconds) : time_class(with_growth(size, growth), threads));
+}
 
 namespace {
 

@@ -1,12 +1,14 @@
-// Reports of runs, checks and boundaries as JSON; columns of elements as JSON and CSV
+// JSON of reports, and their schemas
 module;
 #include <cmath>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <iterator>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -141,6 +143,152 @@ std::string csv_lines(const CheckReport& report, std::size_t begin, std::size_t 
         text += '\n';
     }
     return text;
+}
+
+namespace {
+
+template <class T>
+[[nodiscard]] Json schema_of();
+
+template <class T>
+struct WithoutOptional {
+    using type = T;
+};
+template <class T>
+struct WithoutOptional<std::optional<T>> {
+    using type = T;
+};
+template <class T>
+using Unwrapped = typename WithoutOptional<T>::type;
+
+/// The properties of an object of S; `other` describes those that the names of a map stand for.
+struct Properties {
+    Json named = Json::object(), other;
+};
+
+template <class S>
+[[nodiscard]] Properties properties_of() {
+    Properties all;
+    each_field<S>([&](const auto& field) {
+        using T = std::remove_cvref_t<decltype(std::invoke(field.get, std::declval<const S&>()))>;
+        if (!field.key.empty()) {
+            Json property = schema_of<T>();
+            property["description"] = field.meaning;
+            if (!field.unit_name.empty()) property["unit"] = field.unit_name;
+            if (field.presence == Presence::or_null) property["type"] = {property["type"], "null"};
+            all.named[std::string(field.key)] = std::move(property);
+        } else if constexpr (is_map<T>) {
+            all.other = schema_of<typename T::value_type::second_type>();
+            all.other["description"] = field.meaning;
+        } else if constexpr (HasFields<Unwrapped<T>>) {
+            for (auto& [key, property] : properties_of<Unwrapped<T>>().named.items())
+                if (field.has(key)) all.named[key] = property;
+        }
+    });
+    return all;
+}
+
+template <class T>
+Json schema_of() {
+    if constexpr (HasFields<T>) {
+        auto [named, other] = properties_of<T>();
+        Json object{{"type", "object"}, {"properties", std::move(named)}};
+        if (!other.is_null()) object["additionalProperties"] = std::move(other);
+        return object;
+    } else if constexpr (std::same_as<T, std::vector<Histogram>>) {
+        return {{"type", "object"}};
+    } else if constexpr (is_optional<T>) {
+        return schema_of<typename T::value_type>();
+    } else if constexpr (is_map<T>) {
+        return {{"type", "object"}, {"additionalProperties", schema_of<typename T::value_type::second_type>()}};
+    } else if constexpr (std::same_as<T, bool> || std::same_as<T, std::uint8_t>) {
+        return {{"type", "boolean"}};
+    } else if constexpr (std::integral<T>) {
+        return {{"type", "integer"}};
+    } else if constexpr (std::floating_point<T>) {
+        return {{"type", "number"}};
+    } else if constexpr (std::is_enum_v<T> || std::convertible_to<T, std::string_view>) {
+        return {{"type", "string"}};
+    } else {
+        return {{"type", "array"}, {"items", schema_of<typename T::value_type>()}};
+    }
+}
+
+Json described(std::string_view type, std::string_view meaning) { return {{"type", type}, {"description", meaning}}; }
+
+/// The properties that stand first in all reports.
+Json head() {
+    Json format = described("integer", "number of this layout: it rises when a key goes or changes its meaning");
+    format["const"] = report_format;
+    Json program = described("object", "the program that wrote the report");
+    program["properties"] = {{"name", described("string", "`camber`")},
+                             {"version", described("string", "its version")}};
+    return {{"format", std::move(format)}, {"program", std::move(program)}};
+}
+
+Json head_of_run() {
+    Json properties = head();
+    properties["input"] = schema_of<OriginReport>();
+    properties["input"]["description"] = "the mesh that was read or generated";
+    properties["config"] = described("object", "the pipeline with every default, as `--print-config` prints it");
+    properties["units"] = described("object", "the units, in words");
+    for (const char* const key : {"lengths", "metric", "angles", "times", "memory"})
+        properties["units"]["properties"][key] = described("string", "unit");
+    return properties;
+}
+
+Json head_of_file() {
+    Json properties = head();
+    properties["file"] = described("string", "the file, as it was named");
+    return properties;
+}
+
+/// The schema of a report of S with the properties `first` before its own.
+template <class S>
+Json schema_with(std::string_view title, Json first) {
+    first.update(properties_of<S>().named);
+    return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"title", title},
+            {"type", "object"},
+            {"properties", std::move(first)}};
+}
+
+template <class T>
+void add_keys(const std::string& path, std::vector<ReportKey>& keys) {
+    if constexpr (HasFields<T>)
+        each_field<T>([&](const auto& field) {
+            using Value = std::remove_cvref_t<decltype(std::invoke(field.get, std::declval<const T&>()))>;
+            const std::string key =
+                field.key.empty() ? path : path + (path.empty() ? "" : ".") + std::string(field.key);
+            if (!field.key.empty()) keys.push_back({key, field.meaning, field.unit_name});
+            add_keys<Value>(key, keys);
+        });
+    else if constexpr (requires { typename T::value_type; } && !std::convertible_to<T, std::string_view>)
+        add_keys<typename T::value_type>(path, keys);
+}
+
+}  // namespace
+
+std::vector<ReportKey> report_keys() {
+    std::vector<ReportKey> keys;
+    add_keys<Report>({}, keys);
+    return keys;
+}
+
+std::optional<std::string> report_schema(std::string_view of) {
+    Json schema;
+    if (of == "report") {
+        schema = schema_with<Report>("Report of a run of Camber", head_of_run());
+    } else if (of == "check") {
+        schema = schema_with<CheckReport>("Report of camber check --json", head_of_file());
+        schema["properties"]["element_verdicts"] = schema_of<ElementColumns>();
+        schema["properties"]["element_verdicts"]["description"] = "with `--elements`: columns, one entry an element";
+    } else if (of == "geometry") {
+        schema = schema_with<GeometryReport>("Report of camber geometry --json", head_of_file());
+    } else {
+        return {};
+    }
+    return schema.dump(2) + "\n";
 }
 
 }  // namespace camber::run
