@@ -19,7 +19,7 @@ algorithm: adjacent_find all_of any_of binary_search clamp copy copy_n count cop
     sort stable_sort swap_ranges transform unique upper_bound equal_range for_each rotate merge is_permutation equal fill_n replace
     ranges::adjacent_find ranges::all_of ranges::any_of ranges::binary_search ranges::copy ranges::count ranges::count_if
     ranges::equal ranges::equal_range ranges::fill ranges::find ranges::find_if ranges::for_each ranges::inplace_merge ranges::is_sorted ranges::lower_bound ranges::max
-    ranges::includes ranges::max_element ranges::merge ranges::min ranges::min_element ranges::minmax ranges::move ranges::none_of ranges::nth_element ranges::pop_heap ranges::push_heap ranges::replace ranges::reverse ranges::set_difference ranges::sort ranges::stable_sort
+    ranges::includes ranges::max_element ranges::merge ranges::min ranges::min_element ranges::minmax ranges::move ranges::none_of ranges::nth_element ranges::partial_sort ranges::pop_heap ranges::push_heap ranges::replace ranges::reverse ranges::set_difference ranges::sort ranges::stable_sort
     ranges::transform ranges::unique ranges::upper_bound
 array: array to_array
 atomic: atomic atomic_flag atomic_ref atomic_thread_fence memory_order_acq_rel memory_order_acquire memory_order_relaxed
@@ -86,7 +86,7 @@ thread: jthread this_thread thread
 tuple: apply forward_as_tuple get ignore make_tuple tie tuple tuple_cat tuple_element_t tuple_size tuple_size_v
 type_traits: bool_constant common_type_t conditional_t decay_t enable_if_t false_type integral_constant invoke_result_t
     is_arithmetic_v is_base_of_v is_assignable_v is_constant_evaluated is_constructible_v is_convertible_v is_copy_constructible_v is_default_constructible_v
-    is_enum_v is_floating_point_v is_integral_v is_invocable_r_v is_invocable_v is_nothrow_move_constructible_v is_same_v
+    is_enum_v is_floating_point_v is_integral_v is_invocable_r_v is_invocable_v is_member_object_pointer_v is_nothrow_move_constructible_v is_same_v
     is_signed_v is_trivially_copyable_v is_unsigned_v is_void_v make_signed_t make_unsigned_t remove_cvref_t remove_pointer_t
     remove_reference_t true_type type_identity type_identity_t underlying_type_t void_t
 typeinfo: bad_cast type_info
