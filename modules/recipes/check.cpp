@@ -144,10 +144,10 @@ NodalFacet<D> straightened(const NodalFacet<D>& facet) {
 
 /// `given`: the mesh whose facets have numbers, if it lists any.
 template <int D>
-CrossingsReport crossings_report(const LinearMesh<D>& given, CheckedWalls<D> walls, const FileNumbers& numbers) {
+CrossingsReport crossings_report(const LinearMesh<D>& given, CheckedWalls<D> checked, const FileNumbers& numbers) {
     const bool listed = given.facets.size() > 0 || given.elements.size() == 0;
-    const QuadraticMesh<D>& mesh = walls.mesh;
-    CrossingsReport report{.facets = mesh.linear.facets.size(), .counts = std::move(walls.crossings)};
+    const QuadraticMesh<D>& mesh = checked.mesh;
+    CrossingsReport report{.facets = mesh.linear.facets.size(), .counts = std::move(checked.crossings)};
     report.found.reserve(report.counts.found.size());
     for (const auto& [first, second, verdict] : report.counts.found) {
         CrossingReport pair{.verdict = verdict};

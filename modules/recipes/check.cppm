@@ -200,8 +200,8 @@ struct SoundnessReport {
     using ByDefect = std::vector<std::pair<std::string, T>>;
 
     bool sound = true, empty = false;
-    ByDefect<std::size_t> counts;
-    ByDefect<FindingReport> findings;
+    ByDefect<std::size_t> counts = {};
+    ByDefect<FindingReport> findings = {};
 
     [[nodiscard]] ByDefect<std::vector<std::size_t>> first() const;
     [[nodiscard]] static constexpr auto fields() {

@@ -327,7 +327,10 @@ std::vector<std::string> texts_of(const std::vector<Notice>& notices) {
 template <int D>
 MeshInfo described(const Mesh<D>& given) {
     const LinearMesh<D> mesh = straight_simplices(given);
-    MeshInfo info{.dimension = D, .degree = given.degree, .vertices = mesh.points.size()};
+    MeshInfo info;
+    info.dimension = D;
+    info.degree = given.degree;
+    info.vertices = mesh.points.size();
     Box<D> box;
     for (const Vec<D>& p : mesh.points) box.include(p);
     if (!mesh.points.empty())

@@ -230,7 +230,7 @@ struct FieldInfo {
 struct MeshInfo {
     int dimension = 3, degree = 1;
     std::size_t vertices = 0;
-    std::optional<std::array<std::vector<double>, 2>> box;
+    std::optional<std::array<std::vector<double>, 2>> box = {};
     std::size_t tetrahedra = 0, triangles = 0, edges = 0;
     ReferenceCounts tetrahedra_by_reference, triangles_by_reference, edges_by_reference;
     std::size_t ridges = 0, corners = 0, required_vertices = 0, required_edges = 0, required_triangles = 0;
