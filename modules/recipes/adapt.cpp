@@ -105,36 +105,69 @@ Outcome<EndedCycles> adapt(const config::Pipeline& pipeline, CycleStore& store, 
     return Loop(pipeline, store, solver, listener, required, around).run();
 }
 
-CycleFiles CyclesInMemory::files(int cycle) const {
-    return files_of_cycle(pipeline_, std::string(config::in_memory) + name_of_cycle(cycle));
-}
+namespace {
 
-Outcome<Done> CyclesInMemory::add(FinishedCycle made, std::span<const CycleRow> /*rows*/) {
-    // Cycles continue from the one before, and from the first mesh as the geometry.
-    if (made.cycle > 1) {
-        const CycleFiles before = files(made.cycle - 1);
-        values_.meshes.erase(before.mesh);
-        values_.solutions.erase(before.solution);
+/// A store in memory.
+class CyclesInMemory final : public CycleStore {
+  public:
+    CyclesInMemory(const config::Pipeline& pipeline, const RunOnValues& run) : pipeline_(pipeline), run_(run) {}
+
+    [[nodiscard]] std::vector<CycleRow> rows() const override { return {}; }
+    [[nodiscard]] CycleFiles files(int cycle) const override {
+        return files_of_cycle(pipeline_, std::string(config::in_memory) + name_of_cycle(cycle));
     }
-    values_.meshes[made.files.mesh] = made.made.run.mesh;
-    values_.solutions[made.files.solution] = made.made.run.solution;
-    last_ = std::move(made);
-    return Done{};
-}
+    Outcome<CycleFiles> begin(int cycle) override { return files(cycle); }
+    Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) override { return run_(pipeline, fit, values_); }
+    Outcome<Done> add(FinishedCycle made, std::span<const CycleRow> /*rows*/) override {
+        // Cycles continue from the one before, and from the first mesh as the geometry.
+        if (made.cycle > 1) {
+            const CycleFiles before = files(made.cycle - 1);
+            values_.meshes.erase(before.mesh);
+            values_.solutions.erase(before.solution);
+        }
+        values_.meshes[made.files.mesh] = made.made.run.mesh;
+        values_.solutions[made.files.solution] = made.made.run.solution;
+        last_ = std::move(made);
+        return Done{};
+    }
+    Outcome<Done> deliver(int cycle) override {
+        if (last_.cycle == cycle) result = std::move(last_.made);
+        return Done{};
+    }
 
-Outcome<Done> CyclesInMemory::deliver(int cycle) {
-    if (last_.cycle == cycle) result_ = std::move(last_);
-    return Done{};
+    CycleRun result;
+
+  private:
+    const config::Pipeline& pipeline_;
+    const RunOnValues& run_;
+    NamedValues values_;
+    FinishedCycle last_;
+};
+
+}  // namespace
+
+Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunOnValues& run, const CycleSolver& solver,
+                                    const InputDegree& required, const Around& around) {
+    CyclesInMemory store(pipeline, run);
+    auto cycles = adapt(pipeline, store, solver, {}, required, around);
+    if (!cycles) return fail(cycles.error());
+    return AdaptedValues{std::move(store.result), std::move(*cycles)};
 }
 
 namespace {
 
-/// Inputs of a cycle's run from values in memory. Errors: those of expressions.
-Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& values, GeometrySource geometry,
+/// The mesh and the geometry that adapt_mesh begins with.
+struct AdaptedInput {
+    AnyMesh mesh;
+    const GeometrySource& geometry;
+};
+
+/// Inputs of a cycle's run. Errors: those of expressions.
+Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& values, const AdaptedInput& given,
                           const Execution& execution) {
-    const auto mesh_named = [&](const std::string& name) { return values.meshes.at(name); };
-    Inputs inputs{{mesh_named(std::get<config::FilePath>(pipeline.input.source).path), {}}};
-    inputs.geometry = std::move(geometry);
+    const auto stored = values.meshes.find(std::get<config::FilePath>(pipeline.input.source).path);
+    Inputs inputs{{stored != values.meshes.end() ? stored->second : given.mesh, {}}};
+    inputs.geometry = given.geometry;
     if (const auto* const file = std::get_if<config::FilePath>(&pipeline.geometry); file != nullptr)
         if (const auto found = values.meshes.find(file->path); found != values.meshes.end())
             inputs.geometry.mesh = std::make_shared<const AnyMesh>(found->second);
@@ -150,10 +183,9 @@ Outcome<Inputs> inputs_of(const config::Pipeline& pipeline, const NamedValues& v
 }
 
 Outcome<Run> run_on_values(const config::Pipeline& pipeline, const Fit& fit, const NamedValues& values,
-                           const GeometrySource& geometry, const Around& around) {
+                           const AdaptedInput& given, const Around& around) {
     const auto begin = std::chrono::steady_clock::now();
-    auto inputs =
-        run_step(around, "inputs", [&](const Execution& e) { return inputs_of(pipeline, values, geometry, e); });
+    auto inputs = run_step(around, "inputs", [&](const Execution& e) { return inputs_of(pipeline, values, given, e); });
     if (!inputs) return fail(inputs.error());
     auto fitted = fit ? fit(pipeline, inputs->mesh.mesh) : pipeline;
     if (!fitted) return fail(fitted.error());
@@ -221,17 +253,16 @@ Outcome<AdaptedMesh<D>> adapt_mesh(Mesh<D> mesh, const std::variant<std::string,
     if (auto within = check_limits(options.metric); !within) return fail(within.error());
     const auto* const solver = std::get_if<MeshSolver<D>>(&solution);
     const config::Pipeline pipeline = run::pipeline_of(options, std::get_if<std::string>(&solution));
+    const run::AdaptedInput given{std::move(mesh), options.geometry_source};
     const auto execute = [&](const config::Pipeline& tried, const run::Fit& fit, const run::NamedValues& values) {
-        return run::run_on_values(tried, fit, values, options.geometry_source, around);
+        return run::run_on_values(tried, fit, values, given, around);
     };
-    const std::string& name = std::get<config::FilePath>(pipeline.input.source).path;
-    run::CyclesInMemory store(pipeline, execute, {.meshes = {{name, std::move(mesh)}}});
-    auto cycles = run::adapt(pipeline, store, solver ? run::solver_on<D>(*solver, around) : run::CycleSolver(), {},
-                             {options.degree == 1 ? 1 : 0}, around);
-    if (!cycles) return fail(cycles.error());
-    run::Run made = store.take_result().run;
-    return AdaptedMesh<D>{std::get<Mesh<D>>(std::move(made.mesh)), std::move(made.solution), std::move(made.report),
-                          std::move(*cycles)};
+    auto made = run::adapt_values(pipeline, execute, solver ? run::solver_on<D>(*solver, around) : run::CycleSolver(),
+                                  {options.degree == 1 ? 1 : 0}, around);
+    if (!made) return fail(made.error());
+    run::Run& run = made->result.run;
+    return AdaptedMesh<D>{std::get<Mesh<D>>(std::move(run.mesh)), std::move(run.solution), std::move(run.report),
+                          std::move(made->cycles)};
 }
 
 #define CAMBER_INSTANTIATE(D)                                                                                \

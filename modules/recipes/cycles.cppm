@@ -8,7 +8,6 @@ module;
 #include <string>
 #include <string_view>
 #include <tuple>
-#include <utility>
 #include <variant>
 #include <vector>
 export module camber.recipes:cycles;
@@ -194,7 +193,7 @@ class CycleStore {
     virtual ~CycleStore() = default;
 
     /// Returns the rows of earlier cycles, which the loop continues.
-    [[nodiscard]] virtual std::vector<CycleRow> rows() const { return {}; }
+    [[nodiscard]] virtual std::vector<CycleRow> rows() const = 0;
     /// Returns the files of a finished cycle.
     [[nodiscard]] virtual CycleFiles files(int cycle) const = 0;
     /// Begins a cycle and returns the files to write.
@@ -252,31 +251,18 @@ struct NamedValues {
     std::map<std::string, std::vector<NamedField>, std::less<>> solutions = {};
 };
 
-/// A store in memory.
-class CyclesInMemory final : public CycleStore {
-  public:
-    /// Runs a pipeline whose inputs are values with names.
-    using Execute = std::function<Outcome<Run>(const config::Pipeline&, const Fit&, const NamedValues&)>;
-    /// The pipeline must outlive the store.
-    CyclesInMemory(const config::Pipeline& pipeline, Execute execute, NamedValues values = {})
-        : pipeline_(pipeline), execute_(std::move(execute)), values_(std::move(values)) {}
+/// Runs a pipeline whose inputs are stored meshes and solutions, or those of the caller. `fit`: see CycleStore::run.
+using RunOnValues = std::function<Outcome<Run>(const config::Pipeline& pipeline, const Fit& fit, const NamedValues&)>;
 
-    [[nodiscard]] CycleFiles files(int cycle) const override;
-    [[nodiscard]] Outcome<CycleFiles> begin(int cycle) override { return files(cycle); }
-    [[nodiscard]] Outcome<Run> run(const config::Pipeline& pipeline, const Fit& fit) override {
-        return execute_(pipeline, fit, values_);
-    }
-    [[nodiscard]] Outcome<Done> add(FinishedCycle made, std::span<const CycleRow> rows) override;
-    [[nodiscard]] Outcome<Done> deliver(int cycle) override;
-    /// Returns the result, after `adapt`.
-    [[nodiscard]] CycleRun take_result() { return std::move(result_.made); }
-
-  private:
-    const config::Pipeline& pipeline_;
-    Execute execute_;
-    NamedValues values_;
-    FinishedCycle last_, result_;
+/// Result of adapt_values.
+struct AdaptedValues {
+    CycleRun result;
+    EndedCycles cycles;
 };
+/// Runs the cycles of a pipeline with meshes and solutions in memory, by \p run. Errors: as adapt.
+[[nodiscard]] Outcome<AdaptedValues> adapt_values(const config::Pipeline& pipeline, const RunOnValues& run,
+                                                  const CycleSolver& solver, const InputDegree& required,
+                                                  const Around& around);
 
 }  // namespace camber::run
 

@@ -164,30 +164,29 @@ Outcome<AdaptedInMemory> adapt_in_memory(config::Pipeline pipeline, int degree, 
     pipeline.output.metric = std::string(config::in_memory) + "metric.sol";
     pipeline.output.solution = std::string(config::in_memory) + "carried.sol";
     const DecodedMesh input = input_of(pipeline, host.given);
-    run::CyclesInMemory store(pipeline,
-                              [&](const config::Pipeline& tried, const Fit& fit, const run::NamedValues& cycles) {
-                                  Host with_cycles = host;
-                                  for (const auto& [name, mesh] : cycles.meshes)
-                                      with_cycles.given.meshes.insert_or_assign(name, with_place_of(mesh, input));
-                                  for (const auto& [name, fields] : cycles.solutions)
-                                      with_cycles.given.solutions.insert_or_assign(name, fields);
-                                  Written none;
-                                  return execute(tried, none, fit, std::move(with_cycles));
-                              });
+    const auto run_on_values = [&](const config::Pipeline& tried, const Fit& fit, const run::NamedValues& cycles) {
+        Host with_cycles = host;
+        for (const auto& [name, mesh] : cycles.meshes)
+            with_cycles.given.meshes.insert_or_assign(name, with_place_of(mesh, input));
+        for (const auto& [name, fields] : cycles.solutions) with_cycles.given.solutions.insert_or_assign(name, fields);
+        Written none;
+        return execute(tried, none, fit, std::move(with_cycles));
+    };
     const auto solve = [&](const run::SolverCall& call) -> Outcome<run::SolverResult> {
         return solver(with_place_of(call.mesh, input), call.guess, call.cycle)
             .map([&](std::vector<run::NamedField> fields) { return run::SolverResult{call.mesh, std::move(fields)}; });
     };
     const Execution execution{.threads = pipeline.threads, .stop = host.stop};
-    auto ended = run::adapt(pipeline, store, solver ? solve : run::CycleSolver(), {}, {degree}, plainly(execution));
-    if (!ended) return fail(ended.error());
-    run::CycleRun made = store.take_result();
-    MadeInMemory result = made_of(std::move(made.run), input);
-    result.holds_what_was_asked = result.holds_what_was_asked && made.miss.empty() && ended->is_valid();
-    if (!made.miss.empty()) result.notices.push_back(std::move(made.miss));
-    std::ranges::move(ended->notes, std::back_inserter(result.notices));
+    auto made =
+        run::adapt_values(pipeline, run_on_values, solver ? solve : run::CycleSolver(), {degree}, plainly(execution));
+    if (!made) return fail(made.error());
+    auto& [of_result, cycles] = *made;
+    MadeInMemory result = made_of(std::move(of_result.run), input);
+    result.holds_what_was_asked = result.holds_what_was_asked && of_result.miss.empty() && cycles.is_valid();
+    if (!of_result.miss.empty()) result.notices.push_back(std::move(of_result.miss));
+    std::ranges::move(cycles.notes, std::back_inserter(result.notices));
     if (auto done = write_files(files, result, host); !done) return fail(done.error());
-    return AdaptedInMemory{std::move(result), run::cycles_json(ended->rows), std::move(ended->reason)};
+    return AdaptedInMemory{std::move(result), run::cycles_json(cycles.rows), std::move(cycles.reason)};
 }
 
 namespace {

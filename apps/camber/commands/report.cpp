@@ -127,7 +127,7 @@ class Reporter {
         if (!report) return fail(of_file(report.error(), subject.mesh));
         source_.histograms = subject.histograms.empty() ? report->histograms : subject.histograms;
         source_.distances = subject.distances;
-        answer_ = run::check_answer(*report);
+        answer_ = report->answer();
         source_.numbers = run::check_table(*report);
         if (!subject.before_and_after.empty())
             source_.numbers = "  before -> after correction\n" + subject.before_and_after + "\n" + source_.numbers;
