@@ -2,7 +2,7 @@
 """The cost of a bound on the scaled Jacobian: the length reduction that the paper's θ-relaxation, single edges, cavities and the extension lose.
 
     bench/repair_bounds.py build/bin/camber configs/paper-spheres-coarse.json layer.meshb steep:1.4
-    bench/repair_bounds.py build/bin/camber steep:1.6 --bounds 0.05 --ways relax cavity
+    bench/repair_bounds.py build/bin/camber steep:1.6 --bounds 0.05 --ways backtracking cavity
 
 Each CASE is a configuration, a mesh, or steep:G: layers of growth G around a sphere, of the generator (the first a tenth of
 the wall's sagitta); steep:thin has growth 1.6 and anisotropy 10^4. Prints a Markdown table, a line per case and bound:
@@ -80,17 +80,17 @@ def main():
     parser.add_argument("camber", help="the program")
     parser.add_argument("cases", nargs="+", metavar="CASE")
     parser.add_argument("--bounds", nargs="+", default=["0", "0.05", "0.2", "0.5"])
-    parser.add_argument("--ways", nargs="+", default=["relax", "edge", "cavity", "extension"])
+    parser.add_argument("--ways", nargs="+", default=["backtracking", "edge", "cavity", "extension"])
     arguments = parser.parse_args()
     print("| case | bound | below it | " + " | ".join(
-        f"{way}: lost (of relax's), smallest, surface edges, left, time" for way in arguments.ways) + " |")
+        f"{way}: lost (of backtracking's), smallest, surface edges, left, time" for way in arguments.ways) + " |")
     print("|---" * (3 + len(arguments.ways)) + "|")
     with tempfile.TemporaryDirectory() as folder:
         for case in arguments.cases:
             for bound in arguments.bounds:
                 found = {way: figures(repaired(arguments.camber, case, bound, way, Path(folder)))
                          for way in arguments.ways}
-                theirs = found.get("relax", {}).get("lost")
+                theirs = found.get("backtracking", {}).get("lost")
                 cells = []
                 for f in found.values():
                     share = f"{100 * f['lost'] / theirs:.1f} %" if theirs else "–"

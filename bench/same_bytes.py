@@ -33,7 +33,7 @@ def runs_of(meshes):
         field = ['--metric', metric] if metric else []
         yield f'{name}.curve', ['curve', straight, *field]
         yield f'{name}.shape', ['curve', straight, '--set', 'stages/curve/objective=shape']
-        for way in ('edge', 'segment', 'relax'):
+        for way in ('edge', 'segment', 'backtracking'):
             yield f'{name}.{way}', ['curve', straight, *field, '--set', RELAX.format(way)]
         yield f'{name}.bound', ['curve', straight, *field, '--min-scaled-jacobian', '0.2']
         yield f'{name}.reinsert', ['curve', straight, *field, '--set', REINSERT]

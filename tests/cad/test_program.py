@@ -257,7 +257,7 @@ class Program(unittest.TestCase):
         entities = report["boundary"]["distances"]["entities"]
         self.assertEqual(sum(e["kind"] == "face" for e in entities), 6)
         self.assertEqual([e["number"] for e in entities if e["kind"] == "surface"], [1])
-        rims = [e["beside"] for e in entities if "beside" in e]
+        rims = [e["side_geometries"] for e in entities if "side_geometries" in e]
         self.assertEqual(len(rims), 2)
         for surface, face in rims:
             self.assertEqual((surface, face[:5]), ("surface 1", "face "))

@@ -182,7 +182,7 @@ class Text(Folder):
         camber("generate", "box", "-o", "box.mesh", "--set", "cells=[2,2,2]", cwd=self.folder)
         camber("remesh", "box.mesh", "-o", "finer.mesh", "--metric", 0.3, "--page", "finer.html", cwd=self.folder)
         page = (self.folder / "finer.html").read_text()
-        for text in (">as given</text>", ">remeshed</text>"):
+        for text in (">input</text>", ">remeshed</text>"):
             self.assertIn(text, page)
 
     def test_page_beside_what_a_verb_does(self):

@@ -102,7 +102,7 @@ class BentLayers(unittest.TestCase):
         self.bent()
         for objective in ("accuracy", "length", "shape"):
             self.expect_valid(objective)
-        for repair in ("cavity", "edge", "segment", "relax"):
+        for repair in ("cavity", "edge", "segment", "backtracking"):
             self.expect_valid("shape", repair)
         self.expect_valid("solution", solution={"expression": "tanh((x-0.5)/0.01)"})
 
@@ -115,7 +115,7 @@ class BentLayers(unittest.TestCase):
             {"input": {"mesh": "bent.mesh"}, "stages": ["validate"], "output": {"mesh": "out.mesh"}}))
         before = self.validity("run", "c.json", codes=(0, 1))
         self.assertGreater(before["invalid"], 0)
-        for repair in ("extension", "cavity", "edge", "segment", "relax"):
+        for repair in ("extension", "cavity", "edge", "segment", "backtracking"):
             with self.subTest(repair=repair):
                 after = self.validity("repair", "bent.mesh", "-o", "out.mesh", "--set", f"stages/relax/method={repair}",
                                       codes=(0, 1))

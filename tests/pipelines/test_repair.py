@@ -123,7 +123,7 @@ class Repair(unittest.TestCase):
         self.mended(mesh, 3)
 
     def test_every_repair_keeps_the_boundary(self):
-        for repair, share in (("segment", 0.6), ("relax", 0.6)):
+        for repair, share in (("segment", 0.6), ("backtracking", 0.6)):
             mesh = elevate(cube(2))
             throw_volume_nodes(mesh, share)
             self.mended(mesh, 3, "--set", f"stages/relax/method={repair}")

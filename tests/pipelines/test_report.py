@@ -245,7 +245,7 @@ class Report(unittest.TestCase):
         self.run_camber("curve", "in.mesh", "-o", "out.mesh", "--metric", "in.solb", "--report", "r.json",
                         "--threads", "999999", "--set", "stages/curve/objective=length")
         report = report_of(self.folder.path / "r.json")
-        self.assertEqual(report["format"], 4)
+        self.assertEqual(report["format"], 5)
         version = self.run_camber("--version").stdout.strip()
         self.assertEqual(report["program"], {"name": "camber", "version": version})
         self.assertEqual(report["input"], {"mesh": "in.mesh", "metric": "in.solb", "dimension": 3, "degree": 1,

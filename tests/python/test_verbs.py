@@ -179,6 +179,10 @@ class Renames(unittest.TestCase):
             with self.assertRaisesRegex(camber.UsageError, f"{old}: was renamed to {new}"):
                 verb(shell(), **{old: 1})
 
+    def test_old_attributes_are_errors_that_state_the_new_ones(self):
+        with self.assertRaisesRegex(AttributeError, "holds was renamed to success"):
+            camber.elevate(shell()).holds
+
 
 class Adapting(unittest.TestCase):
     def test_a_solver_in_memory(self):
