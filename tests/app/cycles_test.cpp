@@ -71,8 +71,8 @@ TEST_CASE("The solver's first mesh keeps the topology; without a solver it is th
     CHECK_FALSE(has_stage<config::Remesh>(first));
     CHECK(std::holds_alternative<config::NaturalMetric>(first.metric));
     CHECK(first.output.mesh == "c/cycle-000/mesh.meshb");
-    const auto alone = adapting(R"({"cycles": 3, "exact": "x"})");
-    CHECK(run::first_pipeline(alone, run::files_of_cycle(alone, "c")).stages.empty());
+    const auto without_solver = adapting(R"({"cycles": 3, "exact": "x"})");
+    CHECK(run::first_pipeline(without_solver, run::files_of_cycle(without_solver, "c")).stages.empty());
 }
 
 TEST_CASE("Cycles go from mesh to mesh, on the first one's boundary, with the solution before and their complexity") {
@@ -88,11 +88,11 @@ TEST_CASE("Cycles go from mesh to mesh, on the first one's boundary, with the so
         CHECK(made.output.solution == "into/guess.sol");
         CHECK_FALSE(made.adapt.is_asked());
     }
-    const auto alone = adapting(R"({"cycles": 3})", R"(, "solution": {"expression": "x*y"})");
-    const auto begun = run::cycle_pipeline(alone, 1, files("first"), files("before"), files("into"));
-    CHECK(begun.input == alone.input);
+    const auto without_solver = adapting(R"({"cycles": 3})", R"(, "solution": {"expression": "x*y"})");
+    const auto begun = run::cycle_pipeline(without_solver, 1, files("first"), files("before"), files("into"));
+    CHECK(begun.input == without_solver.input);
     CHECK(has_stage<config::Elevate>(begun));
-    const auto next = run::cycle_pipeline(alone, 2, files("first"), files("before"), files("into"));
+    const auto next = run::cycle_pipeline(without_solver, 2, files("first"), files("before"), files("into"));
     CHECK(std::get<config::FilePath>(next.input.source).path == "before/mesh.meshb");
     CHECK(next.solution.expression == "x*y");
 }
@@ -329,6 +329,6 @@ TEST_CASE("adapt_mesh adapts to an expression, and refuses fields of other sizes
     };
     CHECK(adapt_mesh<2>(square(), wrong, {.degree = 1}, plainly(alone)).error().where == "field u");
     CHECK(adapt_mesh<2>(made.mesh, front_expression, {.degree = 1}, plainly(alone)).error().kind == ErrorKind::input);
-    options.cycles.settled = 2;
+    options.cycles.convergence_tolerance = 2;
     CHECK(adapt_mesh<2>(square(), front_expression, options, plainly(alone)).error().kind == ErrorKind::usage);
 }

@@ -181,7 +181,8 @@ template <class S>
             all.other = schema_of<typename T::value_type::second_type>();
             all.other["description"] = field.meaning;
         } else if constexpr (HasFields<Unwrapped<T>>) {
-            for (auto& [key, property] : properties_of<Unwrapped<T>>().named.items())
+            const Properties merged = properties_of<Unwrapped<T>>();
+            for (const auto& [key, property] : merged.named.items())
                 if (field.has(key)) all.named[key] = property;
         }
     });
