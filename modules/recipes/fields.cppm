@@ -192,7 +192,7 @@ struct FieldsOf<Crossings> {
               "pairs that pass through each other ([crossing.md](algorithms/crossing.md))"),
             f("touching", &Crossings::touching, "pairs that touch"),
             f("undecided", &Crossings::undecided, "pairs that are too near to each other for a decision"),
-            f("cut_short", &Crossings::cut_short, "number of the undecided for which the limit of work was reached"),
+            f("truncated", &Crossings::cut_short, "number of the undecided for which the limit of work was reached"),
             f("steps", &Crossings::steps, "work: number of pairs of parts of facets that were examined"));
     }
 };
@@ -247,11 +247,11 @@ struct FieldsOf<InterpolationError> {
             f("compared_with", &InterpolationError::compared_with,
               "numerator of `ratio`: `straight`, or `same_boundary` if walls are curved"),
             f("ratio", ratios_of, "error of `compared_with` by `curved`: above 1 curved inner edges pay"),
-            f("straight_turned", &InterpolationError::straight_turned,
+            f("straight_inverted", &InterpolationError::straight_turned,
               "elements of `straight` with det J ≤ 0 at a point of the quadrature"),
-            f("same_boundary_turned", &InterpolationError::same_boundary_turned,
+            f("same_boundary_inverted", &InterpolationError::same_boundary_turned,
               "the same of `same_boundary`, at nodes too"),
-            f("curved_turned", &InterpolationError::curved_turned, "the same of `curved`"),
+            f("curved_inverted", &InterpolationError::curved_turned, "the same of `curved`"),
             f("volume", &InterpolationError::volume, "volumes of the meshes"),
             f("unresolved", &InterpolationError::unresolved, "number of elements whose quadrature did not converge"),
             f("evaluations", &InterpolationError::evaluations, "number of evaluations of the field"));

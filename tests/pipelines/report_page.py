@@ -26,7 +26,7 @@ def rows_of(properties, path, known):
             rows.append((name, schema.get("unit", ""), meaning))
             continue
         shape = json.dumps(inner["properties"])
-        if shape in known:
+        if known.get(shape, name) != name:
             rows.append((f"{name}.KEY", "", f"{meaning}: keys as those of `{known[shape]}`"))
             continue
         known[shape] = name
