@@ -68,10 +68,10 @@ CASES = {
         "square.mesh -o n.meshb --solution u.vtu --error-of gradients --norm 1 --gradation 2 --geometry-error 0.01 --size 1=0.2 "
         "--geometry-tolerance 1e-3 --min-scaled-jacobian 0.1",
         "plane.mesh -o n.msh --format msh-ascii --metric 0.6 --cycles 1 --degree 1 --flat surface --geometry straight",
-        f"square.mesh -o n.meshb {SOLVE} --cycles 2 --settled 0 --result last --seconds 100 --mesh-file m.mesh --solution-file s.sol "
+        f"square.mesh -o n.meshb {SOLVE} --cycles 2 --convergence-tolerance 0 --result last --timeout 100 --mesh-file m.mesh --solution-file s.sol "
         "--set features/ridge_angle=50",
         f"square.mesh -o n.meshb {SOLVE} --cycles 2 --folder kept --complexity 40",
-        f"square.mesh -o n.meshb {SOLVE} --cycles 3 --settled 0 --folder kept --complexity 40 --from 1",
+        f"square.mesh -o n.meshb {SOLVE} --cycles 3 --convergence-tolerance 0 --folder kept --complexity 40 --from 1",
     ],
     "generate": [
         "shell -o n.meshb --set inner_size=0.5 --set inner_layer/count=2",
@@ -90,7 +90,7 @@ CASES = {
         "over.json --force",
     ],
 }
-CAD_CASES = {verb: [f"{mesh} -o n.meshb {more} --cad capsule.brep --cad-unit file --cad-vertices move --cad-seconds 60 --cad-memory 900 "
+CAD_CASES = {verb: [f"{mesh} -o n.meshb {more} --cad capsule.brep --cad-unit file --cad-vertices move --cad-timeout 60 --cad-memory 900 "
                     "--report r.json"]
              for verb, mesh, more in (("curve", "capsule.mesh", ""), ("remesh", "capsule.mesh", "--metric 0.5"),
                                       ("repair", "capsule-p2.mesh", ""), ("adapt", "capsule.mesh", "--metric 0.7 --cycles 1"))}
@@ -99,7 +99,7 @@ CONFIGS = {
                     "output": {"mesh": "n.meshb", "vtu": "n.vtu", "report": "r.json", "plots": "plots"}},
     "cycles.json": {"input": {"mesh": "square.mesh"}, "output": {"mesh": "n.meshb"}, "stages": ["remesh"],
                     "metric": {"solution": {"complexity": 40}},
-                    "adapt": {"cycles": 2, "settled": 0, "folder": "kept", "solve": [sys.executable, "solver.py", "{mesh}", "{solution}"]}},
+                    "adapt": {"cycles": 2, "convergence_tolerance": 0, "folder": "kept", "solve": [sys.executable, "solver.py", "{mesh}", "{solution}"]}},
     "over.json": {"input": {"mesh": "square.mesh"}, "output": {"mesh": "square.mesh"}},
 }
 
