@@ -348,7 +348,7 @@ struct CheckReport {
         using S = CheckReport;
         constexpr Fields<S> f;
         return std::tuple(
-            f.merged(&S::mesh).without({"surface_alone"}),
+            f.merged(&S::mesh).without({"standalone_surface"}),
             f("elements_by_reference", &S::elements_by_reference, "number of elements of each reference"),
             f("facets_by_reference", &S::facets_by_reference, "number of facets of each reference"),
             f("feature_edges_by_reference", &S::feature_edges_by_reference,

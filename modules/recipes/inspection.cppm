@@ -164,7 +164,7 @@ struct GeometryReport {
         using S = GeometryReport;
         constexpr Fields<S> f;
         return std::tuple(
-            f.merged(&S::mesh).without({"nodes", "feature_edges", "surface_alone"}),
+            f.merged(&S::mesh).without({"nodes", "feature_edges", "standalone_surface"}),
             f("boundary_is_listed", &S::is_listed,
               "false: the file has no facets; they were found, and have no numbers"),
             f("ridge_angle", &S::ridge_angle, "angle above which facets make a ridge").unit("degrees"),
