@@ -343,7 +343,7 @@ namespace {
 struct Fitter {
     const SurrogateInput<3>& input;
     const Fans& fans;
-    double min_cosine;
+    double min_cosine = 0;
     const LinearMesh<3>& mesh = input.boundary.mesh;
     const EdgeSet<3>& edges = input.boundary.edges;
     const CurveTangents<3>& tangents = input.tangents;
