@@ -325,6 +325,7 @@ std::string list_explained_words(const CLI::App& app) {
                 if (!name.starts_with("help")) options[option->get_group()].insert("--" + name);
     for (const auto& [group, names] : options) text += list_of(group + " options", {names.begin(), names.end()});
     std::vector<std::string> names;
+    names.reserve(std::size(terms));
     for (const Term& term : terms) names.emplace_back(name_of(term));
     text += list_of("Words of the tables", names);
     text.pop_back();

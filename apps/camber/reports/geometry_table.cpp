@@ -59,6 +59,7 @@ std::string hinge_rows(const HingesReport& hinges, const std::string& name, std:
 template <class Item>
 std::vector<const Item*> by_size(const std::vector<Item>& items, auto&& size) {
     std::vector<const Item*> order;
+    order.reserve(items.size());
     for (const Item& item : items) order.push_back(&item);
     std::ranges::stable_sort(order, std::greater(), [&](const Item* item) { return std::invoke(size, *item); });
     return order;
