@@ -156,7 +156,10 @@ class BlockRunner {
           goal_(goal_of<D>(pipeline, sources, report_)),
           steps_(rows, goal_, sources.blocks, *sources.ranks) {}
     BlockRunner(const BlockRunner&) = delete;
+    BlockRunner(BlockRunner&&) = delete;
     BlockRunner& operator=(const BlockRunner&) = delete;
+    BlockRunner& operator=(BlockRunner&&) = delete;
+    ~BlockRunner() = default;
 
     Outcome<BlocksRun<D>> run() {
         if (auto supported = check_sources(pipeline_); !supported) return fail(supported.error());

@@ -87,6 +87,7 @@ Bins boundary_bins() {
 /// Errors of the elements by a kind, one number an element.
 std::vector<ErrorBin> binned(const Bins& bins, std::span<const double> kinds, const InterpolationError& errors) {
     std::vector<ErrorBin> all;
+    all.reserve(bins.ranges.size());
     for (const std::string& range : bins.ranges) all.push_back({range});
     std::vector<std::size_t> at(kinds.size());
     for (std::size_t e = 0; e < kinds.size(); ++e) {

@@ -320,6 +320,7 @@ std::string_view name_of(FieldKind kind) {
 
 std::vector<std::string> texts_of(const std::vector<Notice>& notices) {
     std::vector<std::string> texts;
+    texts.reserve(notices.size());
     for (const Notice& notice : notices) texts.push_back(notice.what);
     return texts;
 }
