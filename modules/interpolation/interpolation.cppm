@@ -236,7 +236,7 @@ template <int D>
 struct IntegrationDomain {
     const QuadraticMesh<D>& mesh;
     std::vector<std::uint32_t> elements;
-    Sides sides;
+    Sides sides{};
 };
 
 /// A function: `nodal` has its values at the mesh's nodes if it is of degree 2; empty: of the interpolants.
