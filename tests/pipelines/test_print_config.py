@@ -61,7 +61,7 @@ CASES = {
         "curved.mesh -o n.msh --format msh-ascii --geometry straight --flat surface",
     ],
     "adapt": [
-        f"square.mesh -o n.meshb --field 'tanh((x-y)/0.05)' --complexity 30,50 --cycles 2 {PIPELINE.replace('plots plots', 'plots out')}",
+        f"square.mesh -o n.meshb --field 'tanh((x-y)/0.05)' --complexity 30,50 --cycles 2 {PIPELINE}",
         "square.mesh -o n.mesh --solution u.sol --fields field_1 --output-solution v.sol --transfer conserve --report r.json",
         "square.mesh -o n.meshb --solution 'tanh((x-y)/0.05)' --cycles 2 --norm H1 --min-size 0.01 --max-size 0.5 --max-anisotropy 20 "
         "--degree 1 --threads 1",
@@ -244,6 +244,19 @@ class PrintedConfigs(unittest.TestCase):
         for verb, options in known.items():
             used = {word[2:] for case in CASES[verb] + CAD_CASES.get(verb, []) for word in shlex.split(case) if word.startswith("--")}
             self.assertEqual(options - used - NOT_OF_RESULTS - {"output"}, set(), verb)
+
+    def test_arguments_that_do_not_go_together_are_refused_like_a_config(self):
+        field = "--solution x*y --fields a"
+        for case in (f"curve shell.mesh -o n.meshb {field}", f"remesh square.mesh -o n.meshb --metric 0.3 {field}",
+                     f"repair curved.mesh -o n.mesh {field}", f"adapt square.mesh -o n.meshb {field}"):
+            for more in ([], ["--print-config"], ["--dry-run"]):
+                with self.subTest(f"camber {case}", more=more):
+                    folder = self.inputs()
+                    before = folder.files()
+                    done = folder.camber(*shlex.split(case), *more)
+                    self.assertEqual((done.returncode, done.stdout), (2, ""))
+                    self.assertIn('command line: /solution: "fields" are fields of a file', done.stderr)
+                    self.assertEqual(folder.files(), before)
 
     def test_curve(self):
         self.cases("curve", CASES["curve"])

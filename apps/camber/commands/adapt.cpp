@@ -86,9 +86,9 @@ Outcome<config::Pipeline> pipeline_of(const AdaptArguments& a) {
 int adapt_command(const AdaptArguments& arguments) {
     const auto pipeline = pipeline_of(arguments);
     if (!pipeline) return report_error(pipeline.error());
-    if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     // What arguments gave is as sound as what a config says.
     if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return report_error(sound.error());
+    if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     return run_or_plan_cycles(*pipeline, files_of(*pipeline, words_of_options),
                               {.from = arguments.from, .degree = arguments.degree == 1 ? 1 : 0}, arguments.dry_run);
 }
@@ -273,6 +273,7 @@ Outcome<Done> CyclesInFolders::deliver(int cycle) {
     std::vector<std::array<std::string, 2>> pairs{
         {made.report, output.report}, {made.vtu, output.vtu}, {made.metric, output.metric}, {made.page, output.page}};
     if (!output.plots.empty()) {
+        if (auto folder = make_folder(output.plots); !folder) return folder;
         const auto from = plot_files(made.plots), to = plot_files(output.plots);
         for (std::size_t i = 0; i < from.size(); ++i) pairs.push_back({from[i], to[i]});
     }

@@ -363,6 +363,8 @@ Outcome<config::Pipeline> pipeline_of(config::Pipeline base, const PipelineArgum
 
 int run_verb(const Outcome<config::Pipeline>& pipeline, const PipelineArguments& arguments, Host host) {
     if (!pipeline) return report_error(pipeline.error());
+    // What arguments gave is as sound as what a config says.
+    if (auto sound = config::with_values(*pipeline, {}, "command line"); !sound) return report_error(sound.error());
     if (arguments.print_config) return end_with(config::write_pipeline(*pipeline));
     return run_or_plan(*pipeline, files_of(*pipeline, words_of_options), arguments, std::move(host));
 }

@@ -87,8 +87,7 @@ Outcome<CycleFolders> CycleFolders::anew(const std::string& folder) {
         return fail(ErrorKind::usage, fmt::format("has cycles 0 to {} of an earlier run", last), folder, {},
                     fmt::format("--from {} goes on from there; or take another --folder, or remove it", last));
     }
-    if (auto made = check_folder(folder).and_then([&](Done) { return make_folder(folder); }); !made)
-        return fail(made.error());
+    if (auto made = make_folder(folder); !made) return fail(made.error());
     if (auto gone = remove_from(folder, run::name_of_cycle(0)); !gone) return fail(gone.error());
     return CycleFolders(folder, true);
 }

@@ -207,7 +207,7 @@ std::vector<std::string> plot_files(const std::string& folder) {
 
 Outcome<Done> write_plots(const std::vector<run::Histogram>& histograms, const std::string& folder, Written& written) {
     if (histograms.empty()) return Done{};
-    if (auto made = check_folder(folder).and_then([&](Done) { return make_folder(folder); }); !made) return made;
+    if (auto made = make_folder(folder); !made) return made;
     for (const run::Histogram& h : histograms) {
         const std::string file = plot_file(folder, h.quantity);
         if (auto done = written.add(file, write_text(file, run::svg(h))); !done) return done;

@@ -232,7 +232,8 @@ const Description& Described<GivenSolution>::get() {
         "them, and nodes of edges placed (the objective solution).",
         [](const GivenSolution& s) -> std::string {
             if (!s.file.empty() && !s.expression.empty()) return "\"file\" and \"expression\" are two solutions";
-            if (!s.expression.empty() && !s.fields.empty()) return "\"fields\" are names of a file's";
+            if (!s.expression.empty() && !s.fields.empty())
+                return "\"fields\" are fields of a file, and an expression is one field: leave \"fields\" out";
             if (!std::ranges::all_of(s.weights, [](double w) { return w >= 0; })) return "\"weights\" are 0 or more";
             return {};
         });

@@ -310,8 +310,11 @@ inline constexpr std::size_t beginning_of_stream = std::size_t{1} << 16U;
 /// write, with the command that makes a folder that is not there.
 [[nodiscard]] Outcome<Done> check_writable(const std::string& path);
 
-/// The same of a folder for files, which `make_folder` makes where its own is there.
+/// Whether a folder is there or could be made, asked before the work begins. Errors: write, as of `check_writable`.
 [[nodiscard]] Outcome<Done> check_folder(const std::string& folder);
+
+/// Makes a folder if it is not there. The folder that it is in must be. Errors: write, as of `check_folder`, or with
+/// the system's reason.
 [[nodiscard]] Outcome<Done> make_folder(const std::string& folder);
 
 /// A plain file's bytes, of which the system brings those into memory that are looked at. Who cuts the file short

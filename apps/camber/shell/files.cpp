@@ -198,6 +198,7 @@ Outcome<Done> check_folder(const std::string& folder) {
 }
 
 Outcome<Done> make_folder(const std::string& folder) {
+    if (auto sound = check_folder(folder); !sound) return sound;
     std::error_code error;
     std::filesystem::create_directory(folder, error);
     if (!error) return Done{};
