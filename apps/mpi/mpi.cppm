@@ -2,8 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-/// Ranks that are processes of MPI, and what they do together by libraries over it. No type of MPI is in this
-/// interface.
+/// MPI processes as ranks, and libraries on them. The interface has no MPI types.
 export module camber.mpi;
 import camber.core;
 import camber.distributed;
@@ -11,18 +10,17 @@ import camber.distributed;
 export namespace camber {
 
 struct MpiOptions {
-    /// Bytes of a message; what is larger goes in several. MPI counts them in 31 bits.
+    /// Bytes, which MPI counts in 31 bits; larger messages are divided.
     std::size_t largest_message = std::size_t{1} << 30U;
 };
 
-/// Begins MPI, which ends with what is given: once in a process, and from the thread that asks it for exchanges. After
-/// an error that all have got from one exchange, every other one gives that error at once, so that a rank which comes
-/// to its end early, with an error, ends the others wherever they are.
+/// Initialises MPI; the result's destructor ends it. Once for each process, on the thread of the exchanges. After a
+/// failed exchange every later one fails at once with the same error, which stops the other ranks.
 [[nodiscard]] std::unique_ptr<Ranks> mpi_ranks(int& argc, char**& argv, MpiOptions options = {});
 
-/// The part, from 0, of each row of this rank, by PT-Scotch: parts of about as many rows each, with few arcs between.
-/// All ranks of `mpi_ranks` call it; another number of ranks may make other parts. Errors, on all ranks alike:
-/// unsupported (Camber was built without PT-Scotch, or it numbers too few), memory, internal.
+/// Part (from 0) of each row of this rank by PT-Scotch: equal parts, few arcs between them. All ranks must call it;
+/// their number affects the result. Errors, the same on all ranks: unsupported (built without PT-Scotch, or it numbers
+/// too few), memory, internal.
 [[nodiscard]] Outcome<Buffer<std::int32_t>> parts_of_graph(Ranks& ranks, const GraphRun& run, std::size_t parts);
 
 }  // namespace camber

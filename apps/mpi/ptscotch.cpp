@@ -1,9 +1,9 @@
 module;
 #include <cstdio>
-// Both headers take FILE from stdio.h
+// Both headers need FILE from stdio.h
 #include <mpi.h>
 #include <scotch.h>
-// ptscotch.h goes after scotch.h
+// ptscotch.h needs scotch.h before
 #include <ptscotch.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int done = 0;
 
-/// A communicator for Scotch alone.
+/// Separates Scotch's messages.
 struct Communicator {
     Communicator() { MPI_Comm_dup(MPI_COMM_WORLD, &own); }
     Communicator(const Communicator&) = delete;
@@ -58,7 +58,7 @@ struct Strategy {
     bool is_there;
 };
 
-/// One thread, and one seed of its own: the same parts every time.
+/// One thread and a fixed seed: reproducible.
 struct Context {
     Context()
         : is_there(SCOTCH_contextInit(&own) == done &&
@@ -78,7 +78,6 @@ struct Context {
     bool is_there;
 };
 
-/// Arrays as Scotch takes them.
 struct Arrays {
     Buffer<SCOTCH_Num> starts, neighbours, part;
 };

@@ -3,7 +3,7 @@
 
 namespace camber {
 
-/// The parts of a page that are the same in all: its frame, with places for what differs, its style, and its script.
+/// Constant parts of a page: frame with placeholders, style, and script.
 struct Viewer {
     std::string frame, style, script;
 };

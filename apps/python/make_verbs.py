@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes camber/verbs.py: the verbs with the arguments of the program's own, by their descriptions.
+"""Writes camber/verbs.py, the verbs with the program's arguments, from the descriptions of the arguments.
 
     python3 apps/python/make_verbs.py build/python > apps/python/camber/verbs.py
 
-A test holds the file equal to what this makes.
+A test checks that the file is up to date.
 """
 
 import json
@@ -32,14 +32,14 @@ from .mesh import Made, Mesh
 Progress = Callable[[str, float], Any]
 '''
 
-# What the program writes to files or says on a terminal, and what has another form here.
+# Arguments for files and the terminal, and those that have another form in Python.
 NOT_HERE = {
     "input", "output", "format", "partition", "quiet", "verbose", "force", "print-config", "dry-run", "histogram", "json", "flat", "report",
     "output-solution", "output-metric", "solve", "shape", "old_mesh", "new_mesh", "old", "new",
 }
 OF_FILES = {"folder", "from", "mesh-file", "solution-file", "timeout", "vtu", "plots", "page"}
 VERBS = {
-    "curve": ("mesh", "Made", {"blocks", "memory"}),  # by blocks it goes from file to file
+    "curve": ("mesh", "Made", {"blocks", "memory"}),  # blocks work on files
     "remesh": ("mesh", "Made", set()),
     "repair": ("mesh", "Made", set()),
     "adapt": ("mesh", "Made", OF_FILES),
@@ -48,7 +48,7 @@ VERBS = {
     "transfer": ("old_mesh, new_mesh, solution", "dict[str, np.ndarray]", {"solution", "threads"}),
     "generate": ("shape", "Mesh", set()),
 }
-# What a value in memory may stand for, beside a text.
+# Types of values in memory, in addition to text.
 TYPES = {
     "metric": "str | float | np.ndarray | Mapping[str, Any] | None",
     "solution": "str | np.ndarray | Mapping[str, Any] | None",
@@ -68,7 +68,7 @@ MORE = {
     "size": "{reference: size}",
     "set": "{path: value}",
 }
-# What the program's sentences say of its own world.
+# Replacements in the program's help texts.
 HERE = {
     "and the exit code is 1": "and `success` is False",
     "exit code 1": "`success` is False",
@@ -139,7 +139,7 @@ def wrapped(text, indent, hanging="    "):
 
 
 def about(text):
-    """The first paragraphs, without the command line's examples."""
+    """Return the paragraphs without examples of the command line."""
     kept = [p for p in text.split("\n\n") if not p.startswith("  ")]
     return [in_python(p) for p in kept]
 
@@ -179,7 +179,7 @@ def function(verb, described):
 
 
 def main():
-    sys.path.insert(0, os.path.join(sys.argv[1], "camber"))  # the extension alone: the package needs what is made here
+    sys.path.insert(0, os.path.join(sys.argv[1], "camber"))  # the extension only: the package imports the generated file
     import _camber
 
     described = json.loads(_camber.arguments())

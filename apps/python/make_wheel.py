@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""A wheel of the package that a build directory has.
+"""Makes a wheel of the package in a build directory.
 
     python3 apps/python/make_wheel.py BUILD_DIRECTORY FOLDER
 
-It is for the Python that it was built for, and for machines that have the libraries which it was linked with: it brings
-along what reads CAD models, and no libraries of the system (docs/python.md).
+The wheel is for the Python version of the build, and for machines with the same system libraries. It contains the CAD
+reader, but no system libraries (docs/python.md).
 """
 
 import os
@@ -39,7 +39,7 @@ def strip(path):
 
 
 def copied(build, folder):
-    """The package, without what running it has left there."""
+    """Copy the package without caches, with the CAD reader."""
     package = os.path.join(folder, "camber")
     shutil.copytree(os.path.join(build, "python", "camber"), package, ignore=shutil.ignore_patterns("__pycache__"))
     reader = os.path.join(build, "lib", "libcamber_occ.so")

@@ -1,5 +1,5 @@
-/// A mesh, straight or of degree 2, brought to a metric by passes of the cavity operator: split, collapse, swap,
-/// smooth, mend; and the paper's global algorithm, which puts every vertex in again.
+/// Passes that adapt a straight or quadratic mesh to a metric (split, collapse, swap, smooth, mend), and the paper's
+/// global algorithm, which reinserts every vertex.
 export module camber.adapt;
 export import :cone_shapes;
 export import :passes;

@@ -1,4 +1,4 @@
-// Shapes of the elements of a star, straight and curved.
+// Shapes of the straight and curved elements of a star.
 module;
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@ import camber.operation;
 
 export namespace camber {
 
-/// Where edges are to be joined: a place, the metric there, and of degree 2 the field's gradient.
+/// The point of a star: position, metric and, in degree 2, gradient of the field.
 template <int D>
 struct ConePoint {
     Vec<D> place;
@@ -26,13 +26,12 @@ struct ConePoint {
     const LogGradient<D>* gradient = nullptr;  ///< null in degree 1
     VertexPlace lies = VertexPlace::inside;
 };
-/// A vertex as it is.
 template <int D>
 [[nodiscard]] ConePoint<D> cone_point(const Adaptation<D>& r, VertexId v) {
     return {r.mesh.points[v], &r.vertices.metrics[v], r.vertices.gradients.empty() ? nullptr : &r.vertices.gradients[v],
             r.mesh.states[v].place};
 }
-/// Of an edge the squared lengths in the metrics of both ends, added; of degree 2 twice that of its curve.
+/// Sum of an edge's squared lengths in the metrics of both ends; degree 2: twice the squared length of the curve.
 template <int D>
 [[nodiscard]] double squares_between(const Adaptation<D>& r, const VertexMetric<D>& a, const VertexMetric<D>& b,
                                      const Vec<D>& chord, const Vec<D>& offset) {
@@ -40,14 +39,14 @@ template <int D>
     const double length = bent_length<D>(end_of(a), end_of(b), chord, offset);
     return 2 * length * length;
 }
-/// The same of an edge of degree 2 as it is.
+/// The same for an edge of the mesh in degree 2.
 template <int D>
 [[nodiscard]] double squares_of(const Adaptation<D>& r, EdgeId edge) {
     const double length = length_of(r, edge);
     return 2 * length * length;
 }
 
-/// What edges of these elements are measured with, of degree 2: they are scattered in memory.
+/// This data is scattered in memory.
 template <int D>
 void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elements) {
     if (!r.mesh.is_curved()) return;
@@ -59,16 +58,15 @@ void fetch_edges_ahead(const Adaptation<D>& r, std::span<const ElementId> elemen
         }
 }
 
-/// Memory on the stack for what one candidate looks at: most are made of so few vertices that nothing is allocated.
+/// Stack memory that suffices for most candidates.
 template <std::size_t Bytes>
 struct Room {
     alignas(std::max_align_t) std::array<std::byte, Bytes> bytes;
     std::pmr::monotonic_buffer_resource memory{bytes.data(), bytes.size()};
 };
 
-/// The edges that a point would get to vertices: straight ones, or in degree 2 the curves that the closed form of
-/// accuracy gives them (edge_accuracy), which is what the star takes for the nodes of new edges; chords where an edge
-/// of the boundary is likely.
+/// Edges from a point to vertices: straight, or in degree 2 by the closed form of accuracy, as in the star
+/// (edge_accuracy). Likely boundary edges are chords.
 template <int D>
 class BentSpokes {
   public:
@@ -93,7 +91,7 @@ class BentSpokes {
         to_.push_back({v, &metric});
         chords_.push_back(place - point_.place);
     }
-    /// Behind the last `add`; those that are bent already stay so.
+    /// Computes the edges added since the last call.
     void bend() {
         const std::size_t first = squares_.size(), added = to_.size() - first;
         squares_.resize(to_.size(), unknown);
@@ -108,8 +106,8 @@ class BentSpokes {
         for (double& length : std::span(squares_).last(added)) length *= 2 * length;
         straighten_boundary(first);
     }
-    /// Instead: of degree 2 the mesh's own edges to them, one each; chords where `bend` has these, so that places are
-    /// compared alike.
+    /// In degree 2, takes the mesh's own edges instead, one for each. Likely boundary edges are chords here too, so
+    /// that positions are compared alike.
     void take_edges(std::span<const EdgeId> edges) {
         squares_.assign(to_.size(), unknown);
         if (!r_.mesh.is_curved()) return;
@@ -121,7 +119,7 @@ class BentSpokes {
         straighten_boundary(0);
     }
 
-    /// Whether no tangent at the point is off its chord by more than 0.3 of its edge's length, as the point sees it.
+    /// True if 4 times each offset is at most 0.3 of its edge's length in the point's metric.
     [[nodiscard]] bool are_little_bent() {
         if (!r_.mesh.is_curved()) return true;
         constexpr double little = 0.3;
@@ -130,8 +128,8 @@ class BentSpokes {
                 return false;
         return true;
     }
-    /// The point elsewhere, with the offsets that it had: near to what it would get, and much cheaper. Chords are to be
-    /// put anew, lengths are by the metrics at the ends.
+    /// Moves the point and keeps the offsets: nearly exact for small moves, and much cheaper. The caller sets the
+    /// chords again; lengths use the metrics at both ends.
     void move(const ConePoint<D>& point) {
         point_ = point;
         has_kept_ = true;
@@ -139,8 +137,7 @@ class BentSpokes {
     }
     void put_chord(std::size_t i, const Vec<D>& place) { chords_[i] = place - point_.place; }
 
-    /// Of degree 2: to a request of an operation at the point, which would ask for them again. Not where an edge of the
-    /// boundary is likely.
+    /// Degree 2: passes edges to a request, except likely boundary edges.
     void give(CavityRequest<D>& request) const {
         if (!r_.mesh.is_curved()) return;
         request.bent.reserve(to_.size());
@@ -153,12 +150,12 @@ class BentSpokes {
 
     [[nodiscard]] const ConePoint<D>& point() const { return point_; }
     [[nodiscard]] double density_root() const { return point_.metric->measure.density_root; }
-    /// Of the edge at the point, and at the vertex.
+    /// At the point and at the vertex, as long as a chord.
     [[nodiscard]] Vec<D> tangent(std::size_t i) const {
         return r_.mesh.is_curved() ? chords_[i] + 4.0 * offsets_[i] : chords_[i];
     }
     [[nodiscard]] Vec<D> tangent_back(std::size_t i) const { return 4.0 * offsets_[i] - chords_[i]; }
-    /// See squares_between.
+    /// See `squares_between`.
     [[nodiscard]] double squares(std::size_t i) {
         if (squares_[i] != unknown) return squares_[i];
         const VertexMetric<D>& there = *to_[i].metric;
@@ -177,7 +174,6 @@ class BentSpokes {
     }
 
   private:
-    /// Chords where an edge of the boundary is likely, from the first that is asked.
     void straighten_boundary(std::size_t first) {
         if (point_.lies == VertexPlace::inside) return;
         for (std::size_t i = first; i < to_.size(); ++i) {
@@ -203,14 +199,14 @@ class BentSpokes {
     ConePoint<D> point_;
     Room<usual_vertices * (sizeof(To) + 2 * sizeof(Vec<D>) + sizeof(EndSights<D>) + sizeof(double))> room_;
     std::pmr::vector<To> to_{&room_.memory};
-    std::pmr::vector<Vec<D>> chords_{&room_.memory}, offsets_{&room_.memory};  ///< offsets of degree 2
+    std::pmr::vector<Vec<D>> chords_{&room_.memory}, offsets_{&room_.memory};  ///< offsets: degree 2
     std::pmr::vector<EndSights<D>> ends_{&room_.memory};
     std::pmr::vector<double> squares_{&room_.memory};
-    bool has_kept_ = false;  ///< the offsets, from another place
+    bool has_kept_ = false;  ///< offsets are those of another position
 };
 
-/// The shape of a simplex of degree 2 as ConeShapes has it, by the tangents of its edges, [i][j] at i, towards j, as
-/// long as chords; the product of the densities at its vertices; and the squares of its edges.
+/// Shape of a quadratic simplex as in `ConeShapes`. `tangents[i][j]`: at i towards j, as long as a chord. `density`:
+/// product of the vertices' density roots. `squares`: sum of `squares_between` of the edges.
 template <int D>
 [[nodiscard]] double bent_shape(const std::array<std::array<Vec<D>, D + 1>, D + 1>& tangents, double density,
                                 double squares) {
@@ -228,16 +224,15 @@ template <int D>
     return 6 * std::sqrt(12.0) * measure * density / (squares * std::sqrt(squares));
 }
 
-/// Shapes of the simplices that faces make with one point: metric_shape, in a mesh of degree 2 with edges as the curves
-/// that they are or would get (BentSpokes). What the faces share is looked up and measured once, so each further place
-/// costs little more than the volumes, and the lengths to it of those vertices that are asked for. The faces are those
-/// of elements, the point comes to the place of the vertex opposite. Of a surface alone: of the triangles that edges of
-/// triangles make with the point; one that turns too far from the triangle that it comes of has no shape.
+/// Shapes of the simplices of faces and one point: `metric_shape`, with curved edges in degree 2 (`BentSpokes`). Data
+/// of the faces is computed once, so another position costs little more than the volumes and new lengths. A face
+/// belongs to an element, whose opposite vertex the point replaces. On a standalone surface, edges of triangles form
+/// triangles with the point; a triangle that turns too far has shape 0.
 template <int D>
 class ConeShapes {
   public:
     ConeShapes(const Adaptation<D>& r, const AdaptationGoal<D>& goal) : r_(r), spokes_(r, goal) {
-        // Of most balls: vectors that grow step by step would cost as much as what is measured.
+        // Sized for most balls: growing vectors cost as much as the computation.
         faces_.reserve(usual_faces);
         vertices_.reserve(usual_vertices);
         vertex_ids_.reserve(usual_vertices);
@@ -251,7 +246,7 @@ class ConeShapes {
         vertex_ids_.clear();
         edges_.clear();
     }
-    /// The face opposite a local vertex of an element.
+    /// The face opposite a local vertex.
     void add(ElementId e, int opposite) {
         Face face;
         if constexpr (D == 3)
@@ -262,47 +257,46 @@ class ConeShapes {
         faces_.push_back(face);
     }
 
-    /// A vertex of the faces, and how many of them have it.
+    /// A vertex, and its number of faces.
     struct Corner {
         VertexId vertex;
         std::uint32_t faces = 0;
-        Vec<D> place;  ///< known once the point has been at a place
+        Vec<D> place;  ///< set by the first `place`
         const VertexMetric<D>* metric = nullptr;
     };
     [[nodiscard]] std::span<const Corner> vertices() const { return vertices_; }
 
-    /// Where the point is; its metric and gradient are asked as long as it is there.
+    /// Metric and gradient must outlive the use.
     void place(const ConePoint<D>& point) {
         begin_at(point);
         spokes_.bend();
     }
-    /// The same at the vertex that all faces are opposite of, with the edges that it has.
+    /// Sets the point to the vertex opposite all faces, with its existing edges.
     void place_at(VertexId v) {
         begin_at(cone_point(r_, v));
         spokes_.take_edges(edges_);
         is_little_bent_ = spokes_.are_little_bent();
     }
-    /// The worst shape there, as other places near to it are compared with it.
+    /// Computed as for nearby positions.
     [[nodiscard]] double worst_here(VertexId v) {
         if (is_little_bent_) place_near(cone_point(r_, v));
         return worst(0);
     }
-    /// Behind `place_at`, at another place; edges that are little bent keep their offsets: near to `place`, for little.
+    /// Precondition: `place_at`. Moves the point; if edges bend little, keeps their offsets, which is cheap.
     void place_near(const ConePoint<D>& point) {
         if (!is_little_bent_) return place(point);
         spokes_.move(point);
         for (std::size_t i = 0; i < vertices_.size(); ++i) spokes_.put_chord(i, vertices_[i].place);
     }
-    /// The length of the edge from there to vertices()[i].
     [[nodiscard]] double length_to(std::size_t i) { return spokes_.length(i); }
-    /// Its tangent at the point, as long as a chord.
+    /// Tangent at the point, as long as a chord.
     [[nodiscard]] Vec<D> tangent_to(std::size_t i) const { return spokes_.tangent(i); }
 
-    /// The worst shape, where that is above `least`; otherwise something that is not. Faces that hold `without` do not
-    /// count; 0 where none does.
+    /// The worst shape if it exceeds `least`, otherwise some value that does not. Ignores faces with vertex `without`;
+    /// 0 if no face remains.
     [[nodiscard]] double worst(double least, VertexId without = {}) {
         if (const double first = first_shape(without); least >= 0 && !(first > least)) return first;
-        // Volumes first: they are cheap, and most bad places are so by them.
+        // Volumes are cheap and exclude most bad positions.
         for (Face& face : faces_) {
             face.counts = !holds(face, without);
             if (!face.counts) continue;
@@ -315,17 +309,17 @@ class ConeShapes {
             worst = std::min(worst, shape(face));
             if (!(worst > least)) return goes_first(face), worst;
         }
-        return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // nothing would be left
+        return worst < std::numeric_limits<double>::infinity() ? worst : 0;  // no face remains
     }
     [[nodiscard]] double worst_at(const ConePoint<D>& point, double least, VertexId without = {}) {
         place(point);
         return worst(least, without);
     }
 
-    /// The i-th face that was added is the first that is asked, and will be until another one is in the way.
+    /// Checks this face first until another one fails.
     void begin_with(std::size_t i) { std::swap(faces_[i], faces_.front()); }
-    /// The shape of that face with the point near to where it is (place_near), of a mesh that is no surface; infinite
-    /// where edges are so bent that v's own metric does not tell it. The point is placed anew behind it.
+    /// Shape of the first face with the point nearby (`place_near`); not for standalone surfaces. Infinite if edges
+    /// bend too much for an estimate. The caller must set the point again.
     [[nodiscard]] double first_shape_near(const ConePoint<D>& point) {
         Face& face = faces_.front();
         if (r_.mesh.is_curved()) {
@@ -349,15 +343,14 @@ class ConeShapes {
     static constexpr double unknown = -1;
     static constexpr int face_edges = edges_per_simplex<D - 1>;
     struct Face {
-        std::array<std::uint32_t, D> corners{};    ///< of `vertices_`, outward; of a surface alone the first two
-        std::array<Vec<D>, face_edges> offsets{};  ///< of degree 2: of its edges
+        std::array<std::uint32_t, D> corners{};    ///< in `vertices_`, outward; standalone surface: the first two
+        std::array<Vec<D>, face_edges> offsets{};  ///< of its edges (degree 2)
         double measure = 0;
-        double squares = unknown;  ///< of its edges, added
+        double squares = unknown;  ///< sum over its edges
         bool counts = true;
-        Vec<D> normal{};  ///< of a surface alone: of the triangle as it is
+        Vec<D> normal{};  ///< standalone surface: current triangle
     };
 
-    /// Of a surface alone: the edge opposite a local vertex of a triangle.
     void add_edge(const std::array<VertexId, 3>& triangle, int opposite)
         requires(D == 3)
     {
@@ -370,13 +363,11 @@ class ConeShapes {
         faces_.push_back(
             {.corners = {first, second, second}, .normal = cross(r_.mesh.points[a] - here, r_.mesh.points[b] - here)});
     }
-    /// What is measured with soon: rows of vertices around are scattered in memory.
     static void fetch_ahead(const VertexMetric<D>& metric, const Vec<D>& place) {
         __builtin_prefetch(&place);
         for (const Vec<D>& row : metric.measure.rows) __builtin_prefetch(&row);
         __builtin_prefetch(&metric.measure.density_root);
     }
-    /// Of degree 2, what edges to the vertex are bent by.
     void fetch_gradient_ahead(VertexId v) const {
         if (r_.mesh.is_curved())
             for (const Sym<D>& along : r_.vertices.gradients[v]) __builtin_prefetch(&along);
@@ -398,7 +389,7 @@ class ConeShapes {
         spokes_.begin(point);
         for (const Corner& corner : vertices_) spokes_.add(corner.vertex, corner.place, *corner.metric);
     }
-    /// Of degree 2, of an element's: those of its face, and those from there to the vertex opposite.
+    /// Degree 2: stores edges of the face and to the opposite vertex.
     void take_edges(Face& face, const std::array<EdgeId, edges_per_simplex<D>>& edges, int opposite) {
         const auto outward = face_opposite<D>(opposite);
         face.squares = 0;
@@ -412,7 +403,7 @@ class ConeShapes {
         edges_.resize(vertices_.size());
         for (int i = 0; i < D; ++i) edges_[face.corners[i]] = edges[edge_between<D>[outward[i]][opposite]];
     }
-    /// Of a key among a few, behind which it is put where it is not.
+    /// Index of a key, appended if missing.
     template <class Key>
     [[nodiscard]] static std::uint32_t place_among(std::pmr::vector<Key>& keys, Key key) {
         const auto at = static_cast<std::uint32_t>(std::ranges::find(keys, key) - keys.begin());
@@ -428,7 +419,7 @@ class ConeShapes {
         for (const std::uint32_t c : face.corners) found |= vertices_[c].vertex == v;
         return found;
     }
-    /// D! times the volume: of degree 2 the mean of the Jacobians at the corners, 0 where one is not positive.
+    /// D! times the volume. Degree 2: mean of the Jacobians at the corners; 0 if one is not positive.
     [[nodiscard]] double measure(const Face& face) const {
         if constexpr (D == 3)
             if (r_.mesh.is_surface()) return area(face);
@@ -439,7 +430,7 @@ class ConeShapes {
         double sum = at_point;
         for (int i = 0; i < D; ++i) {
             const Vec<D>& from = vertices_[face.corners[i]].place;
-            // From the point's place in the order: a column that looks the other way turns the sign.
+            // The reversed tangent takes the point's column, which changes the sign.
             for (int j = 0; j < D; ++j)
                 sides.column[j] = i == j ? spokes_.tangent_back(face.corners[i])
                                          : vertices_[face.corners[j]].place - from + 4.0 * offset(face, i, j);
@@ -449,7 +440,7 @@ class ConeShapes {
         }
         return sum / (D + 1);
     }
-    /// Of a surface alone: twice the area, 0 where the triangle turns too far.
+    /// Twice the area; 0 if the triangle turns too far.
     [[nodiscard]] double area(const Face& face) const
         requires(D == 3)
     {
@@ -465,16 +456,16 @@ class ConeShapes {
         return triangle_shape({spokes_.point().place, a.place, b.place},
                               {&spokes_.point().metric->measure, &a.metric->measure, &b.metric->measure});
     }
-    /// Infinite where the first face does not count.
+    /// Infinite if it is ignored.
     [[nodiscard]] double first_shape(VertexId without) {
         if (faces_.empty() || holds(faces_.front(), without)) return std::numeric_limits<double>::infinity();
         Face& face = faces_.front();
         face.measure = measure(face);
         return face.measure > 0 ? shape(face) : 0;
     }
-    /// What is in the way of one place most often is so of the next.
+    /// A face that rejects one position often rejects the next.
     void goes_first(Face& face) { std::swap(face, faces_.front()); }
-    /// Measured once a face, which costs less than to find out which faces share an edge.
+    /// Cheaper than finding shared edges.
     [[nodiscard]] double squares_around(Face& face) {
         if (face.squares != unknown) return face.squares;
         face.squares = 0;
@@ -496,7 +487,6 @@ class ConeShapes {
         }
         return shape_by(face.measure, density, squares);
     }
-    /// By the volume, the product of the densities, and the squares of the edges.
     [[nodiscard]] static double shape_by(double measure, double density, double squares) {
         squares /= 2;
         if (!(squares > 0)) return 0;
@@ -510,18 +500,17 @@ class ConeShapes {
     Room<usual_faces * sizeof(Face) + usual_vertices * (sizeof(Corner) + sizeof(VertexId) + sizeof(EdgeId))> room_;
     std::pmr::vector<Face> faces_{&room_.memory};
     std::pmr::vector<Corner> vertices_{&room_.memory};
-    std::size_t placed_ = 0;       ///< so many of them have their place
-    bool is_little_bent_ = false;  ///< at the vertex where they were placed last
+    std::size_t placed_ = 0;       ///< number of vertices with positions
+    bool is_little_bent_ = false;  ///< at the last `place_at`
     std::pmr::vector<VertexId> vertex_ids_{&room_.memory};
-    /// Of degree 2: from the vertices to the one that the last face of each was opposite of.
+    /// Degree 2: edges from the vertices to the vertex opposite their last face.
     std::pmr::vector<EdgeId> edges_{&room_.memory};
     BentSpokes<D> spokes_;
 };
 
-/// What is gained by a swap is gained over at least this: what is as good as inverted is worth little, not nothing.
+/// Minimum shape in ratios of gain: an almost inverted element has little value, but not none.
 inline constexpr double least_bent_shape = 1e-3;
 
-/// Of an element of degree 2 with the curves that it has.
 template <int D>
 [[nodiscard]] double bent_shape_of(const Adaptation<D>& r, ElementId e) {
     const auto& vertices = r.mesh.elements.vertices[e];
@@ -540,8 +529,8 @@ template <int D>
     return bent_shape<D>(tangents, density, squares);
 }
 
-/// Returns the vertex into which v may go (`may_collapse`) with the best worst element, if that is above `least`; else
-/// an invalid id. `around`: the cavity of v.
+/// The vertex into which v may collapse (`may_collapse`) with the best worst shape, if that exceeds `least`; else
+/// invalid. `around`: cavity of v.
 template <int D>
 [[nodiscard]] VertexId best_neighbour(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Cavity<D>& around,
                                       VertexId v, double least) {

@@ -1,5 +1,4 @@
-// camber.adapt: a square brought to a metric, whose sizes are a hundredth of it across its middle
-// and a tenth along it.
+// camber.adapt: adapts a square to a metric with sizes of 0.01 across its middle and 0.1 along it.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -15,7 +14,7 @@ import camber.adapt;
 
 using namespace camber;
 
-/// n by n cells, so that the field has vertices to be known at.
+/// n by n cells, which sample the field.
 static LinearMesh<2> square(std::size_t n) {
     Buffer<Vec<2>> points((n + 1) * (n + 1));
     for (std::size_t v = 0; v < points.size(); ++v) {

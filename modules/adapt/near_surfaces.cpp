@@ -1,4 +1,4 @@
-// Vertices that snap to the geometry, and refinement of the boundary until distance bounds hold.
+// Moves vertices to the geometry, and refines the boundary to distance bounds.
 module;
 #include <algorithm>
 #include <array>
@@ -35,7 +35,7 @@ class Snaps final : public Pass<D> {
     void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
 
   private:
-    /// `share`: how far the vertex goes.
+    /// `share`: part of the way to the geometry.
     [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
                                                            double share) const {
         const VertexId v(std::size_t{task.id});
@@ -57,7 +57,7 @@ class Snaps final : public Pass<D> {
         ask_field(r, goal_, r.vertices.metrics[v].back, request);
         candidate.limits.min_shape = shape_of_quality(min_quality, D);
         candidate.limits.below_least = BelowLeast::accepted_if_no_worse;
-        candidate.limits.facet_cosine = 0.2;  // the facets around it are what is wrong
+        candidate.limits.facet_cosine = 0.2;  // present facets may be wrong
         candidate.limits.corrections = 16;
         return candidate;
     }
@@ -72,7 +72,7 @@ template <int D>
 Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
     PassStatistics all;
     if (!goal.geometry) return all;
-    constexpr int max_turns = 8;  // where one goes, the next one may get farther
+    constexpr int max_turns = 8;  // a move may allow longer moves of neighbours
     Snaps<D> pass(goal);
     for (int turn = 0; turn < max_turns && !r.off_geometry.empty(); ++turn) {
         const Buffer<VertexId> off_geometry = take(std::exchange(r.off_geometry, {}));
@@ -93,17 +93,17 @@ Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<
 
 namespace {
 
-/// The operation that brings a facet nearer to the geometry: a corner of it goes onto the geometry (snap) or into a
-/// neighbour (remove: one that is off the geometry; clear: any), or one of its edges is split or swapped.
+/// An operation that brings a facet nearer to the geometry: a corner moves onto it (snap); one off the geometry
+/// (remove) or any (clear) collapses; an edge is split or swapped.
 enum class Approach { snap, remove, clear, split, swap };
 
-/// What operations may do beside bringing facets nearer.
+/// Relaxed limits of these operations.
 struct Concessions {
-    WallElements walls = WallElements::refused;  ///< policy for elements with two facets on one surface
-    double min_quality = 0;                      ///< of new elements, unless what they replace is worse
-    double shortest_part = 0.3;                  ///< least length of a new edge, as a share of the split edge's
-    bool is_last = false;                        ///< there are no more
-    double shortest = 0;                         ///< least length of a new edge in the metric
+    WallElements walls = WallElements::refused;  ///< policy for two-facet elements
+    double min_quality = 0;                      ///< of new elements, unless replaced ones are worse
+    double shortest_part = 0.3;                  ///< minimum length of new edges relative to the split edge
+    bool is_last = false;                        ///< no weaker limits follow
+    double shortest = 0;                         ///< minimum metric length of new edges
 };
 
 struct FarFacetsSum {
@@ -111,7 +111,7 @@ struct FarFacetsSum {
     double excess = 0;
 };
 
-/// One operation for each facet that exceeds its bound, the farthest first.
+/// One operation a facet, farthest first.
 template <int D>
 class FarFacets final : public Pass<D> {
   public:
@@ -143,10 +143,9 @@ class FarFacets final : public Pass<D> {
         }
         return refused;
     }
-    /// Adds no tasks: a facet that is still too far is a task of the next round. So the pass ends where no operation
-    /// brings a facet nearer.
+    /// Facets still too far are tasks of the next round.
     void follow(Adaptation<D>&, const TopologyChanges&, std::vector<Task>&) override {}
-    /// The excess of all facets: the sum of their shares of the bounds, by area (2D: length). Errors: stopped.
+    /// The facets' shares of their bounds, weighted by area (2D: length). Errors: stopped.
     [[nodiscard]] Outcome<FarFacetsSum> sum(const Adaptation<D>& r, const Execution& execution) const {
         return reduce_each(
             execution, r.mesh.facets.size(), FarFacetsSum{},
@@ -171,8 +170,8 @@ class FarFacets final : public Pass<D> {
         if (!is_judged(r, f)) return;
         if (const double share = bound_shares(r, goal_, f).largest(); share > 1) tasks.push_back(task(-share, f));
     }
-    /// The edges of a facet: those whose own distance is too large come first, the farthest before others; then the
-    /// longest, which brings a middle nearer that is too far alone.
+    /// Edges of a facet that are too far, farthest first, then others, longest first: these help if only the middle is
+    /// too far.
     [[nodiscard]] static std::array<EdgeId, edges_per_simplex<D - 1>> edges_to_try(const Adaptation<D>& r, FacetId f,
                                                                                    const BoundShares<D>& shares) {
         struct Choice {
@@ -191,7 +190,7 @@ class FarFacets final : public Pass<D> {
         for (std::size_t e = 0; e < edges.size(); ++e) edges[e] = choices[e].edge;
         return edges;
     }
-    /// Requests that a corner which is off the geometry goes onto it, or into a neighbour.
+    /// Moves a corner onto the geometry or collapses it.
     [[nodiscard]] std::optional<Candidate<D>> vertex_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];
@@ -220,8 +219,7 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// Requests that a corner goes into a neighbour. A vertex that conflicts with splits and swaps of the facet is
-    /// removed so, and later splits insert others.
+    /// Collapses a corner that may conflict with splits and swaps; later splits insert others.
     [[nodiscard]] std::optional<Candidate<D>> corner_of(const Adaptation<D>& r, FacetId f) const {
         for (const VertexId v : r.mesh.facets.vertices[f]) {
             const VertexState& state = r.mesh.states[v];
@@ -241,8 +239,7 @@ class FarFacets final : public Pass<D> {
         }
         return {};
     }
-    /// Requests a split of an edge, whatever its length in the metric. The new edges are not much shorter than its
-    /// half.
+    /// Splits at any metric length. New edges are not much shorter than half of it.
     [[nodiscard]] std::optional<Candidate<D>> split_of(const Adaptation<D>& r, EdgeId edge) const {
         const double shortest =
             std::max(may_.shortest, std::min(options_.shortest, may_.shortest_part * length_of(r, edge)));
@@ -252,7 +249,6 @@ class FarFacets final : public Pass<D> {
         candidate->limits.wall_elements = may_.walls;
         return candidate;
     }
-    /// Requests the other diagonal of the two facets at an edge.
     [[nodiscard]] std::optional<Candidate<D>> swap_of(const Adaptation<D>& r, EdgeId edge) const {
         if constexpr (D == 2) {
             return {};
@@ -288,8 +284,8 @@ class FarFacets final : public Pass<D> {
         }
     }
 
-    /// True if the normals of both facets of the other diagonal are near to those of the surface, on the side of the
-    /// better one of the two facets that have the edge. The turn of the worse one does not matter then.
+    /// True if both new facets' normals are near those of the surface, on the side of the better old facet. The turn of
+    /// the worse one is ignored then.
     [[nodiscard]] bool follows_surface(const Adaptation<D>& r, const Cavity<D>& cavity,
                                        const std::array<VertexId, 2>& ends) const
         requires(D == 3)
@@ -300,7 +296,7 @@ class FarFacets final : public Pass<D> {
             const auto& vertices = r.mesh.facets.vertices[f];
             return *std::ranges::find_if(vertices, [&](VertexId v) { return v != ends[0] && v != ends[1]; });
         };
-        /// The cosine between a triangle and the surface; its sign is that of the order of its corners.
+        /// Signed by the order of corners.
         const auto along = [&](const std::array<Vec<3>, 3>& corners) {
             const FacetSite<3> site{{}, r.mesh.facets.references[cavity.facets[0]], corners};
             const auto normals = (*goal_.geometry)->normals_at(site);
@@ -324,7 +320,7 @@ class FarFacets final : public Pass<D> {
     }
 
     static constexpr double any_cosine = -2;
-    static constexpr double least_cosine = 0;  ///< the facets that are replaced are what is wrong
+    static constexpr double least_cosine = 0;  ///< present facets may be wrong
     const AdaptationGoal<D>& goal_;
     const SplitOptions& options_;
     Approach approach_;
@@ -376,8 +372,8 @@ Outcome<BroughtToMetric<D>> brought_within(Adaptation<D> state, const Adaptation
             return FarFacets<D>(goal, options.split, Approach::split, may).sum(out.state, execution);
         });
         if (!sum) return fail(sum.error());
-        // Each round is to halve edges. Where the excess stays, straight elements may have two facets on one surface
-        // for it; then elements may become as bad as is valid. Where it still stays, smaller facets do not help.
+        // Each round should halve edges. If the excess stays, straight meshes may get two-facet elements, then elements
+        // need only be valid. If it still stays, smaller facets do not help.
         constexpr double least_progress = 0.9, shortest_part = 0.1;
         const bool stays = sum->excess > least_progress * excess;
         if (sum->count == 0 || (stays && may.is_last)) break;

@@ -1,4 +1,4 @@
-// Split, collapse, mend, and the loop that brings a mesh to a metric.
+// Split, collapse, mend, and the adaptation loop.
 module;
 #include <algorithm>
 #include <cmath>
@@ -20,7 +20,7 @@ namespace camber {
 
 namespace {
 
-/// Where along an edge half of its length is: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
+/// Parameter of an edge's middle by length: ∫_0^t a^(1−s) b^s ds is half of ∫_0^1.
 double half_of_length(double a, double b) {
     const double log_ratio = log(b / a);
     if (!std::isfinite(log_ratio) || std::abs(log_ratio) < 1e-6) return 0.5;
@@ -49,9 +49,8 @@ class Splits final : public Pass<D> {
     }
 
   private:
-    /// Edges that are much too long go before those that become short, and edges twice as long before elements that
-    /// become flat: collapses and swaps mend these, and nothing else a long edge. A point that stays off the geometry
-    /// is worth no bad element.
+    /// Splits of very long edges may make short edges, and of edges twice as long, flat elements: collapses and swaps
+    /// repair these, but nothing else repairs a long edge. A point short of the geometry justifies no bad element.
     [[nodiscard]] SplitLimits limits_of(double length, double share) const {
         constexpr double much_too_long = 2;
         SplitLimits limits{options_.shortest, options_.min_quality};
@@ -62,7 +61,7 @@ class Splits final : public Pass<D> {
         return limits;
     }
 
-    /// `share`: how far the point goes to the geometry.
+    /// `share`: part of the way to the geometry.
     [[nodiscard]] std::optional<Candidate<D>> candidate_at(const Adaptation<D>& r, const Task& task,
                                                            double share) const {
         const EdgeId edge(std::size_t{task.id});
@@ -98,13 +97,13 @@ std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const Adapta
     }
     request.share = share;
     const SurfacePoint<D> foot = on_geometry_at_edge(goal, r.mesh, edge, request.cavity.facets, request.place);
-    if (share < 1 && foot.point == request.place) return {};  // the geometry is where it is already
+    if (share < 1 && foot.point == request.place) return {};  // the geometry is there already
     request.place += share * (foot.point - request.place);
     request.lies = place_after(share, foot);
     if (r.mesh.point_references[a] == r.mesh.point_references[b]) request.reference = r.mesh.point_references[a];
     ask_field(r, goal, r.vertices.metrics[a].back, request);
     request.holders = request.cavity.elements.size();
-    // Too near to a vertex that no growing takes away: rejected as it is.
+    // No growth removes the vertices of these elements: reject at once.
     const ConePoint<D> point{request.place, &request.metric, &request.gradient,
                              request.cavity.facets.empty() ? VertexPlace::inside : VertexPlace::surface};
     BentSpokes<D> spokes(r, goal);
@@ -143,7 +142,7 @@ class Collapses final : public Pass<D> {
         const EdgeId edge(std::size_t{task.id});
         if (r.mesh.is_free(edge) || !(length_of(r, edge) < options_.shortest)) return {};
         const auto& [a, b] = r.mesh.edges[edge];
-        // Into the end where the worst element is better, of those where no edge becomes too long.
+        // Collapses to the end with the better worst element, preferring one without too long edges.
         std::optional<Candidate<D>> best;
         double best_shape = 0;
         ConeShapes<D> cones(r, goal_);
@@ -188,7 +187,6 @@ class Collapses final : public Pass<D> {
     }
 
   private:
-    /// From w to a vertex around v that it has no edge to yet.
     [[nodiscard]] bool makes_long_edge(const Adaptation<D>& r, const std::vector<ElementId>& around,
                                        ConeShapes<D>& cones, VertexId v, VertexId w) const {
         std::vector<VertexId> beside{w};
@@ -219,8 +217,8 @@ Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
 
 namespace {
 
-/// Vertices of bad elements go into a neighbour where that makes the worst element around them better, and those that
-/// cannot come foot to the geometry, where it makes none worse: a vertex too many is what swaps and moves cannot mend.
+/// Collapses vertices of bad elements if the worst one improves, and vertices that cannot reach the geometry if none
+/// gets worse. Swaps and moves cannot remove an excess vertex.
 template <int D>
 class Removals final : public Pass<D> {
   public:
@@ -231,7 +229,7 @@ class Removals final : public Pass<D> {
         std::ranges::sort(off_geometry_);
     }
 
-    /// A vertex of several bad elements is asked once, in the order of the worst; one whose refusal stands is not.
+    /// One task a vertex, none for cached rejections.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
         std::vector<double> orders(r.mesh.points.size(), infinite_order);
         for (std::size_t e = 0; e < r.mesh.elements.size(); ++e) {
@@ -262,14 +260,13 @@ class Removals final : public Pass<D> {
         if (is_off_geometry) {
             limits.min_shape = shape_of_quality(min_quality, D);
             limits.below_least = BelowLeast::accepted_if_no_worse;
-            limits.facet_cosine = 0.2;  // the facets around it are what is wrong
+            limits.facet_cosine = 0.2;  // present facets may be wrong
         }
         limits.longest = 2 * longest_unit_edge;
         limits.corrections = 0;
         limits.wall_elements = WallElements::refused;
-        limits.facet_distance = 0.2;  // as of a collapse
-        // What is looked at of straight elements is what is judged, and of curved ones near to it: nothing worse is
-        // planned.
+        limits.facet_distance = 0.2;  // as in `CollapseOptions`
+        // Estimates are exact for straight elements and approximate for curved ones; worse candidates are not planned.
         const double nearly = r.mesh.is_curved() ? 0.7 : 1;
         const double least = is_off_geometry ? 0 : nearly * std::max(limits.min_shape, 0.0);
         const VertexId into = best_neighbour(r, goal_, request.cavity, v, least);
@@ -306,7 +303,7 @@ class Removals final : public Pass<D> {
 
     const AdaptationGoal<D>& goal_;
     double wanted_;
-    std::vector<VertexId> off_geometry_;  ///< rising
+    std::vector<VertexId> off_geometry_;  ///< sorted
 };
 
 template <int D>
@@ -345,7 +342,6 @@ Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, con
 
 namespace {
 
-/// One pass after another, as long as none fails.
 template <int D>
 class Driving {
   public:
@@ -384,7 +380,7 @@ class Driving {
 
 bool has_converged(const UnitMeshStatistics& before, const UnitMeshStatistics& after, std::size_t changed_vertices,
                    double min_change) {
-    const auto vertices = static_cast<double>(after.edges) / 7;  // of tetrahedra; of triangles fewer edges each
+    const auto vertices = static_cast<double>(after.edges) / 7;  // of tetrahedra; triangles have fewer edges a vertex
     return after.unit_share() - before.unit_share() < min_change &&
            static_cast<double>(changed_vertices) < min_change * vertices;
 }

@@ -1,4 +1,4 @@
-// Options and interfaces of the passes, of bring_to_metric and of reinsertion.
+// Options and interfaces of passes, `bring_to_metric` and reinsertion.
 module;
 #include <cstddef>
 #include <cstdint>
@@ -14,20 +14,20 @@ import camber.operation;
 
 export namespace camber {
 
-/// What a step of remeshing gives: the mesh, and what was done.
+/// A remeshed mesh, with statistics.
 template <int D>
 struct Adapted {
     Adaptation<D> state;
     PassStatistics statistics;
 };
 
-/// Edges that are longer than `longest` are split, at the middle by length, the longest first.
+/// Splits edges longer than `longest` at the middle by length, longest first.
 struct SplitOptions {
     double longest = longest_unit_edge;
-    /// No edge shorter than this is made; of an edge longer than 2 none shorter than (2/length)² of it: what is short a
-    /// collapse mends, and what stands in the way of a split nothing.
+    /// Minimum length of new edges; for an edge longer than 2, (2/length)² of it. Collapses repair short edges, and a
+    /// split has no substitute.
     double shortest = 0.61;
-    /// Of new elements, unless what they replace is worse; of an edge longer than 4 at most 0.02.
+    /// Minimum for new elements, unless replaced ones are worse; at most 0.02 for edges longer than 4.
     double min_quality = 0.05;
 
     [[nodiscard]] static constexpr auto options() {
@@ -49,14 +49,14 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> split(Adaptation<D> state, const AdaptationGoal<D>& goal, const SplitOptions& options,
                                         const Execution& execution);
 
-/// One end of each edge that is shorter than `shortest` goes into the other, the shortest first: somewhat longer ones
-/// than unit edges may be short, so that what is left is of length 1 in the mean.
+/// Collapses edges shorter than `shortest`, shortest first. Edges slightly longer than unit may remain, so that the
+/// mean length is 1.
 struct CollapseOptions {
     double shortest = 0.73;
-    double longest = longest_unit_edge;  ///< no edge longer than this is made
-    double min_quality = 0.1;            ///< of new elements, unless what they replace is worse
-    double distance = 0.2;               ///< of new facets from the geometry, see is_near_geometry
-    int bend_around = 0;                 ///< of degree 2, see PatchLimits
+    double longest = longest_unit_edge;  ///< maximum length of new edges
+    double min_quality = 0.1;            ///< of new elements, unless replaced ones are worse
+    double distance = 0.2;               ///< of new facets, see `distance_from_geometry`
+    int bend_around = 0;                 ///< degree 2, see `PatchLimits`
 
     [[nodiscard]] static constexpr auto options() {
         using S = CollapseOptions;
@@ -84,12 +84,12 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> collapse(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                            const CollapseOptions& options, const Execution& execution);
 
-/// Edges and faces of elements whose quality is below `wanted` are swapped where that makes the worst element better:
-/// the one of their ends, or of the vertices around them, is joined to what they leave that wins most.
+/// Swaps edges and faces of elements below the target quality. The removed elements are joined to the vertex, an end or
+/// around, that improves the worst one most.
 struct SwapOptions {
     double wanted = 0.7;
-    double gain = 1.02;     ///< the worst quality, after by before
-    double distance = 0.2;  ///< of new facets from the geometry, see is_near_geometry
+    double gain = 1.02;     ///< ratio of the worst qualities
+    double distance = 0.2;  ///< of new facets, see `distance_from_geometry`
 
     [[nodiscard]] static constexpr auto options() {
         using S = SwapOptions;
@@ -107,17 +107,16 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> swap(Adaptation<D> state, const AdaptationGoal<D>& goal, const SwapOptions& options,
                                        const Execution& execution);
 
-/// What nodes of inner edges of a mesh of degree 2 are smoothed by.
 enum class SmoothedNodes : std::uint8_t {
-    objective,   ///< they go along with vertices, to where the goal has the nodes of new edges
-    distortion,  ///< and then to where elements are less distorted, see smooth_nodes
+    objective,   ///< updated with vertices, to the goal's positions of new edges
+    distortion,  ///< then moved to reduce distortion, see `smooth_nodes`
 };
 [[nodiscard]] constexpr auto words(SmoothedNodes) {
     return words_of(Word{SmoothedNodes::objective, "objective"}, Word{SmoothedNodes::distortion, "distortion"});
 }
 
-/// Vertices inside, and those of smooth surfaces where there is a geometry, go to where their edges are nearer to unit,
-/// as far as the worst element around them becomes better. First those that are off the geometry go onto it.
+/// Moves inner vertices, and vertices of smooth surfaces if there is a geometry, so that edges get nearer to unit and
+/// the worst element improves. First moves vertices off the geometry onto it.
 struct SmoothOptions {
     double wanted = 0.8;
     double gain = 1.01;
@@ -141,7 +140,7 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                          const SmoothOptions& options, const Execution& execution);
 
-/// Swaps and moves for bad elements alone, sweep after sweep, until there are none or no sweep finds anything to do.
+/// Sweeps of swaps and moves for bad elements only.
 struct MendOptions {
     double wanted = 0.5;
     int sweeps = 4;
@@ -158,11 +157,10 @@ template <int D>
 [[nodiscard]] Outcome<Adapted<D>> mend(Adaptation<D> state, const AdaptationGoal<D>& goal, const MendOptions& options,
                                        const Execution& execution);
 
-/// Rounds of collapse, split, swap and smooth; bad elements are mended at last. In all rounds but the last a collapse
-/// may make edges that are longer than its options say: the split behind halves them, and where none may be longer than
-/// √2 most short edges would stay. And splits leave edges somewhat longer than their options say: of those in between
-/// most come to be shorter by what goes on around them, and halves of them would make the mean length less than 1. Nor
-/// do splits make edges there that a collapse would have to remove.
+/// Rounds of collapse, split, swap and smooth, then mending of bad elements. Rounds before the last use looser lengths.
+/// Collapses may make longer edges, which splits halve: with a limit of √2 most short edges would stay. Splits leave
+/// slightly long edges, since most get shorter anyway and their halves would lower the mean length below 1. Splits also
+/// avoid edges that a collapse would remove.
 struct ToMetricOptions {
     double early_collapse_longest = 2;
     double early_split_longest = 1.55;
@@ -205,7 +203,6 @@ struct ToMetricOptions {
     friend bool operator==(const ToMetricOptions&, const ToMetricOptions&) = default;
 };
 
-/// What each kind of pass did, in all rounds.
 struct ToMetricStatistics {
     int rounds = 0;
     PassStatistics collapse, split, swap, smooth, mend;
@@ -218,7 +215,7 @@ struct BroughtToMetric {
     ToMetricStatistics statistics;
 };
 
-/// A mesh brought to a metric, of degree 1. Errors: options out of range, those of the passes.
+/// Adapts a mesh of degree 1 or 2 to a metric. Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                           const ToMetricOptions& options, const Around& around);
@@ -228,46 +225,44 @@ template <int D>
     return bring_to_metric(std::move(state), goal, options, plainly(execution));
 }
 
-/// Means by which bounds on distances are met: any; or as far as the mesh stays near to the metric, where edges are
-/// halved once, and no element becomes worse than a fifth of the best quality.
+/// Means to meet distance bounds: any, or only near the metric. In the latter, edges are halved once, and no element
+/// gets worse than quality 0.2.
 enum class BoundaryEffort : std::uint8_t { any, near_metric };
 
-/// Refines the boundary until every facet keeps the goal's `distance_bounds`, in rounds of splits and swaps of far
-/// facets; swap, smooth and mend follow and keep the bounds. Ends early where a round changes nothing, or after
-/// `max_bound_rounds`. `statistics` has no lengths. Errors: options out of range, those of the passes.
+/// Refines the boundary until every facet meets the goal's `distance_bounds`, in rounds of splits and swaps of far
+/// facets. Swap, smooth and mend follow within the bounds. Ends early without progress, or after `max_bound_rounds`.
+/// `statistics` has no lengths. Errors: options out of range, those of the passes.
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_within_bounds(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                               const ToMetricOptions& options, BoundaryEffort effort,
                                                               const Around& around);
 inline constexpr int max_bound_rounds = 8;
 
-/// Number of facets that exceed the goal's bounds, by `bound_shares`. Errors: stopped.
+/// Number of facets beyond the goal's bounds (`bound_shares`). Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<std::size_t> count_far_facets(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                     const Execution& execution);
 
-/// What sweeps over the nodes of inner edges did.
+/// Numbers of inner nodes.
 struct NodeMoves {
     std::size_t tried = 0, moved = 0;
 };
 
-/// Of a mesh of degree 2: nodes of inner edges go to where the elements around are less distorted in the metric of
-/// their vertices (see camber.metric:unit_mesh), the worst of them never more so. Vertices and the boundary stay.
-/// Edges around which all elements are as good as `wanted` are left alone, and those of required elements, of elements
-/// that are not valid, and of interfaces. Every element that changes is certified: to 0.1 of its straight one's
-/// determinant, or det J > 0 where it was below that. As if one edge after the other, in an order by their numbers.
-/// Errors: options out of range, stopped, memory.
+/// Degree 2: moves inner edges' nodes to reduce the distortion of elements in their vertices' metric
+/// (camber.metric:unit_mesh), never of the worst. Vertices and the boundary stay. Skips edges whose elements all reach
+/// the target quality, and those of required or invalid elements or interfaces. Changed elements are certified to 0.1
+/// of the straight determinant, or to det J > 0 if they were below. The result is that of one edge after another,
+/// ordered by number. Errors: options out of range, stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<NodeMoves> smooth_nodes(Adaptation<D>& r, const SmoothOptions& options,
                                               const Execution& execution);
 
-/// How vertices are put in again.
+/// Options of vertex reinsertion.
 struct ReinsertionOptions {
     double min_scaled_jacobian = min_bound;
     double target = 0.01;
-    /// Through a stack of layers nodes come one layer a turn. Turns over the vertices that have a node short of its
-    /// target next to something that changed; the first turn is over all of them: those of the volume, then those of
-    /// the boundary.
+    /// Sweeps over vertices: the first over all, inner ones first; later ones over those with a node short of its
+    /// target next to a change. Nodes pass one layer of a stack a sweep.
     int max_sweeps = 100;
 
     [[nodiscard]] static constexpr auto options() {
@@ -288,22 +283,21 @@ struct ReinsertionOptions {
     friend bool operator==(const ReinsertionOptions&, const ReinsertionOptions&) = default;
 };
 
-/// What the walk over the vertices made.
 template <int D>
 struct Reinserted {
-    Proposal<D> proposal;  ///< what the cavities made of the wanted nodes
+    Proposal<D> proposal;  ///< nodes after all cavities
     PassStatistics statistics;
     std::size_t sweeps = 0;
-    std::size_t left = 0;  ///< vertices that had reason for another sweep when max_sweeps ended it
+    std::size_t left = 0;  ///< vertices with reason for another sweep beyond `max_sweeps`
 };
 
-/// The paper's global algorithm (§4): every vertex is put in again where it is, with its ball as the cavity (§3.2), and
-/// the nodes of its edges go to where `wanted` has them, as far as elements stay valid: all of the way, or by halves of
-/// it. Those that other nodes keep back have another sweep once these have moved. No element is worse for it than the
-/// worst of its cavity, unless it is good, and none is invalid that was not. `wanted`: of `curve`, a row an edge; the
-/// kind `fixed` stays. `breaks`: see make_dynamic. `field`: by which elements are judged. Edges that no element holds
-/// go to their places straight away. Threads have no say. Errors: options out of range, a proposal that is not the
-/// mesh's, those of make_dynamic; stopped, memory.
+/// The paper's global algorithm (§4): reinserts every vertex in place, with its ball as the cavity (§3.2). Edge nodes
+/// move to their targets, fully or by halves of the way, while elements stay valid. Vertices with nodes held back get
+/// another sweep after changes. No element becomes invalid, or worse than the worst of its cavity unless it is good.
+///
+/// Parameters: the targets of `curve`, a row an edge (kind `fixed` stays); breaks as in `make_dynamic`; the field for
+/// qualities. Edges without elements move directly. The number of threads does not matter. Errors: options out of
+/// range, a proposal of another mesh, those of `make_dynamic`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>& wanted,
                                               const BreaksOfMesh& breaks, const BackMesh<D>& field,
@@ -313,8 +307,8 @@ template <int D>
 
 namespace camber {
 
-/// Vertices of surfaces and lines that are off the geometry go onto it, as far as elements around them bear it: their
-/// cavities grow where that helps. Those that cannot go all of the way yet stay `off_geometry`. Errors: of run_pass.
+/// Moves vertices of surfaces and lines onto the geometry as far as their elements allow; cavities grow if that helps.
+/// Vertices that are not there yet stay in `off_geometry`. Errors: of `run_pass`.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> snap_to_geometry(Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                        const Execution& execution);

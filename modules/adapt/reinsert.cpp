@@ -1,4 +1,4 @@
-// Cavities of inserted points by the Delaunay criterion, and reinsertion of all vertices.
+// Delaunay cavities of inserted points, and reinsertion of all vertices.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Whether the origin lies in the sphere whose equator goes through the corners of a triangle.
+/// True if the origin is inside the sphere whose equator contains the triangle's corners.
 bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     const Vec<3> u = y[1] - y[0];
     const Vec<3> v = y[2] - y[0];
@@ -30,8 +30,8 @@ bool is_origin_in_sphere(const std::array<Vec<3>, 3>& y) {
     return norm_squared(y[0] + to_centre) < norm_squared(to_centre);
 }
 
-/// The vertices that are looked at from a point, each once. Where the edges to the first are little bent, chords to the
-/// others: whether a sphere holds the point they tell as well, and the curves are bent for those that the star has.
+/// Vertices near a point, each once. If the first edges bend little, the others are chords, which suffice for sphere
+/// tests; the star computes the curves of its edges.
 template <int D>
 class SeenVertices {
   public:
@@ -44,7 +44,7 @@ class SeenVertices {
         push(v, r_.mesh.points[v] - spokes_.point().place);
         if (is_bent_) spokes_.add(v, r_.mesh.points[v], r_.vertices.metrics[v]);
     }
-    /// An edge costs less where many are bent together.
+    /// Computing many edges together is cheaper.
     void bend() {
         if (!is_bent_) return;
         spokes_.bend();
@@ -73,7 +73,7 @@ class SeenVertices {
     std::vector<Vec<D>> tangents_;
 };
 
-/// Whether a point lies in the sphere (2D: circle) through an element's vertices, in the point's own metric.
+/// True if the point is inside the sphere (2D: circle) through an element's vertices, in its metric.
 template <int D>
 bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>& point, const SeenVertices<D>& seen) {
     const auto& vertices = r.mesh.elements.vertices[e];
@@ -84,8 +84,8 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
                 for (int k = 0; k < 3; ++k) y[i][k] = dot(point.metric->measure.rows[k], seen.tangent(vertices[i]));
             return is_origin_in_sphere(y);
         }
-    // Seen from the point, where the metric is the identity: the vertices' differences y_i to it. The origin lies in
-    // the sphere through them where their lifted determinant |y_i, |y_i|²| has the sign of the element's volume.
+    // In coordinates at the point where the metric is the identity, y_i are the vertices. The origin is inside their
+    // sphere if the lifted determinant |y_i, |y_i|²| has the sign of the volume.
     std::array<Vec<D>, D + 1> y;
     std::array<double, D + 1> squares{};
     for (int i = 0; i <= D; ++i) {
@@ -93,7 +93,7 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
         for (int k = 0; k < D; ++k) y[i][k] = dot(point.metric->measure.rows[k], x);
         squares[i] = norm_squared(y[i]);
     }
-    // Expanded along the last column; volumes of the simplices of the point and a face, outward faces.
+    // Expanded by the last column, into volumes of outward faces with the point.
     double lifted = 0;
     double volume = 0;
     for (int i = 0; i <= D; ++i) {
@@ -107,14 +107,14 @@ bool is_in_metric_sphere(const Adaptation<D>& r, ElementId e, const ConePoint<D>
     return volume > 0 ? lifted > 0 : lifted < 0;
 }
 
-/// Of a surface alone: whether it breaks at the edge through which a face leads to the next triangle.
+/// Standalone surface: true if it breaks at that edge.
 template <int D>
 bool breaks_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     if (!mesh.is_surface() || face == D) return false;
     return mesh.line_at(mesh.edges_of[e][edge_between<D>[(face + 1) % 3][(face + 2) % 3]]).valid();
 }
 
-/// The element that a cavity may grow into across a face; invalid: none.
+/// The element into which a cavity may grow; invalid: none.
 template <int D>
 ElementId beyond(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const FaceNeighbour across = mesh.face_neighbours[e][face];
@@ -122,7 +122,6 @@ ElementId beyond(const DynamicMesh<D>& mesh, ElementId e, int face) {
     return is_open ? across.element() : ElementId{};
 }
 
-/// Its vertices, and those of its neighbours.
 template <int D>
 void see_around(const DynamicMesh<D>& mesh, ElementId e, SeenVertices<D>& seen) {
     for (const VertexId v : mesh.elements.vertices[e]) seen.add(v);
@@ -138,7 +137,7 @@ void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t mo
     auto& elements = cavity.elements;
     const ConePoint<D>& point = spokes.point();
     SeenVertices<D> seen(r, spokes);
-    std::size_t seen_around = 0;  // so many of them
+    std::size_t seen_around = 0;  // number of elements
     for (std::size_t i = 0; i < elements.size() && elements.size() < most; ++i) {
         if (i == seen_around) {
             for (; seen_around < elements.size(); ++seen_around) see_around(r.mesh, elements[seen_around], seen);
@@ -163,7 +162,7 @@ class Reinsertions final : public Pass<D> {
     [[nodiscard]] std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const override {
         return candidate_at(r, task, 1);
     }
-    /// Nodes of the boundary go a part of their way.
+    /// For boundary nodes.
     [[nodiscard]] std::optional<Candidate<D>> shortened(const Adaptation<D>& r, const Task& task,
                                                         double share) const override {
         if (r.mesh.states[VertexId(std::size_t{task.id})].place == VertexPlace::inside) return {};
@@ -173,8 +172,8 @@ class Reinsertions final : public Pass<D> {
         for (const ElementId e : changes.elements.created)
             for (const VertexId v : r.mesh.elements.vertices[e]) touched_[v.index()] = 1;
     }
-    /// All vertices at first, then those whose elements have changed since the last call; of them those that have a
-    /// node elsewhere than it is wanted. Those inside come first.
+    /// Vertices with a node off its target, of elements changed since the last call (first call: all); inner ones
+    /// first.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) {
         std::vector<std::uint8_t> is_short(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.edges.size(); ++e)
@@ -189,8 +188,8 @@ class Reinsertions final : public Pass<D> {
     }
 
     [[nodiscard]] bool is_approaching() const { return is_approaching_; }
-    /// From now on nodes come as near to their places as elements allow. Not before halves of the way are of no more
-    /// use: nodes that others are in the way of would be in the way of them.
+    /// From now on nodes approach their targets as far as elements allow. Earlier they would obstruct other nodes, so
+    /// half steps are exhausted first.
     [[nodiscard]] bool begin_approaching() {
         if (is_approaching_) return false;
         touched_.assign(touched_.size(), 1);
@@ -217,14 +216,13 @@ class Reinsertions final : public Pass<D> {
         return candidate;
     }
     static constexpr int max_approaching = 24;
-    static constexpr double any_facet = -2;  ///< of cosines: corners of facets stay where they are
+    static constexpr double any_facet = -2;  ///< cosine: facet corners do not move
     const AdaptationGoal<D>& goal_;
     ReinsertionOptions options_;
     bool is_approaching_ = false;
-    std::vector<std::uint8_t> touched_;  ///< of each vertex: an element of it has changed
+    std::vector<std::uint8_t> touched_;  ///< of each vertex: an element has changed
 };
 
-/// The nodes of a mesh that kept its edges, as a proposal.
 template <int D>
 Proposal<D> proposal_of(const QuadraticMesh<D>& mesh, const DynamicMesh<D>& made, const Proposal<D>& wanted) {
     Buffer<EdgeChange> changes(mesh.edges.size());
@@ -233,7 +231,7 @@ Proposal<D> proposal_of(const QuadraticMesh<D>& mesh, const DynamicMesh<D>& made
     return {mesh.linear.points, made.nodes, wanted.kinds, std::move(changes)};
 }
 
-/// Edges that no cavity holds (of facets without elements) go straight to their places: no element is in the way.
+/// Edges without elements (of facets alone) get their targets directly.
 template <int D>
 QuadraticMesh<D> with_bare_edges(QuadraticMesh<D> mesh, const Column<LagrangeNode<D>>& wanted) {
     std::vector<std::uint8_t> is_held(mesh.edges.size(), 0);
@@ -258,7 +256,7 @@ Outcome<Reinserted<D>> reinserted(const QuadraticMesh<D>& mesh, const Proposal<D
     Reinserted<D> out;
     Reinsertions<D> pass(*begun, goal, options);
     std::vector<Task> tasks = pass.tasks(*begun);
-    constexpr int max_approaching_sweeps = 10;  // what they win becomes less and less
+    constexpr int max_approaching_sweeps = 10;  // with diminishing gain
     int approaching_sweeps = 0;
     while (static_cast<int>(out.sweeps) < options.max_sweeps) {
         if (tasks.empty() && pass.begin_approaching()) tasks = pass.tasks(*begun);
@@ -288,7 +286,7 @@ Outcome<Reinserted<D>> reinsert(const QuadraticMesh<D>& mesh, const Proposal<D>&
     if (auto checked = check_limits(options); !checked) return fail(checked.error());
     return guarded([&]() -> Outcome<Reinserted<D>> {
         const QuadraticMesh<D> begin = with_bare_edges(mesh, wanted.mid_nodes);
-        if (mesh.linear.elements.size() == 0) {  // a surface alone
+        if (mesh.linear.elements.size() == 0) {  // standalone surface
             Reinserted<D> out;
             out.proposal = {mesh.linear.points, begin.mid_nodes, wanted.kinds, wanted.changes};
             return out;

@@ -1,4 +1,4 @@
-// Smoothing of vertices, and of the nodes of inner edges.
+// Smoothing of vertices and inner nodes.
 module;
 #include <algorithm>
 #include <array>
@@ -22,12 +22,12 @@ namespace camber {
 
 namespace {
 
-// Where vertices of the boundary may go.
+// Positions of moved boundary vertices.
 
-/// Whether a vertex may go this step without any of its facets leaving its plane: then its surface stays as it is.
+/// True if a step leaves all facets in their planes.
 template <int D>
 bool keeps_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets, const Vec<D>& step) {
-    constexpr double parallel = 1e-10;  // coordinates have rounding, facets may be thin
+    constexpr double parallel = 1e-10;  // for rounding of coordinates in thin facets
     return std::ranges::all_of(facets, [&](FacetId f) {
         if (mesh.is_at_infinity(f)) return true;
         const Vec<D> n = facet_normal(corners_of(mesh, f));
@@ -35,7 +35,7 @@ bool keeps_planes(const DynamicMesh<D>& mesh, const std::vector<FacetId>& facets
     });
 }
 
-/// Whether the lines at a vertex are one straight line along a step.
+/// True if the lines are straight along a step.
 bool keeps_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines, const Vec<3>& step) {
     constexpr double parallel = 1e-9;
     return std::ranges::all_of(lines, [&](LineId line) {
@@ -45,7 +45,6 @@ bool keeps_lines(const DynamicMesh<3>& mesh, const std::vector<LineId>& lines, c
     });
 }
 
-/// A place, and where on the geometry that is.
 template <int D>
 struct BoundaryPlace {
     Vec<D> point;
@@ -56,7 +55,7 @@ BoundaryPlace<D> boundary_place(const SurfacePoint<D>& on) {
     return {on.point, place_of(on)};
 }
 
-/// Of a surface: to the geometry, or, where that has none there, in the plane of all of its facets.
+/// Projects to the geometry, or without one to the common plane of all facets.
 template <int D>
 std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                  const Cavity<D>& around, const Vec<D>& here,
@@ -70,8 +69,8 @@ std::optional<BoundaryPlace<D>> place_on_surface(const AdaptationGoal<D>& goal, 
     return BoundaryPlace<D>{place};
 }
 
-/// Of a line: along that one of its two edges which the step goes with, and from there to the geometry; where that is
-/// no other place, only along what is straight.
+/// Moves along the edge that the step follows, then to the geometry. If that changes nothing, moves only along straight
+/// lines and planes.
 std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, const DynamicMesh<3>& mesh,
                                               const Cavity<3>& around, VertexId v, const Vec<3>& wanted) {
     if (around.lines.size() != 2) return {};
@@ -100,8 +99,7 @@ std::optional<BoundaryPlace<3>> place_on_line(const AdaptationGoal<3>& goal, con
     return place;
 }
 
-/// Where a vertex goes that requests to be at `wanted`; nothing where it may not, or nobody knows where its surface is.
-/// `known`: what it lies on, if that is known.
+/// Empty if the vertex may not move or its surface is unknown. `known`: its entity, if known.
 template <int D>
 std::optional<BoundaryPlace<D>> place_for(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                           const Cavity<D>& around, VertexId v, const GeometryEntity& known,
@@ -152,7 +150,7 @@ class Moves final : public Pass<D> {
             look_at(r, request.cavity, cones, v, r.mesh.points[v] + share * (target - r.mesh.points[v]), best);
             return best.shape > least;
         };
-        // The first place that is better will do, but for bad elements: there the best.
+        // The first improvement suffices, except for bad elements, which take the best.
         const bool is_poor = before < poor_;
         for (const double share : {1.0, 0.5, 0.25})
             if (look(centre, share) && !is_poor) break;
@@ -177,7 +175,7 @@ class Moves final : public Pass<D> {
     void refused(Adaptation<D>& r, std::span<const Task> tasks) const override {
         refuse<VertexTag>(r, AskingPass::smooth, tasks, r.mesh.points.size());
     }
-    /// Tasks for the vertices of elements that are not good enough, but for those whose refusal stands.
+    /// Vertices of elements below the target quality, except cached rejections.
     [[nodiscard]] std::vector<Task> tasks(const Adaptation<D>& r) const {
         std::vector<std::uint8_t> is_asked(r.mesh.points.size(), 0);
         for (std::size_t e = 0; e < r.mesh.elements.size(); ++e)
@@ -194,7 +192,6 @@ class Moves final : public Pass<D> {
 
   private:
     static constexpr double min_length = 0.1, nearly = 0.9;
-    /// Which of these elements has the worst shape.
     [[nodiscard]] static std::size_t worst_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
         return static_cast<std::size_t>(
             std::ranges::min_element(elements, {}, [&](ElementId e) { return r.shapes[e.index()]; }) -
@@ -213,9 +210,9 @@ class Moves final : public Pass<D> {
         const std::optional<BoundaryPlace<D>> place =
             place_for(goal_, r.mesh, around, v, r.vertices.place(v).entity, wanted);
         if (!place) return;
-        ConePoint<D> point = cone_point(r, v);  // its gradient will do
+        ConePoint<D> point = cone_point(r, v);  // the gradient is accurate enough
         point.place = place->point;
-        // By the metric that v has the worst element is seen nearly as it would be: what is bad needs no field.
+        // The metric at v estimates the worst element, so bad positions need no field.
         if (!r.mesh.is_surface() && cones.first_shape_near(point) < nearly * best.shape) return;
         const VertexMetric<D> metric = metric_near(r, v, place->point);
         point.metric = &metric;
@@ -223,8 +220,8 @@ class Moves final : public Pass<D> {
         const double shape = cones.worst(best.shape);
         if (shape > best.shape) best = {*place, metric, shape};
     }
-    /// The metric at a place near v: of degree 2, where the field's gradient is known, to first order from v, which
-    /// spares the search in curved elements; what is planned there asks the field (ask_field).
+    /// Metric near v. Degree 2: first order by the gradient, which spares a search in curved elements; the request
+    /// samples the field (`ask_field`).
     [[nodiscard]] VertexMetric<D> metric_near(const Adaptation<D>& r, VertexId v, const Vec<D>& place) const {
         const VertexMetric<D>& here = r.vertices.metrics[v];
         if (r.mesh.is_curved()) {
@@ -236,17 +233,16 @@ class Moves final : public Pass<D> {
         const FieldSample<D> sample = sample_value(goal_.field, place, here.back);
         return VertexMetric<D>(sample.log_metric, sample.location.element);
     }
-    /// Along the axes of v's metric, to both sides: the worst element may want v where neither its neighbours nor the
-    /// element alone would have it.
+    /// Tries both directions of the axes of v's metric, where neither neighbours nor the worst element alone lead.
     void look_around(const Adaptation<D>& r, const Cavity<D>& around, ConeShapes<D>& cones, VertexId v,
                      BestPlace& best) const {
         for (const Vec<D>& row : r.vertices.metrics[v].measure.rows) {
-            const Vec<D> unit = row / norm_squared(row);  // of length 1 in the metric: the rows are orthogonal
+            const Vec<D> unit = row / norm_squared(row);  // of unit length: the rows are orthogonal
             for (const double length : {0.5, 0.25, 0.1, -0.1, -0.25, -0.5})
                 look_at(r, around, cones, v, r.mesh.points[v] + length * unit, best);
         }
     }
-    /// Where v would make one of its elements regular, as v's metric sees its opposite face.
+    /// The position at which the element would be regular in v's metric.
     [[nodiscard]] static Vec<D> apex_over(const Adaptation<D>& r, ElementId e, VertexId v) {
         const auto& vertices = r.mesh.elements.vertices[e];
         if constexpr (D == 3)
@@ -260,15 +256,15 @@ class Moves final : public Pass<D> {
             centre += p / D;
             for (int k = 0; k < D; ++k) face[i][k] = dot(rows[k], p - r.mesh.points[v]);
         }
-        // v itself, the origin there, lies on the inner side.
+        // v is the origin, on the inner side.
         Vec<D> n = facet_normal(face);
         if (dot(n, face[0]) > 0) n *= -1.0;
         const double height = std::sqrt((D + 1.0) / (2.0 * D)) / norm(n);
-        // The rows are orthogonal: their inverse is themselves by their squares.
+        // The rows are orthogonal: the inverse divides by their squares.
         for (int k = 0; k < D; ++k) centre += (height * n[k] / norm_squared(rows[k])) * rows[k];
         return centre;
     }
-    /// The same of a triangle of a surface alone, in its plane.
+    /// The same in the plane of a standalone surface's triangle.
     [[nodiscard]] static Vec<3> apex_over_edge(const Adaptation<3>& r, const std::array<VertexId, 3>& triangle,
                                                VertexId v) {
         const int local = local_vertex(triangle, v);
@@ -277,14 +273,14 @@ class Moves final : public Pass<D> {
         const Vec<3>& here = r.mesh.points[v];
         const auto& rows = r.vertices.metrics[v].measure.rows;
         const auto seen = [&](const Vec<3>& x) { return Vec<3>{{dot(rows[0], x), dot(rows[1], x), dot(rows[2], x)}}; };
-        // The height over the edge as it is, of the length that it is to have.
+        // Direction of the present height, with the length of the regular one.
         const Vec<3> edge = seen(b - a);
         const double share = dot(edge, seen(here - a)) / norm_squared(edge);
         const Vec<3> height = here - (a + share * (b - a));
         return midpoint(a, b) + (std::sqrt(3.0) / 2 * norm(edge) / norm(seen(height))) * height;
     }
-    /// The mean of where v would be for each of its edges (on a surface those of its facets, on a line those) to have
-    /// length 1 at its other end, by how many elements (facets) have the edge.
+    /// Mean of the positions that give each edge unit length from its other end, weighted by its elements (surface:
+    /// facets). Boundary vertices use only edges of their facets, line vertices only their lines.
     [[nodiscard]] static Vec<D> centre_of_unit_edges(const Adaptation<D>& r, const Cavity<D>& around,
                                                      ConeShapes<D>& cones, VertexId v) {
         const Vec<D> here = r.mesh.points[v];
@@ -293,8 +289,8 @@ class Moves final : public Pass<D> {
         const auto corners = cones.vertices();
         const auto add = [&](std::size_t i, double weight) {
             const double length = cones.length_to(i);
-            if (!(length > min_length)) return;  // it asks for a place far beyond all others
-            // Of a curve its tangent here, at the end of which w would be.
+            if (!(length > min_length)) return;  // would lead far beyond all others
+            // A curve ends at its tangent's end here.
             const Vec<D> end = r.mesh.is_curved() ? here + cones.tangent_to(i) : corners[i].place;
             sum += weight * (end + (1 / length) * (here - end));
             weights += weight;
@@ -323,7 +319,7 @@ class Moves final : public Pass<D> {
     }
 
     const AdaptationGoal<D>& goal_;
-    double wanted_, gain_, poor_, worst_;  ///< of shapes
+    double wanted_, gain_, poor_, worst_;  ///< shapes
 };
 
 }  // namespace
@@ -356,7 +352,6 @@ Outcome<Adapted<D>> smooth(Adaptation<D> state, const AdaptationGoal<D>& goal, c
 
 namespace {
 
-/// Whether the node of each edge stays.
 template <int D>
 std::vector<std::uint8_t> fixed_edges(const DynamicMesh<D>& mesh) {
     std::vector<std::uint8_t> fixed(mesh.edges.size(), 0);
@@ -368,7 +363,7 @@ std::vector<std::uint8_t> fixed_edges(const DynamicMesh<D>& mesh) {
     return fixed;
 }
 
-/// The elements around each edge that may change; none around the others.
+/// None around fixed edges.
 template <int D>
 Incidence<ElementId> free_shells(const DynamicMesh<D>& mesh) {
     const std::vector<std::uint8_t> fixed = fixed_edges(mesh);
@@ -398,7 +393,7 @@ class NodeSweeps {
         std::ranges::sort(edges_, {}, [](EdgeId e) { return spread_rank(e); });
         touched_.assign(r.mesh.elements.size(), 1);
     }
-    /// All edges whose elements have changed since the last sweep.
+    /// Visits edges of changed elements.
     [[nodiscard]] Outcome<NodeMoves> sweep(const Execution& execution) {
         std::vector<EdgeId> now;
         now.reserve(edges_.size());
@@ -416,15 +411,14 @@ class NodeSweeps {
     }
 
   private:
-    /// What came of an edge.
     struct Tried {
         bool has_reason = false;
         std::optional<JudgedNode<D>> moved;
     };
 
-    /// Edges that share no element.
+    /// Precondition: the edges share no element.
     [[nodiscard]] Outcome<bool> move_all(std::span<const EdgeId> edges, const Execution& execution, NodeMoves& moves) {
-        constexpr std::size_t grain = 16;  // tens of microseconds each
+        constexpr std::size_t grain = 16;  // edges take tens of microseconds
         std::vector<Tried> tried(edges.size());
         const auto done = each_chunk(
             without_progress(execution), edges.size(),
@@ -481,7 +475,7 @@ class NodeSweeps {
             element.metric = element_metric<D>(logs);
         }
     }
-    /// What each element is to keep; false where one is not valid.
+    /// Sets the bound of each element; false if one is invalid.
     [[nodiscard]] static bool bound(NodeShell<D>& shell) {
         return std::ranges::all_of(shell.elements, [](DistortedElement<D>& e) {
             for (const double bound : {PatchLimits{}.min_jacobian, 0.0}) {
@@ -497,7 +491,7 @@ class NodeSweeps {
     Incidence<ElementId> shells_;
     Schedule schedule_;
     std::vector<EdgeId> edges_;
-    std::vector<std::uint8_t> touched_;  ///< of each element: it has changed
+    std::vector<std::uint8_t> touched_;  ///< of each element: changed
 };
 
 }  // namespace

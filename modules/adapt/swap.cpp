@@ -17,12 +17,12 @@ namespace camber {
 
 namespace {
 
-/// The best of the swaps that were looked at.
+/// The best swap found.
 template <int D>
 struct BestSwap {
     Cavity<D> cavity;
     VertexId point;
-    double gain = 0;  ///< worst shape after by before; see ConeShapes
+    double gain = 0;  ///< ratio of worst shapes, see `ConeShapes`
 };
 
 template <int D>
@@ -71,7 +71,6 @@ class Swaps final : public Pass<D> {
     }
 
   private:
-    /// The shapes of the elements across an element's faces.
     [[nodiscard]] static std::array<double, D + 1> shapes_beside(const Adaptation<D>& r, ElementId e) {
         std::array<double, D + 1> shapes{};
         for (int face = 0; face <= D; ++face) {
@@ -80,14 +79,13 @@ class Swaps final : public Pass<D> {
         }
         return shapes;
     }
-    /// An operation is looked at from the worst element that it removes: what it would be worth for another one, it is
-    /// worth less.
+    /// Operations are tried only from their worst element, where the gain is largest.
     [[nodiscard]] static bool is_worst_beside(const std::array<double, D + 1>& beside, int k, double shape) {
         for (int face = 0; face <= D; ++face)
             if (face != local_edges<D>[k][0] && face != local_edges<D>[k][1] && !(beside[face] >= shape)) return false;
         return true;
     }
-    /// Inside no edge has a line or a facet.
+    /// Edges with an inner end have no line or facet.
     [[nodiscard]] static bool has_end_inside(const Adaptation<D>& r, ElementId e, int k) {
         return std::ranges::any_of(local_edges<D>[k], [&](int i) {
             return r.mesh.states[r.mesh.elements.vertices[e][i]].place == VertexPlace::inside;
@@ -113,7 +111,7 @@ class Swaps final : public Pass<D> {
         const EdgeRing::Best found = ring.best(r, best.gain * before);
         if (found.point.valid()) take(best, ring.elements(), found.point, found.worst / before);
     }
-    /// The elements around an edge without it, joined to each vertex around it; on the boundary to those of its facets.
+    /// Joins the elements around an edge to each vertex around it, on the boundary to those of its facets.
     void look_at_any_edge(const Adaptation<D>& r, ElementId e, int k, ConeShapes<D>& cones, BestSwap<D>& best) const {
         const EdgeId edge = r.mesh.edges_of[e][k];
         if (r.mesh.line_at(edge).valid() || r.mesh.is_at_infinity(edge)) return;
@@ -136,7 +134,7 @@ class Swaps final : public Pass<D> {
             if (after > least) take(best, cavity, p, after / before);
         }
     }
-    /// Inside.
+    /// For inner swaps.
     static void take(BestSwap<D>& best, std::span<const ElementId> elements, VertexId p, double gain) {
         best.cavity.clear();
         best.cavity.elements.assign(elements.begin(), elements.end());
@@ -148,14 +146,14 @@ class Swaps final : public Pass<D> {
         best.point = p;
         best.gain = gain;
     }
-    /// The worst shape of a cavity in which e is the worst element, as ConeShapes has it.
+    /// Worst shape of a cavity, as in `ConeShapes`. Precondition: `e` is the worst element.
     [[nodiscard]] double worst_bent(const Adaptation<D>& r, const std::vector<ElementId>& elements, ElementId e) const {
         if (!r.mesh.is_curved()) return r.shapes[e.index()];
         double worst = std::numeric_limits<double>::infinity();
         for (const ElementId s : elements) worst = std::min(worst, bent_shape_of(r, s));
         return std::max(worst, least_bent_shape);
     }
-    /// Two elements without their face, joined to one of the two vertices opposite it: three elements.
+    /// Two elements become three around a new edge.
     void look_at_faces(const Adaptation<3>& r, ElementId e, const std::array<double, 4>& beside,
                        BestSwap<3>& best) const {
         const double shape = r.shapes[e.index()];
@@ -181,7 +179,7 @@ class Swaps final : public Pass<D> {
 
     const AdaptationGoal<D>& goal_;
     double distance_;
-    double wanted_, gain_;  ///< of shapes
+    double wanted_, gain_;  ///< shapes
 };
 
 }  // namespace

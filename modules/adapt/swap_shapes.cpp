@@ -1,4 +1,4 @@
-// Shapes of the elements that swaps inside a mesh of tetrahedra make, straight and curved.
+// Shapes of tetrahedra made by inner swaps, straight and curved.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// The local vertices of a tetrahedron, those of an edge first, the right way round.
+/// Local vertices of a positive tetrahedron, those of an edge first.
 constexpr auto edge_first = [] {
     std::array<std::array<int, 4>, edges_per_simplex<3>> table{};
     for (int k = 0; k < edges_per_simplex<3>; ++k) {
@@ -45,18 +45,17 @@ struct ShapedVertex {
 ShapedVertex shaped_vertex(const Adaptation<3>& r, VertexId v) {
     return {v, r.mesh.points[v], &r.vertices.metrics[v].measure};
 }
-/// Of an edge the squared lengths in the metrics of both ends, added.
+/// In the metrics of both ends.
 double squares_between(const ShapedVertex& a, const ShapedVertex& b) {
     const Vec<3> edge = b.place - a.place;
     return a.measure->length_squared(edge) + b.measure->length_squared(edge);
 }
-/// metric_shape by the six-fold volume, the product of the densities and the sum of squares_between of the edges.
+/// `metric_shape` from six times the volume, the product of density roots and the sum of `squares_between`.
 double shape_by(double volume, double density, double squares) {
     const double sum = squares / 2;
     return sum > 0 ? 6 * std::sqrt(12.0) * volume * density / (sum * std::sqrt(sum)) : 0;
 }
 
-/// What is looked at when the vertices around an edge are known: they are scattered in memory.
 void fetch_ahead(const Adaptation<3>& r, VertexId v) {
     __builtin_prefetch(&r.mesh.points[v]);
     const MeasuringMetric<3>& measure = r.vertices.metrics[v].measure;
@@ -80,7 +79,7 @@ EdgeRing::Walk EdgeRing::walk(const DynamicMesh<3>& mesh, std::span<const double
         at = across.element();
         if (shapes[at.index()] < shapes[e.index()]) return Walk::worse;
         elements_[count_] = at;
-        // The vertex that is neither of the edge nor the one before.
+        // The vertex that is neither on the edge nor the last one.
         const auto& v = mesh.elements.vertices[at];
         const std::uint32_t next =
             v[0].value ^ v[1].value ^ v[2].value ^ v[3].value ^ a_.value ^ b_.value ^ around_[count_].value;
@@ -91,13 +90,12 @@ EdgeRing::Walk EdgeRing::walk(const DynamicMesh<3>& mesh, std::span<const double
     }
 }
 
-/// The vertices of a ring, and what is measured once for all of them.
 struct EdgeRing::Measured {
     std::size_t count;
     ShapedVertex a, b;
     std::array<ShapedVertex, most> around;
-    std::array<Vec<3>, most> seen_from_a, seen_from_b;   ///< twice the area of (i, next) and an end, as a vector
-    std::array<double, most> to_a{}, to_b{}, to_next{};  ///< squares_between
+    std::array<Vec<3>, most> seen_from_a, seen_from_b;   ///< twice the area vector of (i, next) and an end
+    std::array<double, most> to_a{}, to_b{}, to_next{};  ///< `squares_between`
 
     Measured(const Adaptation<3>& r, const EdgeRing& ring)
         : count(ring.count_), a(shaped_vertex(r, ring.a_)), b(shaped_vertex(r, ring.b_)) {
@@ -117,7 +115,7 @@ struct EdgeRing::Measured {
             to_next[i] = squares_between(around[i], around[next(i)]);
         }
     }
-    /// Six-fold volumes of (i, next) with an end and the vertex p.
+    /// Six times the volume of (i, next), an end and p.
     [[nodiscard]] double volume_at_a(std::size_t i, std::size_t p) const {
         return dot(seen_from_a[i], around[p].place - a.place);
     }
@@ -154,7 +152,7 @@ EdgeRing::Best EdgeRing::best(const Adaptation<3>& r, double least) const {
     Measured measured(r, *this);
     Best best{{}, least};
     bool has_measured = false;
-    // Of three all give the same two elements, of four those opposite each other the same four.
+    // For three vertices all swaps are equal, for four opposite ones.
     const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
     for (std::size_t p = 0; p < different; ++p) {
         if (!measured.are_volumes_positive(p)) continue;
@@ -262,11 +260,10 @@ double BentEdges::shape(const std::array<std::size_t, 4>& corners) const {
 
 namespace {
 
-/// Whether an element turns the right way round at a corner, from which it has these tangents: where it does not,
-/// bent_shape is 0.
+/// Sign of det J at a corner with these tangents; if not positive, `bent_shape` is 0.
 bool is_positive(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return dot(cross(a, b), c) > 0; }
 
-/// The vertices around an edge are 0 … n − 1, its ends n and n + 1.
+/// Vertices 0 … n − 1 are around the edge, n and n + 1 its ends.
 class BentRing {
   public:
     BentRing(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring)
@@ -295,7 +292,7 @@ class BentRing {
 
   private:
     [[nodiscard]] std::size_t next(std::size_t i) const { return i + 1 < count_ ? i + 1 : 0; }
-    /// Edges that there are, each once: element i has the vertices i and i + 1 of those around.
+    /// Element i has ring vertices i and i + 1.
     void take_spokes() {
         for (std::size_t i = 0; i < count_; ++i) {
             edges_.take_edge(elements_[i], a_, i);
@@ -306,9 +303,9 @@ class BentRing {
         edges_.take_edge(elements_[0], a_, b_);
         for (std::size_t i = 0; i < count_; ++i) edges_.take_edge(elements_[i], i, next(i));
     }
-    /// Those to which the elements may be joined, rising, in `room`.
+    /// Ring vertices with positive elements, rising, in `room`.
     [[nodiscard]] std::span<const std::size_t> possible_points(std::span<std::size_t> room) const {
-        // Of three all give the same two elements, of four those opposite each other the same four.
+        // For three vertices all swaps are equal, for four opposite ones.
         const std::size_t different = count_ == 3 ? 1 : count_ == 4 ? 2 : count_;
         std::size_t count = 0;
         for (std::size_t p = 0; p < different; ++p)
@@ -320,7 +317,7 @@ class BentRing {
         for (std::size_t i = 0; i < count_; ++i) worst = std::min(worst, edges_.shape({a_, b_, i, next(i)}));
         return std::max(worst, least_bent_shape);
     }
-    /// Whether the elements joined to p turn the right way round at the ends of the edge, from which no edge is new.
+    /// True if elements joined to p are positive at the edge's ends, where all edges exist.
     [[nodiscard]] bool is_positive_at_ends(std::size_t p) const {
         const Vec<3> from_a = edges_.tangent(a_, p), from_b = edges_.tangent(b_, p);
         for (std::size_t i = next(p); next(i) != p; i = next(i))
@@ -329,7 +326,7 @@ class BentRing {
                 return false;
         return true;
     }
-    /// Those that one of these vertices has, each once.
+    /// New edges of these vertices, each once.
     void bend_diagonals(std::span<const std::size_t> possible) {
         const auto comes_before = [&](std::size_t j, std::size_t p) {
             return j < p && std::ranges::binary_search(possible, j);
@@ -361,15 +358,13 @@ BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal,
 
 namespace {
 
-/// The corners of a face of the first four vertices, outward.
 std::array<std::size_t, 3> corners_of_face(int face) {
     const auto outward = face_opposite<3>(face);
     return {static_cast<std::size_t>(outward[0]), static_cast<std::size_t>(outward[1]),
             static_cast<std::size_t>(outward[2])};
 }
 
-/// Whether the three elements around the edge from a face's opposite vertex to q turn the right way round at the
-/// corners of the face, from which no edge is new.
+/// True if the three elements around the new edge to q are positive at the face's corners, where all edges exist.
 bool is_positive_at_face(const BentEdges& edges, int face, std::size_t q) {
     const auto p = static_cast<std::size_t>(face);
     const auto s = corners_of_face(face);

@@ -1,4 +1,4 @@
-// Shapes that swaps make, Delaunay cavities, candidates of passes.
+// Shapes of swaps, Delaunay cavities, and tools of passes.
 module;
 #include <algorithm>
 #include <array>
@@ -19,20 +19,18 @@ import :passes;
 
 export namespace camber {
 
-/// What swaps inside of a straight mesh of tetrahedra make: shapes (metric_shape) as ConeShapes has them, in a fraction
-/// of its time, since all that is around an edge is found in one walk. Here: the elements around an edge inside, of
-/// either degree, and the vertices around it.
+/// The elements and vertices around an inner edge (3D), found in one walk, of either degree. For straight meshes,
+/// computes shapes of swaps as `ConeShapes` does, in a fraction of its time.
 class EdgeRing {
   public:
     enum class Walk {
         closed,
-        open,   ///< it ends at a facet, or is longer than there is room for
-        worse,  ///< an element on it has a worse shape than the one where it began
+        open,   ///< ends at a facet, or has more than `most` elements
+        worse,  ///< has an element worse than the first
     };
     /// `shapes`: of all elements.
     [[nodiscard]] Walk walk(const DynamicMesh<3>& mesh, std::span<const double> shapes, ElementId e, int local_edge);
-    /// Of a straight mesh: the vertex around the edge to which the elements, joined to it in place of the edge, have
-    /// the best worst shape, if that is above `least`.
+    /// Straight mesh: the best ring vertex for a swap, if its worst shape exceeds `least`.
     struct Best {
         VertexId point;
         double worst = 0;
@@ -46,42 +44,41 @@ class EdgeRing {
 
   private:
     struct Measured;
-    std::array<ElementId, most> elements_;  ///< the i-th between the i-th vertex and the next
+    std::array<ElementId, most> elements_;  ///< the i-th is between ring vertices i and i + 1
     std::array<VertexId, most> around_;
     std::size_t count_ = 0;
-    VertexId a_, b_;  ///< of the edge: (a, b, i-th vertex, next) is the right way round
+    VertexId a_, b_;  ///< edge ends: (a, b, i-th vertex, next) is positive
 };
 
-/// The worst shape of the three elements that two without their face, joined by an edge between the vertices opposite
-/// it, make, if that is above `least`; otherwise something that is not. `other`: across `face` of e.
+/// Worst shape of the three elements that replace two at a face, if it exceeds `least`; otherwise some value that does
+/// not. `other`: the element across.
 [[nodiscard]] double worst_without_face(const Adaptation<3>& r, ElementId e, int face, ElementId other, double least);
 
-/// A swap inside of a mesh of degree 2: the worst shape (bent_shape) of its elements before and after.
+/// A swap in degree 2, with the worst `bent_shape`s.
 struct BentSwap {
     VertexId point;    ///< invalid: none
-    ElementId beside;  ///< of a face: the element across
+    ElementId beside;  ///< face swap: the element across
     double before = 0, after = 0;
 };
 
-/// A few vertices and the curves between them, each measured once: the edges that there are as they are, new ones as
-/// the closed form of accuracy bends them, which is what the star takes for their nodes (bent_edges).
+/// A few vertices and the curves between them, each computed once: existing edges, and new ones by `bent_edges`, as in
+/// the star.
 class BentEdges {
   public:
     BentEdges(const Adaptation<3>& r, const AdaptationGoal<3>& goal) : r_(r), goal_(goal) {}
 
-    /// At most `most` in all; numbered from 0.
+    /// Returns its number, from 0. At most `most` vertices.
     std::size_t add(VertexId v);
     [[nodiscard]] VertexId vertex(std::size_t i) const { return vertices_[i].id; }
-    /// The edges of an element among them.
     void take_edges(ElementId e);
-    /// One of them.
+    /// Stores one of them.
     void take_edge(ElementId e, std::size_t i, std::size_t j);
-    /// Asks for a new edge, which is known after `bend`: at most as many as a ring may have between its vertices.
+    /// Requests a new edge, computed by `bend`; at most `most_asked`.
     void ask(std::size_t i, std::size_t j);
     void bend();
-    /// Of the edge from one towards the other, as long as its chord.
+    /// At i towards j, as long as a chord.
     [[nodiscard]] Vec<3> tangent(std::size_t i, std::size_t j) const;
-    /// Of a tetrahedron of them, in the order of one that is the right way round.
+    /// Shape of a tetrahedron with positively ordered corners.
     [[nodiscard]] double shape(const std::array<std::size_t, 4>& corners) const;
 
     static constexpr std::size_t most = EdgeRing::most + 2;
@@ -94,7 +91,7 @@ class BentEdges {
     };
     struct Edge {
         Vec<3> offset;
-        double squares = 0;  ///< twice its squared length
+        double squares = 0;  ///< twice the squared length
     };
     void put(std::size_t i, std::size_t j, const Edge& edge) { edges_[i][j] = edges_[j][i] = edge; }
 
@@ -103,28 +100,25 @@ class BentEdges {
     std::size_t count_ = 0, asked_ = 0;
     std::array<Vertex, most> vertices_;
     std::array<std::array<Edge, most>, most> edges_;
-    static constexpr std::size_t most_asked = EdgeRing::most * (EdgeRing::most - 3) / 2;  ///< new ones of a ring
+    static constexpr std::size_t most_asked = EdgeRing::most * (EdgeRing::most - 3) / 2;  ///< new edges in a ring
     std::array<std::array<std::size_t, 2>, most_asked> pairs_{};
     std::array<Vec<3>, most_asked> chords_, offsets_;
     std::array<EndSights<3>, most_asked> ends_;
     std::array<double, most_asked> lengths_{};
 };
 
-/// The vertex around an edge inside to which the elements of its ring, joined to it in place of the edge, have the best
-/// worst shape, where that is above `gain` times what it was.
+/// The best swap of an inner edge, if it exceeds `gain` times the present worst shape.
 [[nodiscard]] BentSwap best_around_edge(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const EdgeRing& ring,
                                         double gain);
 
-/// The best of these faces of an element to be taken away, where its two elements become three around an edge between
-/// the vertices opposite it; likewise.
+/// The best face swap of an element, likewise.
 [[nodiscard]] BentSwap best_without_face(const Adaptation<3>& r, const AdaptationGoal<3>& goal, ElementId e,
                                          std::span<const int> faces, double gain);
 
-/// The Delaunay cavity of a point in its own metric (paper §1.3): to the elements that are in it already, which hold
-/// the point, those that faces without facets connect and in whose spheres (2D: circles) the point lies, unless their
-/// vertex opposite that face is nearer to the point than `shortest` (in the metric). Of degree 2 vertices are where the
-/// tangents of the point's edges to them lead. At most `most` elements. `spokes`: begun at the point; in the end
-/// they lead to all vertices that were looked at.
+/// Grows a Delaunay cavity of a point in its own metric (paper §1.3). Starts from elements that hold the point and adds
+/// face neighbours, not across facets, in whose spheres (2D: circles) the point lies. Excludes elements whose opposite
+/// vertex is nearer than `shortest` (metric length). Degree 2: vertices are at the ends of tangents. At most `most`
+/// elements. `spokes`: begun at the point; extended to all vertices visited.
 template <int D>
 void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t most, double shortest, Cavity<D>& cavity);
 
@@ -132,7 +126,7 @@ void grow_delaunay(const Adaptation<D>& r, BentSpokes<D>& spokes, std::size_t mo
 
 namespace camber {
 
-/// The state comes to know the shape of each element, measured where it does not yet.
+/// Computes missing element shapes in `shapes`.
 template <int D>
 [[nodiscard]] Outcome<Done> know_shapes(Adaptation<D>& r, const Execution& execution) {
     auto shapes = take(std::move(r.shapes));
@@ -143,17 +137,17 @@ template <int D>
     r.shapes = std::move(shapes);
     return measured;
 }
-/// The same of elements that a commit made: of those that the judge has not measured.
+/// The same for elements of a commit.
 template <int D>
 void know_shapes(Adaptation<D>& r, std::span<const ElementId> created) {
-    if (!r.mesh.is_curved()) return;  // all are the judge's
+    if (!r.mesh.is_curved()) return;  // `operate` has computed all
     auto shapes = take(std::move(r.shapes));
     for (const ElementId e : created)
         if (!r.mesh.is_free(e) && shapes[e.index()] < 0) shapes[e.index()] = shape_of(r, e);
     r.shapes = std::move(shapes);
 }
 
-/// Of elements whose shapes are known: the worst.
+/// Precondition: the shapes are known.
 template <int D>
 [[nodiscard]] double worst_known_shape_of(const Adaptation<D>& r, std::span<const ElementId> elements) {
     double worst = std::numeric_limits<double>::infinity();
@@ -161,9 +155,8 @@ template <int D>
     return worst;
 }
 
-// What passes look at before they request.
+// Tools of passes before requests.
 
-/// An element that has the edge, and which of its edges that is.
 struct ElementEdge {
     ElementId element;
     int local = 0;
@@ -175,7 +168,7 @@ template <int D>
     return {};
 }
 
-/// The face at its local vertex `from` through which the way to b leaves an element; −1: none.
+/// The face through which the way from this vertex to b leaves; −1: none.
 template <int D>
 [[nodiscard]] int face_towards(const DynamicMesh<D>& mesh, ElementId e, int from, const Vec<D>& b) {
     const auto& vertices = mesh.elements.vertices[e];
@@ -199,7 +192,7 @@ template <int D>
     return best;
 }
 
-/// From element to element around its first vertex towards its second; where that way ends, among all of them.
+/// Walks around the first vertex towards the second; then searches all elements there.
 template <int D>
 [[nodiscard]] ElementEdge element_with_edge(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];
@@ -217,7 +210,7 @@ template <int D>
     return {};
 }
 
-/// cavity_of_vertex, without looking for what vertices inside do not have.
+/// `cavity_of_vertex`, faster for inner vertices.
 template <int D>
 void cavity_around(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out) {
     if (mesh.states[v].place != VertexPlace::inside) return cavity_of_vertex(mesh, v, out);
@@ -225,7 +218,6 @@ void cavity_around(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out) {
     ball(mesh, v, out.elements);
 }
 
-/// The vertex of an element opposite the face that it shares with another.
 template <int D>
 [[nodiscard]] VertexId vertex_apart(const DynamicMesh<D>& mesh, ElementId e, ElementId from) {
     const auto& faces = mesh.face_neighbours[e];
@@ -234,7 +226,7 @@ template <int D>
     return {};
 }
 
-/// Whether an id is among a few; without a branch at each, so that several are compared at once.
+/// Without branches, to compare several at once.
 template <class Id>
 [[nodiscard]] bool is_among(const std::vector<Id>& ids, Id id) {
     bool found = false;
@@ -242,7 +234,7 @@ template <class Id>
     return found;
 }
 
-/// The length from a request's place to the nearest vertex of the elements that hold it.
+/// Length from the request's position to the nearest vertex of its holders.
 template <int D>
 [[nodiscard]] double nearest_of_holders(const Adaptation<D>& r, const CavityRequest<D>& request,
                                         const ConePoint<D>& point, BentSpokes<D>& spokes) {
@@ -262,29 +254,28 @@ template <int D>
     return nearest;
 }
 
-/// The shape of what is left alone. A surface's triangles are held to a quarter of the distance from 1: where
-/// tetrahedra are good at 0.8, triangles are at 0.95.
+/// Shape of a quality target. For standalone surfaces the distance from 1 is quartered: 0.8 for tetrahedra is 0.95 for
+/// triangles.
 template <int D>
 [[nodiscard]] double wanted_shape(const Adaptation<D>& r, double quality) {
     return shape_of_quality(r.mesh.is_surface() ? 1 - (1 - quality) / 4 : quality, D);
 }
 
-/// Limits of one split.
 struct SplitLimits {
-    double shortest = 0;                             ///< no edge at the new point is shorter (lengths in the metric)
-    double min_quality = 0;                          ///< of new elements, unless what they replace is worse
-    double bad_quality = PatchLimits{}.bad_quality;  ///< see PatchLimits
+    double shortest = 0;                             ///< minimum metric length at the new point
+    double min_quality = 0;                          ///< of new elements, unless replaced ones are worse
+    double bad_quality = PatchLimits{}.bad_quality;  ///< see `PatchLimits`
 };
-/// A request to split an edge at the middle by length, its point on the geometry, or with `share` below 1 that share of
-/// the way to it. Empty: no element has the edge, or `share` makes no difference.
+/// A split request at the edge's middle by length; the point moves by `share` to the geometry. Empty if no element has
+/// the edge, or the geometry is there already (`share` below 1).
 template <int D>
 [[nodiscard]] std::optional<Candidate<D>> split_candidate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                           EdgeId edge, double share, const SplitLimits& limits);
 
-/// The order of what is not to be done.
+/// No task.
 inline constexpr double infinite_order = std::numeric_limits<double>::infinity();
 
-/// See Refusals.
+/// See `Refusals`.
 template <class Tag, int D>
 void refuse(Adaptation<D>& r, AskingPass pass, std::span<const Task> tasks, std::size_t entities) {
     std::vector<Id<Tag>> ids;
@@ -293,8 +284,7 @@ void refuse(Adaptation<D>& r, AskingPass pass, std::span<const Task> tasks, std:
     r.refusals.template refuse<Tag>(pass, ids, entities);
 }
 
-/// Tasks for all edges whose length asks for one: `order_of(length)`, infinite where it does not; but for those whose
-/// refusal stands.
+/// Edges with finite `order_of(length)`, except cached rejections.
 template <int D, class OrderOf, class HasStood>
 [[nodiscard]] Outcome<std::vector<Task>> edge_tasks(const Adaptation<D>& r, OrderOf&& order_of, HasStood&& has_stood,
                                                     const Execution& execution) {
@@ -311,7 +301,7 @@ template <int D, class OrderOf, class HasStood>
         });
 }
 
-/// A pass over edges whose lengths ask for it, `pass.order_of(length)`.
+/// Runs a pass on these edges.
 template <int D, class EdgePass>
 [[nodiscard]] Outcome<Adapted<D>> run_on_edges(Adaptation<D> state, const AdaptationGoal<D>& goal, EdgePass pass,
                                                const Execution& execution) {
@@ -324,7 +314,7 @@ template <int D, class EdgePass>
     return Adapted<D>{std::move(state), *statistics};
 }
 
-/// Tasks for edges that a commit made.
+/// Tasks for created edges.
 template <int D, class OrderOf>
 void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, OrderOf&& order_of,
                     std::vector<Task>& tasks) {
@@ -333,7 +323,7 @@ void add_edge_tasks(const Adaptation<D>& r, const TopologyChanges& changes, Orde
             if (const double order = order_of(length_of(r, e)); order < infinite_order) tasks.push_back(task(order, e));
 }
 
-/// The same for elements by their shape, which is known, of a pass.
+/// The same for elements by known shape.
 template <int D, class OrderOf>
 [[nodiscard]] Outcome<std::vector<Task>> element_tasks(const Adaptation<D>& r, AskingPass pass, OrderOf&& order_of,
                                                        const Execution& execution) {

@@ -3,17 +3,17 @@ module;
 #include <cstddef>
 #include <span>
 #include <utility>
-/// Bernstein algebra in any degree and dimension, P2 edges and simplices, and the verb `elevate`.
+/// Bernstein algebra in any degree and dimension, P2 edges and simplices, and `elevate`.
 export module camber.bezier:bernstein;
 import camber.core;
 
 export namespace camber {
 
-/// α: K + 1 non-negative integers; its sum is the degree (paper §1.4).
+/// K + 1 non-negative integers; their sum is the degree (paper §1.4).
 template <int K>
 using MultiIndex = std::array<int, K + 1>;
 
-/// Barycentric coordinates on the reference K-simplex.
+/// Coordinates on the reference K-simplex.
 template <int K>
 using Barycentric = std::array<double, K + 1>;
 
@@ -24,7 +24,7 @@ using Barycentric = std::array<double, K + 1>;
     return b;
 }
 
-/// |I_N^K| = (N + K choose K): nodes of a K-simplex of degree N.
+/// |I_N^K| = (N + K choose K).
 template <int N, int K>
 inline constexpr int node_count = binomial(N + K, K);
 
@@ -36,7 +36,7 @@ inline constexpr std::array<MultiIndex<K>, node_count<N, K>> multi_indices = [] 
     alpha[0] = N;
     for (auto& slot : all) {
         slot = alpha;
-        // The successor: take one from the last non-zero entry before the end, give it and the tail to the next entry.
+        // Moves one from the last non-zero entry before the end, and the tail, to the next entry.
         int i = K - 1;
         while (i >= 0 && alpha[i] == 0) --i;
         if (i < 0) break;
@@ -48,7 +48,7 @@ inline constexpr std::array<MultiIndex<K>, node_count<N, K>> multi_indices = [] 
     return all;
 }();
 
-/// Position of α in multi_indices<N, K>; −1 if it is not there.
+/// Position in multi_indices<N, K>; −1 if absent.
 template <int N, int K>
 [[nodiscard]] constexpr int position(const MultiIndex<K>& alpha) {
     for (int i = 0; i < node_count<N, K>; ++i)
@@ -56,7 +56,7 @@ template <int N, int K>
     return -1;
 }
 
-/// n! / ∏ α_i!, with n the sum of α.
+/// n! / ∏ α_i! with n = Σ α_i.
 template <int K>
 [[nodiscard]] constexpr double multinomial(const MultiIndex<K>& alpha) {
     int sum = 0;
@@ -83,7 +83,7 @@ template <int K>
     return b;
 }
 
-/// φ_α^n(ξ) = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1): the Lagrange basis on the regular lattice α/n.
+/// φ_α^n(ξ) = ∏_i ∏_{m < α_i} (n ξ_i − m)/(m + 1): Lagrange basis on the regular lattice α/n.
 template <int K>
 [[nodiscard]] constexpr double lagrange(const MultiIndex<K>& alpha, const Barycentric<K>& xi) {
     int n = 0;
@@ -94,11 +94,10 @@ template <int K>
     return value;
 }
 
-/// An N × N matrix by its rows.
 template <std::size_t N>
 using SquareMatrix = std::array<std::array<double, N>, N>;
 
-/// Bézier → Lagrange: row β holds B_α^N(β/N).
+/// Bézier → Lagrange: row β contains B_α^N(β/N).
 template <int N, int K>
 inline constexpr auto bezier_to_lagrange = [] {
     SquareMatrix<node_count<N, K>> m{};
@@ -110,14 +109,14 @@ inline constexpr auto bezier_to_lagrange = [] {
     return m;
 }();
 
-/// The inverse of a matrix. `is_regular` is false if a pivot is at most 2^-300 in size: then the entries mean nothing.
+/// `is_regular` is false if a pivot is at most 2^-300 in size; then the entries are meaningless.
 template <std::size_t N>
 struct Inverse {
     SquareMatrix<N> matrix{};
     bool is_regular = true;
 };
 
-/// Inverts a matrix by Gauss–Jordan elimination with partial pivoting.
+/// Gauss–Jordan elimination with partial pivoting.
 template <std::size_t N>
 [[nodiscard]] constexpr Inverse<N> inverted(SquareMatrix<N> a) {
     Inverse<N> inverse;
@@ -148,11 +147,10 @@ template <std::size_t N>
     return inverse;
 }
 
-/// Lagrange → Bézier (paper §1.4), for values and for log-metrics alike.
+/// Lagrange → Bézier (paper §1.4), for values and for log-metrics.
 template <int N, int K>
 inline const SquareMatrix<node_count<N, K>> lagrange_to_bezier = inverted(bezier_to_lagrange<N, K>).matrix;
 
-/// Applies a basis change to values of any linear type.
 template <std::size_t N, class T>
 [[nodiscard]] constexpr std::array<T, N> transformed(const std::array<std::array<double, N>, N>& matrix,
                                                      const std::array<T, N>& values) {
@@ -162,7 +160,7 @@ template <std::size_t N, class T>
     return out;
 }
 
-/// The Bézier control point of a P2 edge: where its end tangents meet. It does not lie on the curve.
+/// Bézier control point of a P2 edge: the intersection of its end tangents, not a point of the curve.
 template <int D>
 struct ControlPoint {
     Vec<D> point;
@@ -183,7 +181,6 @@ template <int D>
     return {0.5 * (midpoint(p20, p02) + p11.point)};
 }
 
-/// A P2 edge by its Lagrange nodes (paper §2.2.1).
 template <int D>
 struct QuadraticEdge {
     Vec<D> p20;
@@ -194,8 +191,8 @@ struct QuadraticEdge {
         return {a, {midpoint(a, b)}, b};
     }
 
-    /// l(t) = (1−t)(1−2t) P_20 + 4t(1−t) P^l + t(2t−1) P_02, written from the straight edge and the node's offset so
-    /// that a straight edge stays straight to rounding.
+    /// l(t) = (1−t)(1−2t) P_20 + 4t(1−t) P^l + t(2t−1) P_02, computed from the straight edge and the node's offset, so
+    /// that a straight edge stays straight within rounding.
     [[nodiscard]] constexpr Vec<D> point(double t) const {
         return (1 - t) * p20 + t * p02 + 4 * t * (1 - t) * offset();
     }
@@ -203,7 +200,7 @@ struct QuadraticEdge {
     [[nodiscard]] constexpr Vec<D> derivative(double t) const { return (p02 - p20) + 4 * (1 - 2 * t) * offset(); }
 
     [[nodiscard]] constexpr Vec<D> chord() const { return p02 - p20; }
-    /// The node's distance vector from the middle of the chord.
+    /// Vector from the chord midpoint to the node.
     [[nodiscard]] constexpr Vec<D> offset() const { return mid.point - midpoint(p20, p02); }
 };
 
@@ -213,18 +210,17 @@ template <int D>
     return norm(edge.offset()) / norm(edge.chord());
 }
 
-/// Edge e of the mesh with its node.
 template <int D>
 [[nodiscard]] constexpr QuadraticEdge<D> edge_of(const QuadraticMesh<D>& mesh, EdgeId e) {
     const auto& [a, b] = mesh.edges.vertices[e];
     return {mesh.linear.points[a], mesh.mid_nodes[e], mesh.linear.points[b]};
 }
 
-/// Nodes of a P2 K-simplex: 3, 6, 10.
+/// 3, 6, 10.
 template <int K>
 inline constexpr int quadratic_nodes = (K + 1) * (K + 2) / 2;
 
-/// A P2 K-simplex in D dimensions by its Bézier points: the K + 1 vertices, then the edges' control points in the
+/// A P2 K-simplex in D dimensions by its Bézier points: K + 1 vertices, then the control points of the edges in the
 /// order of `local_edges`.
 template <int K, int D>
 struct QuadraticSimplex {
@@ -241,7 +237,7 @@ struct QuadraticSimplex {
         return p;
     }
 
-    /// ∂_a F − ∂_0 F for a = 1 … K: the columns of the Jacobian with respect to ξ_1 … ξ_K.
+    /// ∂_a F − ∂_0 F for a = 1 … K: columns of the Jacobian with respect to ξ_1 … ξ_K.
     [[nodiscard]] constexpr std::array<Vec<D>, K> derivatives(const Barycentric<K>& xi) const {
         std::array<Vec<D>, K + 1> partial{};
         for (int i = 0; i <= K; ++i) partial[i] = 2 * xi[i] * control[i];
@@ -255,7 +251,7 @@ struct QuadraticSimplex {
         return columns;
     }
 
-    /// The Bézier point of the local edge between local vertices i and j; the vertex itself when i = j.
+    /// Bézier point between local vertices i and j; the vertex if i = j.
     [[nodiscard]] constexpr const Vec<D>& at(int i, int j) const {
         if (i == j) return control[i];
         for (int e = 0; e < edges_per_simplex<K>; ++e) {
@@ -266,7 +262,6 @@ struct QuadraticSimplex {
     }
 };
 
-/// The Bézier form of a simplex of a mesh, from the mesh's Lagrange nodes.
 template <int K, int D>
 [[nodiscard]] inline QuadraticSimplex<K, D> bezier_form(const Column<Vec<D>>& points,
                                                         std::span<const LagrangeNode<D>> mid_nodes,
@@ -281,22 +276,20 @@ template <int K, int D>
     return s;
 }
 
-/// Element e of the mesh in Bézier form.
 template <int D>
 [[nodiscard]] inline QuadraticSimplex<D, D> element_of(const QuadraticMesh<D>& mesh, ElementId e) {
     return bezier_form<D, D>(mesh.linear.points, mesh.mid_nodes.view(), mesh.linear.elements.vertices[e],
                              mesh.edges.of_elements[e]);
 }
 
-/// Facet f of the mesh in Bézier form.
 template <int D>
 [[nodiscard]] inline QuadraticSimplex<D - 1, D> facet_of(const QuadraticMesh<D>& mesh, FacetId f) {
     return bezier_form<D - 1, D>(mesh.linear.points, mesh.mid_nodes.view(), mesh.linear.facets.vertices[f],
                                  mesh.edges.of_facets[f]);
 }
 
-/// The first verb: the same mesh in degree 2, each edge with its node at the middle of the chord. Exact: no point of
-/// any element moves. Errors: those of `unique_edges`, stopped.
+/// Converts a mesh to degree 2 with each node at the chord midpoint. Exact: no point of any element moves. Errors:
+/// those of `unique_edges`, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> elevate(LinearMesh<D> mesh, const Execution& execution) {
     auto edges = unique_edges(mesh, part_of(execution, 0, 0.82));

@@ -1,5 +1,5 @@
 /// Bernstein algebra in any degree and dimension, Lagrange functions of all shapes, quadrature rules, P2 edges and
-/// simplices, and the verb `elevate`.
+/// simplices, and `elevate`.
 export module camber.bezier;
 export import :bernstein;
 export import :lagrange;

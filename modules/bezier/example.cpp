@@ -1,5 +1,6 @@
-// camber.bezier: a straight mesh elevated to degree 2, its boundary nodes put onto a circle. The node that a mesh holds
-// (LagrangeNode) lies on the curve; the ControlPoint of the Bernstein form does not. They are two types.
+// camber.bezier: elevates a straight mesh to degree 2 and moves its boundary nodes onto a circle. The nodes of a mesh
+// (LagrangeNode) lie on the curve; the control points of the Bernstein form (ControlPoint) do not. Therefore they are
+// two types.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -11,7 +12,7 @@ import camber.bezier;
 
 using namespace camber;
 
-/// Of all triangles: det J has degree 2, for which the rule of the three edge middles is exact.
+/// Total area; the edge-midpoint rule is exact for det J of degree 2.
 static double area(const QuadraticMesh<2>& mesh) {
     double sum = 0;
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e)
@@ -46,7 +47,7 @@ int main() {
         return 1;
     }
     const double straight = area(*mesh);
-    auto nodes = take(mesh->mid_nodes);  // the column's buffer, to write on
+    auto nodes = take(mesh->mid_nodes);  // the column's buffer, writable
     for (std::size_t e = 0; e < nodes.size(); ++e)
         if (mesh->edges.vertices[e][0].index() != 0) nodes[e].point = normalised(nodes[e].point);  // not a spoke
     mesh->mid_nodes = std::move(nodes);

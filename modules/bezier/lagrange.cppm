@@ -8,11 +8,10 @@ import camber.core;
 
 export namespace camber {
 
-/// A point of a reference element; coordinates beyond the dimension are 0.
+/// Coordinates beyond the dimension are 0.
 using ReferencePoint = std::array<double, 3>;
 
-/// The Lagrange functions of an element at a point, in the order of `lagrange_nodes`, and their derivatives by the
-/// reference coordinates.
+/// Values and derivatives by reference coordinates, in the order of `lagrange_nodes`.
 template <Shape shape, int degree>
 struct LagrangeFunctions {
     std::array<double, element_nodes<shape, degree>> values{};
@@ -23,7 +22,7 @@ struct LagrangeFunctions {
 
 namespace camber {
 
-/// ∏_{m < n} (t − m)/(m + 1) and its derivative: a factor of a Lagrange function (Silvester's polynomial).
+/// ∏_{m < n} (t − m)/(m + 1) and its derivative: a factor of a Lagrange function.
 struct Silvester {
     double value = 1, derivative = 0;
 };
@@ -40,7 +39,7 @@ constexpr Silvester silvester(int n, double t) {
 
 export namespace camber {
 
-/// A shape as a product of simplices: the dimension of each, 0 for none. A pyramid is no product.
+/// Dimensions of the simplex factors of a shape, 0 for none. A pyramid is no such product.
 template <Shape shape>
 inline constexpr std::array<int, 3> factors = [] {
     switch (shape) {
@@ -55,8 +54,8 @@ inline constexpr std::array<int, 3> factors = [] {
     return std::array{0, 0, 0};
 }();
 
-/// Evaluates the Lagrange functions at a reference point: products of Silvester's polynomials of the barycentric
-/// coordinates of the shape's factors. Not for pyramids, whose functions are rational.
+/// Products of Silvester's polynomials in the barycentric coordinates of the shape's factors. Not for pyramids, whose
+/// functions are rational.
 template <Shape shape, int degree>
     requires(shape != Shape::pyramid)
 [[nodiscard]] constexpr LagrangeFunctions<shape, degree> lagrange_functions(const ReferencePoint& x) {

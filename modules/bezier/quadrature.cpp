@@ -19,7 +19,7 @@ struct Jacobi {
     double value = 0, derivative = 0;
 };
 
-/// P_n^(a, 0) and its derivative at x inside (−1, 1), by the three-term recurrence.
+/// P_n^(a, 0) and its derivative at x in (−1, 1), by the three-term recurrence.
 Jacobi jacobi(int n, double a, double x) {
     double before = 1, value = (a + (a + 2) * x) / 2;
     for (int k = 1; k < n; ++k) {
@@ -59,7 +59,7 @@ GaussJacobi gauss_jacobi(int n, int power) {
 
 template <int D>
 std::vector<RulePoint<D>> conical_rule(int n) {
-    // Direction after direction: ξ_d = t (what is left of the simplex), and ξ_0 is what is left at last.
+    // One direction at a time: ξ_d = t times the remainder; the last remainder is ξ_0.
     std::vector<RulePoint<D>> rule(1);
     rule[0].xi[0] = 1;
     for (int d = D - 1; d >= 0; --d) {

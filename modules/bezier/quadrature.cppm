@@ -8,34 +8,32 @@ import :lagrange;
 
 export namespace camber {
 
-/// ∫_0^1 f(t) (1 − t)^power dt ≈ Σ weight_i f(node_i), exact for polynomials of degree 2n − 1; nodes rise.
+/// ∫_0^1 f(t) (1 − t)^power dt ≈ Σ weight_i f(node_i), exact for polynomials of degree 2n − 1; nodes ascend.
 struct GaussJacobi {
     std::vector<double> nodes, weights;
 };
 
-/// The rule of n ≥ 1 nodes: Newton's method on the Jacobi polynomial P_n^(power, 0), found roots deflated.
+/// Precondition: n ≥ 1. Newton's method on the Jacobi polynomial P_n^(power, 0) with deflation of known roots.
 [[nodiscard]] GaussJacobi gauss_jacobi(int n, int power);
 
-/// A point of a quadrature rule on the reference simplex.
 template <int D>
 struct RulePoint {
     std::array<double, D + 1> xi{};  ///< barycentric coordinates
     double weight = 1;
 };
 
-/// Stroud's conical product of Gauss–Jacobi rules of n points a direction, exact for polynomials of degree 2n − 1.
-/// Weights are positive; their sum is 1/D!. ξ_D = t_D, ξ_{D−1} = t_{D−1} (1 − t_D), and so on; t_1 changes fastest.
+/// Stroud's conical product of Gauss–Jacobi rules with n points per direction, exact for polynomials of degree 2n − 1.
+/// The weights are positive with sum 1/D!. ξ_D = t_D, ξ_{D−1} = t_{D−1} (1 − t_D), and so on; t_1 changes fastest.
 template <int D>
 [[nodiscard]] std::vector<RulePoint<D>> conical_rule(int n);
 
-/// A point of a quadrature rule on a reference element.
 struct ReferenceRulePoint {
     ReferencePoint x{};
     double weight = 1;
 };
 
-/// Product of conical rules of n points a direction over the factors of a shape, exact for products of polynomials of
-/// degree 2n − 1. The sum of the weights is the volume of the reference element. Not for pyramids.
+/// Product of conical rules with n points per direction over the factors of a shape, exact for products of polynomials
+/// of degree 2n − 1. The sum of the weights is the volume of the reference element. Not for pyramids.
 template <Shape shape>
     requires(shape != Shape::pyramid)
 [[nodiscard]] std::vector<ReferenceRulePoint> reference_rule(int n);

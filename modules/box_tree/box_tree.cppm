@@ -14,13 +14,12 @@ import camber.core;
 
 export namespace camber {
 
-/// A balanced tree of boxes for nearest-item and overlap search; an immutable value.
+/// An immutable balanced tree for nearest-item and overlap search.
 template <int D>
 class BoxTree {
   public:
     BoxTree() = default;
 
-    /// Item i has the box boxes[i].
     explicit BoxTree(std::span<const Box<D>> boxes) {
         Buffer<std::uint32_t> order(boxes.size());
         std::iota(order.begin(), order.end(), 0U);
@@ -41,8 +40,8 @@ class BoxTree {
         double distance_squared = std::numeric_limits<double>::infinity();
     };
 
-    /// The item of least distance_squared(item) to p (ties: the lowest item); the function must not be below the
-    /// squared distance from p to the item's box. Only items nearer than `within` (squared) are looked at.
+    /// Item with the minimum distance_squared(item) to p; ties: the lowest item. Precondition: it is not below the
+    /// squared distance to the item's box. Only items nearer than `within` (squared) are considered.
     template <class DistanceSquared>
     [[nodiscard]] Nearest nearest(const Vec<D>& p, DistanceSquared&& distance_squared,
                                   double within = std::numeric_limits<double>::infinity()) const {
@@ -57,9 +56,8 @@ class BoxTree {
         double distance = std::numeric_limits<double>::infinity();  ///< s, in units of |d|
     };
 
-    /// The item that the ray p + s·d, s >= 0, meets first: that of the least s = meets(item), infinity where it does
-    /// not (ties: the lowest item). Items whose boxes it misses are not asked: boxes should be larger than the items by
-    /// the rounding of coordinates. Only what is met before `within` counts.
+    /// First item on the ray p + s·d, s >= 0: minimum s = meets(item), infinity for none; ties: the lowest item. Items
+    /// whose boxes the ray misses are skipped: boxes need a margin for rounding. Only hits before `within` count.
     template <class Meets>
     [[nodiscard]] Met first_along(const Vec<D>& p, const Vec<D>& d, Meets&& meets,
                                   double within = std::numeric_limits<double>::infinity()) const {
@@ -69,15 +67,13 @@ class BoxTree {
         return first;
     }
 
-    /// visit(item) for each item whose box contains p, and for a few whose box is near, in no particular but a fixed
-    /// order.
+    /// Calls visit(item) for each item whose box contains p and a few nearby, in a fixed order.
     template <class Visit>
     void containing(const Vec<D>& p, Visit&& visit) const {
         if (!nodes_.empty()) visit_containing(0, p, visit);
     }
 
-    /// visit(item) for each item whose box meets the box (touching is meeting), and for a few whose box is near, in no
-    /// particular but a fixed order.
+    /// Like `containing`, for boxes that overlap or touch `box`.
     template <class Visit>
     void meeting(const Box<D>& box, Visit&& visit) const {
         if (!nodes_.empty()) visit_meeting(0, box, visit);
@@ -136,7 +132,7 @@ class BoxTree {
             if (d <= best.distance_squared) descend(child, p, distance_squared, best);
     }
 
-    /// Where the ray comes into a box; infinity: nowhere.
+    /// Ray parameter where the ray enters the box; infinity: never.
     [[nodiscard]] static double entry(const Box<D>& box, const Vec<D>& p, const Vec<D>& d) {
         constexpr double never = std::numeric_limits<double>::infinity();
         double in = 0, out = never;

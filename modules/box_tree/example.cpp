@@ -1,4 +1,4 @@
-// camber.box_tree: which of many points is nearest to another one? The tree looks at a few of them.
+// camber.box_tree: finds the nearest of many points; the tree tests a few of them.
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -11,7 +11,7 @@ import camber.box_tree;
 using namespace camber;
 
 int main() {
-    // Points on a spiral, each in a box of its own.
+    // Points on a spiral, each with its own box.
     std::vector<Vec<2>> points;
     std::vector<Box<2>> boxes;
     for (int i = 0; i < 10000; ++i) {

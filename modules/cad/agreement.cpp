@@ -1,4 +1,4 @@
-// Checks on samples of facets that a model is that of the mesh, and finds its unit.
+// Checks on a sample of facets that a model is that of the mesh, and finds its unit.
 module;
 #include <algorithm>
 #include <array>
@@ -23,21 +23,21 @@ namespace camber {
 
 namespace {
 
-/// Facets of one reference, spread evenly over all that it has.
+/// Evenly spaced facets of one reference.
 struct SampledReference {
     Reference reference = 0;
-    std::size_t count = 0;  ///< of all its facets
+    std::size_t count = 0;  ///< all facets of the reference
     std::vector<FacetId> facets;
 };
 
-/// How much of a sample is astray. A facet's share is that of its vertices which are farther from the model's best face
-/// for it than half of its longest edge; all of it where that face runs across it.
+/// Share of a sample that is off the model ("astray"). A facet's share is that of its vertices farther from the best
+/// face than half of its longest edge; 1 if that face is transverse to it.
 struct SampleVerdict {
-    double share = 0;                        ///< of all facets, as the sample tells
-    std::size_t astray = 0, facets = 0;      ///< of those looked at
-    const SampledReference* lost = nullptr;  ///< more than half of it is astray, the most of all
+    double share = 0;                        ///< estimated over all facets
+    std::size_t astray = 0, facets = 0;      ///< in the sample
+    const SampledReference* lost = nullptr;  ///< reference with the largest share, if more than half
     std::size_t lost_astray = 0;
-    FacetId farthest;  ///< of those astray
+    FacetId farthest;  ///< among astray facets
 
     [[nodiscard]] bool fits() const {
         constexpr double most = 0.1;
@@ -45,15 +45,13 @@ struct SampleVerdict {
     }
 };
 
-/// So many facets of each reference, and of all together where references are few.
+/// Smallest sample of a reference; total size with few references.
 constexpr std::size_t min_of_each = 24, wanted = 512;
 
-/// How far a facet is from the model, and which share of it is astray.
 struct Looked {
     double share = 0, distance = 0;
 };
 
-/// Whether a point is at least so far from a face, in 2D a curve, by boxes alone.
 bool is_beyond(const CadModel& model, std::size_t face, const Vec<3>& p, double distance) {
     return model.parts().faces[face].reach.distance_squared(p) > distance * distance ||
            least_distance(model.parts(), face, p) > distance;
@@ -72,7 +70,7 @@ double away_from(const CadModel& model, std::size_t face, const Vec<D>& p) {
     return closest_on_virtual_face(model, face, p).foot.distance;
 }
 
-/// The sine of the angle between a facet and a face below its middle.
+/// Sine of the angle between a facet and the face at its middle.
 double sine_between(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& c) {
     const Vec<3> normal = normalised(cross(c[1] - c[0], c[2] - c[0]));
     return norm(cross(normal, closest_on_virtual_face(model, face, (c[0] + c[1] + c[2]) / 3).foot.normal));
@@ -86,7 +84,7 @@ template <int D>
 Looked looked_at(const CadModel& model, std::span<const std::size_t> candidates, const std::array<Vec<D>, D>& corners) {
     constexpr double across = 0.9, far = 0.5;
     const double longest = longest_side(corners);
-    // Boxes tell which vertices are elsewhere; searches from far away take long.
+    // Boxes identify distant facets; searches from far away are slow.
     const bool is_elsewhere = std::all_of(corners.begin(), corners.end(), [&](const Vec<D>& p) {
         return std::all_of(candidates.begin(), candidates.end(),
                            [&](std::size_t face) { return is_beyond(model, face, p, far * longest); });
@@ -107,7 +105,7 @@ Looked looked_at(const CadModel& model, std::span<const std::size_t> candidates,
     return out;
 }
 
-/// Of the facets whose reference is not among `elsewhere` (rising).
+/// `elsewhere`: excluded references, rising.
 template <int D>
 std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const Reference> elsewhere) {
     std::map<Reference, std::vector<FacetId>> all;
@@ -127,7 +125,7 @@ std::vector<SampledReference> sampled(const LinearMesh<D>& mesh, std::span<const
     return sample;
 }
 
-/// `factor`: of the mesh's coordinates. Errors: stopped.
+/// `factor`: scales the mesh's coordinates. Errors: stopped.
 template <int D>
 Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
                               std::span<const SampledReference> sample, std::span<const std::size_t> candidates,
@@ -172,7 +170,6 @@ Outcome<SampleVerdict> judged(const LinearMesh<D>& mesh, const CadModel& model,
     return verdict;
 }
 
-/// The box of those facets of which `is_part(f)`.
 template <int D, class IsPart>
 Box<D> box_of(const LinearMesh<D>& mesh, IsPart&& is_part) {
     Box<D> box;
@@ -185,7 +182,7 @@ Box<D> box_of(const LinearMesh<D>& mesh, IsPart&& is_part) {
 Box<3> box_of_face(const CadParts& parts, std::size_t face) {
     constexpr std::size_t places = 16;
     const occ::FaceFacts& facts = parts.kernel->faces[face];
-    if (facts.is_plane) return parts.faces[face].bounds;  // that of its edges
+    if (facts.is_plane) return parts.faces[face].bounds;  // box of its edges
     Box<3> box;
     for (const std::size_t edge : facts.edges) box.include(parts.edges[edge].bounds);
     const auto at = [&](std::size_t k, std::size_t i) {
@@ -198,8 +195,7 @@ Box<3> box_of_face(const CadParts& parts, std::size_t face) {
     return box;
 }
 
-/// Of some faces (in 2D curves, at whichever height): of their edges, and of points within them. Boxes of parameters
-/// reach beyond the edges of a face that is cut askew.
+/// Bounds of edges and of points within faces: parameter boxes reach beyond obliquely trimmed faces.
 template <int D>
 Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     Box<D> box;
@@ -212,7 +208,7 @@ Box<D> box_of(const CadParts& parts, std::span<const std::size_t> faces) {
     return box;
 }
 
-/// Whether the box of a straight mesh's boundary is that of a model multiplied by `factor`, but for its chords.
+/// True if the boxes agree for a straight mesh, with chords of its boundary.
 template <int D>
 bool agree(const Box<D>& mesh, const Box<D>& model, double factor) {
     const double most = near_enough * mesh.diagonal();
@@ -244,7 +240,6 @@ std::string text(double x) {
     return out.data();
 }
 
-/// The units of the mesh, but for that in which the model is, with which it fits: by the factor from it to the model's.
 template <class Fits>
 Outcome<std::vector<CadUnit>> fitting_units(const CadParts& parts, Fits&& fits) {
     const double here = parts.kernel->millimetres;
@@ -258,7 +253,7 @@ Outcome<std::vector<CadUnit>> fitting_units(const CadParts& parts, Fits&& fits) 
     return found;
 }
 
-/// The units with which the facets of a sample lie on the model.
+/// Units in which the sampled facets lie on the model.
 template <int D>
 Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const CadModel& model,
                                               std::span<const SampledReference> sample,
@@ -270,7 +265,7 @@ Outcome<std::vector<CadUnit>> units_of_sample(const LinearMesh<D>& mesh, const C
     });
 }
 
-/// The unit that an error advises; nothing where none fits.
+/// Unit for the advice of an error, if any fits.
 std::optional<std::string> first_of(const std::vector<CadUnit>& units) {
     if (units.empty()) return std::nullopt;
     return std::string(word_of(units.front()));
@@ -283,7 +278,6 @@ std::string remedy(const std::optional<std::string>& unit, bool is_whole) {
            "boundary, name the references of that";
 }
 
-/// What is to lie on the model.
 const char* subject(bool is_whole) {
     return is_whole ? "the mesh's boundary" : "the part of the mesh's boundary that is to lie on the CAD model";
 }
@@ -296,7 +290,6 @@ double distance_from(const CadModel& model, std::span<const std::size_t> candida
         return closest_on_face(model, *nearest_face(model, candidates, p), p).distance;
 }
 
-/// The corner of a facet that is farthest from the model, and how far.
 template <int D>
 std::pair<VertexId, double> farthest_corner(const LinearMesh<D>& mesh, const CadModel& model,
                                             std::span<const std::size_t> candidates, FacetId facet) {
@@ -307,7 +300,7 @@ std::pair<VertexId, double> farthest_corner(const LinearMesh<D>& mesh, const Cad
     return found;
 }
 
-/// Returns true if elements of one reference are on both sides of the facet.
+/// True if elements of one reference are on both sides.
 template <int D>
 bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, FacetId facet) {
     const auto& corners = mesh.facets.vertices[facet];
@@ -322,7 +315,6 @@ bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& b
     return sides.size() == 2 && sides[0] == sides[1];
 }
 
-/// Returns true if that holds of all facets of a reference.
 template <int D>
 bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, Reference reference) {
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -330,7 +322,7 @@ bool is_within_material(const LinearMesh<D>& mesh, const Incidence<ElementId>& b
     return true;
 }
 
-/// Returns true if a corner of the facet is farther from the model than `off_limit` of the longest side.
+/// True if a corner is farther from the model than `off_limit` of the longest side.
 template <int D>
 bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const std::size_t> candidates, FacetId facet) {
     const auto corners = facet_site(mesh, facet).corners;
@@ -340,7 +332,7 @@ bool is_off(const LinearMesh<D>& mesh, const CadModel& model, std::span<const st
     });
 }
 
-/// Which of the facets that were looked at are not on the model.
+/// Lists the sampled facets that are off the model.
 std::string strays_of(const auto& verdict, const char* facets) {
     const bool is_one = verdict.share <= 0.1 && verdict.lost != nullptr;
     const auto counted = [&](std::size_t astray, std::size_t all) {

@@ -1,4 +1,4 @@
-// Associates the boundary of a mesh with the faces, edges and vertices of a model.
+// Associates the boundary of a mesh with faces, edges and vertices of a model.
 module;
 #include <algorithm>
 #include <array>
@@ -31,9 +31,9 @@ std::vector<std::size_t> faces_of(const CadAssociation& association, std::span<c
 
 namespace {
 
-/// Two faces fit a facet nearly as well: neither its distance nor its normal says which.
+/// Two faces fit similarly well.
 bool is_unsure(const CadFit& fit) { return fit.face != no_face && fit.second <= doubt * fit.misfit; }
-/// The same where these faces do not meet smoothly.
+/// The same, and these faces do not meet smoothly.
 bool is_doubtful(const CadFit& fit) { return fit.face != no_face && fit.other <= doubt * fit.misfit; }
 
 template <int D>
@@ -41,14 +41,14 @@ std::array<Vec<D>, D> corners_of(const LinearMesh<D>& mesh, std::size_t f) {
     return facet_site(mesh, FacetId(f)).corners;
 }
 
-/// What says that facets belong together: their reference, and the entity of the mesher's model if they have one.
+/// Key of facets that belong together: reference, and the mesher's entity if known.
 using Class = std::pair<Reference, Reference>;
 template <int D>
 Class class_of(const LinearMesh<D>& mesh, std::size_t f) {
     return {mesh.facets.references[f], mesh.facets.entities.empty() ? 0 : mesh.facets.entities[f]};
 }
 
-/// The face on which nearly all sure facets of a class lie.
+/// Face of at least 90 % of the sure facets of a class.
 template <int D>
 std::map<Class, std::size_t> faces_of_classes(const LinearMesh<D>& mesh, std::span<const CadFit> fits) {
     constexpr double nearly_all = 0.9;
@@ -65,7 +65,6 @@ std::map<Class, std::size_t> faces_of_classes(const LinearMesh<D>& mesh, std::sp
     return out;
 }
 
-/// The faces of facets, doubts settled.
 template <int D>
 Buffer<std::uint32_t> chosen(const LinearMesh<D>& mesh, const CadModel& model, std::span<const CadFit> fits,
                              CadAssociation& out) {
@@ -104,20 +103,18 @@ void list_references(const LinearMesh<D>& mesh, CadAssociation& out) {
     }
 }
 
-/// What a vertex or an edge of the mesh is on.
 struct Met {
-    std::int64_t entity = -1;  ///< of the kind that as many faces make
+    std::int64_t entity = -1;  ///< edge or vertex, by the number of faces
     std::uint32_t faces = 0;
     double distance = 0;
-    double nearest = 0;  ///< of the faces around: where a mesh leaves out a fillet its edges are far and its faces near
+    double nearest = 0;  ///< from the faces around; if the mesh omits a fillet, edges are far and faces are near
     bool is_doubtful = false, is_corner = false, is_stray = false;
-    bool is_torn = false;          ///< near its faces, and far from the edge or the vertex that they have in common
-    bool is_within_group = false;  ///< between faces of one virtual face, on no edge of the model
-    EdgeLengthsAt edges = {};      ///< of a vertex
-    std::vector<std::pair<std::size_t, double>> off = {};  ///< of a vertex: faces that it is off, and how far
+    bool is_torn = false;          ///< near its faces, far from their common edge or vertex
+    bool is_within_group = false;  ///< between faces of one virtual face, on no edge
+    EdgeLengthsAt edges = {};
+    std::vector<std::pair<std::size_t, double>> off = {};  ///< vertices: distant faces, with distances
 };
 
-/// With the distances from these faces.
 template <int D>
 Met met_by_faces(const CadModel& model, std::span<const std::size_t> faces, const Vec<D>& p,
                  const EdgeLengthsAt& edges) {
@@ -152,13 +149,12 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> faces, con
         return out;
     }
     if (faces.size() == 2) return out;
-    // More than two faces may meet at an edge, too.
+    // An edge, too, can have more than two faces.
     const auto edge = edge_between(model, faces, std::span(&p, 1));
     out.is_doubtful = !edge || closest_on_edge(model, *edge, p).distance > at_one_place(model.parts());
     return out;
 }
 
-/// In 2D, where faces are curves.
 Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, const Vec<2>& p, double size,
                   const EdgeLengthsAt& edges) {
     Met out = met_by_faces<2>(model, curves, p, edges);
@@ -178,7 +174,7 @@ Met met_by_vertex(const CadModel& model, std::span<const std::size_t> curves, co
     return out;
 }
 
-/// On the edge at which the one face ends, where facets beside lie elsewhere.
+/// Rim of a face, beside facets off the model.
 Met met_by_rim(const CadModel& model, std::span<const std::size_t> face, const std::array<Vec<3>, 2>& ends) {
     const auto edge = edge_between(model, face, ends);
     if (!edge) return {};
@@ -205,7 +201,7 @@ std::size_t count_distinct(std::vector<std::int64_t> entities) {
     return static_cast<std::size_t>(std::unique(entities.begin(), entities.end()) - entities.begin());
 }
 
-/// The vertices of the mesh on each face, and in space on each edge between two of them at which the model turns.
+/// Vertices on each face, and (3D) on each edge between two faces that do not meet smoothly.
 struct Fits {
     std::map<std::size_t, VertexFit> faces, edges;
 };
@@ -221,7 +217,7 @@ void add_vertex(const CadModel& model, VertexId v, std::span<const std::size_t> 
         fits.edges[static_cast<std::size_t>(met.entity)].add(v, met.distance, met.edges);
 }
 
-/// The refused one with the largest share of vertices that are off, of equal ones the one that has the farthest.
+/// Refused entity with the largest share of off vertices, then the largest distance.
 std::optional<CadMisfit> misfit_of(const Fits& fits, std::size_t facet_vertices) {
     std::optional<CadMisfit> worst;
     std::pair<double, double> largest;
@@ -238,7 +234,6 @@ std::optional<CadMisfit> misfit_of(const Fits& fits, std::size_t facet_vertices)
     return worst;
 }
 
-/// Pairs of faces on both sides of places of the mesh.
 using Pairs = std::vector<std::array<std::size_t, 2>>;
 
 void add_pairs(std::span<const std::size_t> faces, Pairs& pairs) {
@@ -267,7 +262,7 @@ Outcome<Done> meet_vertices(const LinearMesh<D>& mesh, const CadModel& model, co
     if (!met) return fail(met.error());
     Fits fits;
     std::vector<std::int64_t> corners;
-    std::pair<bool, double> farthest;  // one that is torn tells of itself, however far others are
+    std::pair<bool, double> farthest;  // torn vertices come first, at any distance
     for (std::size_t v = 0; v < met->size(); ++v) {
         const Met& m = (*met)[v];
         if (const std::pair far(m.is_torn, m.distance); far > farthest) {
@@ -320,7 +315,7 @@ Outcome<Done> meet_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, con
     return Done{};
 }
 
-/// In 2D faces are curves, of which the faces that they bound and the vertices of meet_vertices tell the rest.
+/// In 2D faces are curves; counts the model's faces that they bound.
 void count_met(const CadModel& model, CadAssociation& out) {
     std::vector<std::int64_t> faces;
     for (const auto& [reference, curves] : out.of_references)
@@ -394,8 +389,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Sum of the largest distance of the vertices, the distance of the middle, and the sine of the angle between the
-/// normals times the facet's size; above `enough` perhaps less than that. `foot`: of the middle.
+/// Largest vertex distance + distance of the middle + sine of the angle between the normals × size. Above `enough` it
+/// may be underestimated. `foot`: of the middle.
 double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 3>& corners, const CadFoot& foot,
               double enough) {
     const Vec<3> normal = normalised(cross(corners[1] - corners[0], corners[2] - corners[0]));
@@ -408,7 +403,7 @@ double misfit(const CadModel& model, std::size_t face, const std::array<Vec<3>, 
     return sum + farthest;
 }
 
-/// Whether two faces are one and the same where a facet is.
+/// True if two faces coincide at a facet.
 bool coincide(const CadModel& model, std::size_t a, std::size_t b, const std::array<Vec<3>, 3>& corners) {
     constexpr double same = 1e-6, parallel = 1e-3;
     const double most = same * longest_side(corners);
@@ -420,8 +415,8 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b, const std::ar
     });
 }
 
-/// Calls visit(face) for the candidates (rising) whose boxes are not farther from p than `most()`, which may fall with
-/// each visit; the nearest first, as a rule.
+/// Calls visit(face) for candidates (rising) whose boxes are within `most()` of p, usually the nearest first. `most()`
+/// may fall with each visit.
 template <class Most, class Visit>
 void visit_near(const CadModel& model, std::span<const std::size_t> candidates, const Vec<3>& p, Most&& most,
                 Visit&& visit) {
@@ -448,7 +443,7 @@ bool bounds(const occ::EdgeFacts& edge, std::size_t face) {
 
 CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, const std::array<Vec<3>, 3>& corners) {
     const Vec<3> middle = (corners[0] + corners[1] + corners[2]) / 3;
-    // Faces that fit worse than twice the best are as good as any others. Twins differ by rounding.
+    // The order of faces worse than twice the best is irrelevant. Twins differ by rounding.
     const double rounding = 1e-6 * longest_side(corners);
     struct Fit {
         double misfit = 0;
@@ -466,7 +461,7 @@ CadFit best_face(const CadModel& model, std::span<const std::size_t> faces, cons
             fits.push_back({here, face, foot.parameters});
             enough = std::min(enough, std::max(doubt * here, here + rounding));
         });
-    // None where no distance is a number.
+    // All distances are NaN.
     if (fits.empty()) return {.face = faces.front(), .misfit = infinite, .second = infinite, .other = infinite};
     std::sort(fits.begin(), fits.end(),
               [](const Fit& a, const Fit& b) { return std::pair(a.misfit, a.face) < std::pair(b.misfit, b.face); });
@@ -505,7 +500,7 @@ std::optional<std::size_t> nearest_face(const CadModel& model, std::span<const s
 
 namespace {
 
-/// The edge between two faces, or the rim of one, that is nearest to these points.
+/// The closest edge between two faces, or of one face's rim.
 std::optional<std::size_t> edge_of_pair(const CadModel& model, std::size_t face, std::optional<std::size_t> other,
                                         std::span<const Vec<3>> points) {
     std::optional<std::size_t> best;
@@ -520,7 +515,6 @@ std::optional<std::size_t> edge_of_pair(const CadModel& model, std::size_t face,
     return best;
 }
 
-/// An edge of any of the faces that has these points.
 std::optional<std::size_t> edge_through(const CadModel& model, std::span<const std::size_t> faces,
                                         std::span<const Vec<3>> points) {
     for (const std::size_t face : faces)

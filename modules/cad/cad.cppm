@@ -1,5 +1,5 @@
-/// CAD models: read from STEP, IGES and BREP files, points put onto their faces and edges, the boundary of a mesh
-/// associated with them, and the geometry that this makes.
+/// CAD models: reads STEP, IGES and BREP files, projects points onto faces and edges, associates the boundary of a
+/// mesh, and provides the geometry.
 export module camber.cad;
 export import :geometry;
 export import :model;

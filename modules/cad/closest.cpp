@@ -1,4 +1,4 @@
-// Closest points on faces and edges of a model, by cells of their parameters.
+// Closest points on faces and edges, by cells of parameters.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Samples each way in a cell, and by which share of it the box of the samples is less than that of the cell.
+/// Intervals of samples each way in a cell, and the margin of the samples' box, relative to its diagonal.
 constexpr std::size_t samples = 4;
 constexpr double between_samples = 0.1;
 
@@ -45,7 +45,7 @@ EntityCells finished(std::vector<Cell> cells, const std::vector<Box<3>>& boxes) 
     return out;
 }
 
-/// Around points of a cell, along a surface's tangent plane in the middle of it.
+/// Box of points along the tangent plane in the middle of a cell.
 OrientedBox oriented_box(const std::vector<Vec<3>>& points, const occ::SurfaceJet& middle) {
     constexpr double around = 0.1;
     OrientedBox box;
@@ -156,7 +156,7 @@ OnSurface at(const CadParts& parts, std::size_t face, const Parameters& uv, cons
     return {uv, jet, norm_squared(vec(jet.point) - p)};
 }
 
-/// The distance of p from a whole surface that has a closed form, and the parameters of the foot.
+/// Distance from a whole closed-form surface, and parameters of the foot.
 struct ClosedFoot {
     double distance = 0;
     Parameters uv{};
@@ -178,14 +178,14 @@ Parameters clamped(const Parameters& uv, const Cell& within) {
     return {std::clamp(uv[0], within.low[0], within.high[0]), std::clamp(uv[1], within.low[1], within.high[1])};
 }
 
-/// A step, and which coordinates are at a bound that the distance falls beyond.
+/// A step; `held`: the coordinate is at a bound and the distance falls beyond it.
 struct Step {
     Parameters change{};
     std::array<bool, 2> held{};
 };
 
-/// Newton's for ½|S(u, v) − p|², in the coordinates that are not held; where that is not convex, that of its Gauss
-/// part, which a small multiple of its trace keeps from being singular at poles.
+/// Newton step for ½|S(u, v) − p|² in free coordinates. If not convex, uses the Gauss-Newton matrix. A small multiple
+/// of the trace avoids singularity at poles.
 Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     const occ::SurfaceJet& jet = from.jet;
     const Vec<3> r = from.point() - p, u = vec(jet.u), v = vec(jet.v);
@@ -207,7 +207,7 @@ Step step(const OnSurface& from, const Cell& within, const Vec<3>& p) {
     return out;
 }
 
-/// Whether a search is pressed against a bound of its cell beyond which the face goes on: what is nearest is there.
+/// True if the search is at a bound of its cell inside the face, so the closest point is beyond.
 bool leads_on(const Step& step, const Parameters& uv, const occ::FaceFacts& facts) {
     for (std::size_t k = 0; k < 2; ++k)
         if (step.held[k] && uv[k] > facts.low[k] && uv[k] < facts.high[k]) return true;
@@ -226,7 +226,7 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
         pressed = leads_on({change, held}, best.uv, parts.kernel->faces[face]) ? pressed + 1 : 0;
         if (pressed == max_pressed) break;
         OnSurface next = at(parts, face, clamped({best.uv[0] + change[0], best.uv[1] + change[1]}, within), p);
-        // As on an edge: the last steps look as if they led nowhere.
+        // Rounding hides the decrease of the last steps, as in `nearest_between`.
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
         for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving)
             next = at(parts, face, {0.5 * (next.uv[0] + best.uv[0]), 0.5 * (next.uv[1] + best.uv[1])}, p);
@@ -239,13 +239,13 @@ OnSurface nearest_within(const CadParts& parts, std::size_t face, const Paramete
     return best;
 }
 
-/// A parameter within its bounds, or by whole periods as near to them as can be.
+/// Parameter shifted by whole periods, as near to the middle of the bounds as possible.
 double turned(double x, double low, double high, double period) {
     if (!(period > 0)) return x;
     return x - period * std::round((x - 0.5 * (low + high)) / period);
 }
 
-/// The bounds of a face in the directions in which its surface does not close.
+/// Bounds of a face, extended by a period in periodic directions.
 Cell whole(const occ::FaceFacts& facts) {
     Cell cell{facts.low, facts.high};
     for (std::size_t k = 0; k < 2; ++k)
@@ -256,14 +256,12 @@ Cell whole(const occ::FaceFacts& facts) {
     return cell;
 }
 
-/// The parameters as the face has them.
 Parameters turned(const Parameters& uv, const occ::FaceFacts& facts) {
     Parameters out;
     for (std::size_t k = 0; k < 2; ++k) out[k] = turned(uv[k], facts.low[k], facts.high[k], facts.period[k]);
     return out;
 }
 
-/// The cell of a face that has these parameters.
 std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
     std::array<std::size_t, 2> cell{};
     for (std::size_t k = 0; k < 2; ++k) {
@@ -274,16 +272,15 @@ std::size_t cell_of(const occ::FaceFacts& facts, const Parameters& uv) {
     return cell[0] * facts.cells[1] + cell[1];
 }
 
-/// Whether another step of a search would not move its point, beside bounds that it is pressed against.
+/// True if the next step would not move the point, except beyond active bounds.
 bool is_settled(const CadParts& parts, const OnSurface& place, const Cell& within, const Vec<3>& p) {
-    constexpr double nothing = 1e-9;  // of the model's size
+    constexpr double nothing = 1e-9;  // relative to the model's size
     const Parameters change = step(place, within, p).change;
     return norm(change[0] * vec(place.jet.u) + change[1] * vec(place.jet.v)) <= nothing * parts.size;
 }
 
-/// The nearest point of the surface within the bounds of the face's parameters; of a surface with a closed form, of the
-/// whole surface. `near`: parameters of a point that is not far. The search from there finds the nearest point of its
-/// own cell; those of other cells are found as ever where their boxes are nearer.
+/// Closest point of the surface within the face's parameter bounds; for closed forms, of the whole surface. `near`:
+/// parameters of a nearby point; its search settles one cell, others are searched if their boxes are nearer.
 OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, const Parameters* near) {
     const occ::FaceFacts& facts = parts.kernel->faces[face];
     OnSurface best;
@@ -321,13 +318,12 @@ OnSurface nearest(const CadParts& parts, std::size_t face, const Vec<3>& p, cons
     return best;
 }
 
-/// The nearest point of a face's edges.
 struct OnEdge {
     std::size_t edge = 0;
     CadFoot foot;
 };
 
-/// Nothing where the face has no edges.
+/// Empty if the face has no edges.
 std::optional<OnEdge> nearest_edge(const CadModel& model, std::size_t face, const Vec<3>& p) {
     const CadParts& parts = model.parts();
     std::optional<OnEdge> best;
@@ -346,8 +342,8 @@ CadFoot foot_of(const CadModel& model, std::size_t face, const OnSurface& found,
             is_there ? 0 : distance};
 }
 
-/// Whether the nearest point of a face's surface is the nearest one of the face: it is there, or an edge of the face is
-/// as near. Edges are tried first, since OpenCASCADE takes longest for points on them.
+/// True if the surface's closest point is the face's: it is on the face, or an edge is as near. Edges are tested first:
+/// OpenCASCADE is slowest for points on them.
 bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found, const Vec<3>& p) {
     const CadParts& parts = model.parts();
     if (const auto known = parts.kernel->has_at_once(face, found.uv[0], found.uv[1])) return *known;
@@ -359,11 +355,11 @@ bool is_on_face(const CadModel& model, std::size_t face, const OnSurface& found,
     return std::any_of(edges.begin(), edges.end(), is_as_near) || parts.kernel->has(face, found.uv[0], found.uv[1]);
 }
 
-/// The nearest point of a face, and the edge that it is on where its surface goes on beyond.
+/// Closest point of a face, with its edge if the surface continues beyond it.
 struct OnFace {
     CadFoot foot;
     std::optional<std::size_t> edge;
-    double on_edge = 0;  ///< its parameter there
+    double on_edge = 0;  ///< parameter on the edge
 };
 
 OnFace closest(const CadModel& model, std::size_t face, const Vec<3>& p, const Parameters* near) {
@@ -371,7 +367,7 @@ OnFace closest(const CadModel& model, std::size_t face, const Vec<3>& p, const P
     const OnSurface found = nearest(parts, face, p, near);
     if (is_on_face(model, face, found, p)) return {foot_of(model, face, found, p), {}};
     const auto edge = nearest_edge(model, face, p);
-    // A point of an edge may be beyond the face by rounding, and its surface then is as near.
+    // A point on an edge may be off the face by rounding; the surface is then as near.
     if (!edge || edge->foot.distance <= std::sqrt(found.distance_squared)) return {foot_of(model, face, found, p), {}};
     const OnSurface below = nearest(parts, face, edge->foot.point, near);
     return {{edge->foot.point, point_on_face(model, face, below.uv).normal, below.uv, edge->foot.distance},
@@ -399,11 +395,11 @@ FaceWalk::Place FaceWalk::place_at(const Vec<3>& from, const Parameters& uv) con
     return {from, uv, model_->parts().kernel->on_surface(face_, uv[0], uv[1])};
 }
 
-/// Makes the last place that from which a search for the foot of p begins.
+/// Sets the start of the search for p's foot.
 void FaceWalk::go_near(const Vec<3>& p) {
     if (!first_of_row_ || !(norm_squared(first_of_row_->from - p) < norm_squared(last_->from - p))) return;
     last_ = first_of_row_;
-    first_of_row_.reset();  // this point is the first of the next row
+    first_of_row_.reset();  // p starts the next row
 }
 
 void FaceWalk::remember(const Place& place) {
@@ -418,8 +414,7 @@ double FaceWalk::distance(const Vec<3>& p) {
     return foot.distance;
 }
 
-/// Whether a place of the surface within the bound is on the face. An edge of the face within the bound answers sooner
-/// than OpenCASCADE.
+/// True if a surface point within the bound is on the face. Edges decide faster than OpenCASCADE.
 bool FaceWalk::is_face_within(double bound, const Vec<3>& p, const std::array<double, 2>& uv) {
     const occ::Kernel& kernel = *model_->parts().kernel;
     const Parameters own = turned(uv, kernel.faces[face_]);
@@ -451,7 +446,7 @@ bool FaceWalk::is_surface_within(double bound, const Vec<3>& p) {
     return false;
 }
 
-/// From its last place on an edge, else from the piece of the face's edges whose box is nearest.
+/// Starts at the last place on an edge, else at the piece of edge with the nearest box.
 bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
     if (edge_ && leads_within(bound, p)) return true;
     const CadParts& parts = model_->parts();
@@ -468,7 +463,7 @@ bool FaceWalk::is_edge_within(double bound, const Vec<3>& p) {
     return least <= bound * bound && leads_within(bound, p);
 }
 
-/// Whether a few steps along the edge come within the bound.
+/// True if a few steps along the edge come within the bound.
 bool FaceWalk::leads_within(double bound, const Vec<3>& p) {
     constexpr int max_steps = 4;
     const occ::EdgeFacts& facts = model_->parts().kernel->edges[*edge_];
@@ -503,7 +498,7 @@ EntityPoint<3> point_on_face(const CadModel& model, std::size_t face, const std:
     const occ::SurfaceJet jet = model.parts().kernel->on_surface(face, uv[0], uv[1]);
     const Vec<3> u = vec(jet.u), v = vec(jet.v);
     Vec<3> along_u = u, along_v = v;
-    // At a pole the derivative around it vanishes; a little way into the face it is that of the mixed one.
+    // At a pole the derivative around it vanishes; slightly inside, it has the direction of the mixed derivative.
     const auto inwards = [&](std::size_t k) { return uv[k] < 0.5 * (facts.low[k] + facts.high[k]) ? 1.0 : -1.0; };
     const auto reach = [&](std::size_t k) { return facts.high[k] - facts.low[k]; };
     if (norm(u) * reach(0) <= unseen * norm(v) * reach(1)) along_u = inwards(1) * vec(jet.uv);
@@ -527,7 +522,7 @@ OnCurve point_on_curve(const CadParts& parts, std::size_t edge, double t, const 
     return {t, jet, norm_squared(vec(jet.point) - p)};
 }
 
-/// Newton on (c(t) − p)·c'(t) = 0 between two parameters; where |c − p|² is not convex, by its Gauss part.
+/// Newton on (c(t) − p)·c'(t) = 0 between two parameters, with the Gauss part where |c − p|² is not convex.
 OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, double high, const Vec<3>& p) {
     constexpr int max_steps = 30;
     const double tiny = rounding(parts, p);
@@ -540,7 +535,7 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
         const double change = -slope / (whole > 0.1 * gauss ? whole : gauss);
         double t = std::clamp(best.t + change, low, high);
         OnCurve next = point_on_curve(parts, edge, t, p);
-        // A squared distance hides what is below the root of its rounding: the last steps look as if they led nowhere.
+        // Squared distances hide changes below the root of their rounding: the last steps seem to give no decrease.
         const double most = best.distance_squared * (1 + 1e-13) + tiny * tiny;
         for (int halving = 0; halving < 6 && next.distance_squared > most; ++halving) {
             t = 0.5 * (t + best.t);
@@ -554,7 +549,7 @@ OnCurve nearest_between(const CadParts& parts, std::size_t edge, double low, dou
     return best;
 }
 
-/// The nearest of all cells; those whose box is farther away than what is found are left out.
+/// Searches all cells whose boxes are near enough.
 OnCurve nearest_on_curve(const CadParts& parts, std::size_t edge, const Vec<3>& p) {
     const EntityCells& cells = parts.edges[edge];
     OnCurve best;

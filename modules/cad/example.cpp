@@ -1,5 +1,4 @@
-// camber.cad: the boundary of a straight mesh put back onto the CAD model that it samples. An octahedron, which knows
-// the unit ball by six points: the nodes of its edges go onto the model's sphere.
+// camber.cad: projects the boundary of a straight mesh (an octahedron) onto the CAD model of the unit ball.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -135,7 +134,7 @@ int main() {
     std::ofstream(path) << ball;
     const auto model = read_cad(path.string(), CadOptions{});
     std::filesystem::remove(path);
-    // A build without OpenCASCADE says what to do.
+    // Without OpenCASCADE the message says what to do.
     if (!model) std::printf("%s\n", describe(model.error()).c_str());
     if (!model) return !knows_cad() && model.error().kind == ErrorKind::unsupported ? 0 : 1;
     const auto right = example(*model, Execution{});

@@ -1,4 +1,4 @@
-// Sample points of a model, and the model with its association as a geometry of 3D meshes.
+// Samples of a model; the associated model as a geometry of 3D meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -22,7 +22,6 @@ namespace camber {
 
 namespace {
 
-/// Points of one entity, and what each stands for.
 struct Samples {
     std::vector<Vec<3>> points;
     std::vector<double> weights;
@@ -32,7 +31,7 @@ double middle_of(double low, double high, std::size_t i, std::size_t n) {
     return low + (high - low) * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
 }
 
-/// A grid of n by m parameters; those that the face has.
+/// Points of an n by m grid that are on the face.
 Samples grid_on_face(const CadModel& model, std::size_t face, std::size_t n, std::size_t m) {
     const occ::Kernel& kernel = *model.parts().kernel;
     const occ::FaceFacts& facts = kernel.faces[face];
@@ -57,7 +56,7 @@ double area_of(const Samples& samples) {
     return area;
 }
 
-/// The longest of some lines along each parameter of a face.
+/// Longest of some parameter lines, each way.
 std::array<double, 2> extents_of(const CadModel& model, std::size_t face) {
     constexpr std::size_t lines = 3, pieces = 16;
     const occ::Kernel& kernel = *model.parts().kernel;
@@ -78,7 +77,7 @@ std::array<double, 2> extents_of(const CadModel& model, std::size_t face) {
     return longest;
 }
 
-/// As many parts of a length as are about so long, within limits.
+/// Number of parts of about length `step`, within limits.
 std::size_t parts_of(double length, double step, std::size_t least, std::size_t most) {
     if (!(step > 0) || !(length > 0)) return least;
     return static_cast<std::size_t>(
@@ -91,7 +90,7 @@ Samples of_face(const CadModel& model, std::size_t face, double step) {
     const std::size_t n = parts_of(extents[0], step, least, most), m = parts_of(extents[1], step, least, most);
     Samples samples = grid_on_face(model, face, n, m);
     if (!samples.points.empty()) return samples;
-    // A face so narrow, or so broken, that it has none of them: a finer grid, which costs no more than others.
+    // Narrow or broken faces may have no grid point: use a finer grid, as costly as on other faces.
     return grid_on_face(model, face, std::min(finer * n, finest), std::min(finer * m, finest));
 }
 
@@ -118,7 +117,7 @@ void append(GeometrySamples<3>& to, const GeometryEntity& entity, const Samples&
     for (std::size_t i = 0; i < samples.points.size(); ++i) to.add(samples.points[i], samples.weights[i]);
 }
 
-/// Between the first two faces around an edge.
+/// Curve with the first two faces as sides.
 GeometryEntity curve(const occ::EdgeFacts& facts, std::size_t edge) {
     std::array<std::int64_t, 2> sides{GeometryEntity::unnumbered, GeometryEntity::unnumbered};
     for (std::size_t i = 0; i < 2 && i < facts.faces.size(); ++i) sides[i] = static_cast<std::int64_t>(facts.faces[i]);
@@ -130,7 +129,7 @@ GeometryEntity curve(const occ::EdgeFacts& facts, std::size_t edge) {
 
 template <>
 Outcome<GeometrySamples<2>> samples_of<2>(const CadModel& model, std::size_t wanted, const Execution& execution) {
-    constexpr double coarse = 0;  // some points a curve, which tell its length
+    constexpr double coarse = 0;  // a few points a curve, to estimate its length
     return guarded([&]() -> Outcome<GeometrySamples<2>> {
         const std::vector<std::size_t> curves = curves_of(model);
         double length = 0;
@@ -182,7 +181,6 @@ namespace {
 
 std::size_t index(std::int64_t number) { return static_cast<std::size_t>(number); }
 
-/// The corner that all facets have.
 std::optional<Vec<3>> common_corner(std::span<const FacetSite<3>> facets) {
     for (const Vec<3>& p : facets.front().corners) {
         const auto has = [&](const FacetSite<3>& f) {
@@ -251,7 +249,7 @@ class CadGeometryModel final : public GeometryModel<3> {
     [[nodiscard]] std::optional<Plane<3>> plane_at(const FacetSite<3>& facet) const override {
         const std::size_t face = face_of(facet);
         if (!cad_.model.parts().kernel->faces[face].is_plane) return std::nullopt;
-        // A facet that spans faces has no plane, even if its own face is one.
+        // A facet that spans faces is not planar, even if its own face is.
         const auto is_off = [&](const Vec<3>& p) {
             return closest_on_face(cad_.model, face, p).distance > at_one_place(cad_.model.parts());
         };
@@ -329,7 +327,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return name;
     }
 
-    /// Of a part of the boundary those of faces that it met, and of their edges.
+    /// A model of part of the boundary samples only faces with facets, and their edges.
     [[nodiscard]] Outcome<GeometrySamples<3>> own_samples(std::size_t wanted,
                                                           const Execution& execution) const override {
         auto whole = samples_of<3>(cad_.model, wanted, execution);
@@ -355,7 +353,6 @@ class CadGeometryModel final : public GeometryModel<3> {
         return std::any_of(faces.begin(), faces.end(), is_face_met);
     }
 
-    /// At a vertex of the mesh with these facets.
     [[nodiscard]] static Reach reach_at(std::span<const FacetSite<3>> around) {
         const auto& first = around.front().corners;
         double shortest = distance(first[0], first[1]);
@@ -365,7 +362,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return {near_enough * distance(first[0], first[1]), smooth_reach * shortest};
     }
 
-    /// What an edge of a mesh lies on, and of a chain of edges of the model the faces on both of its sides.
+    /// Entity of a mesh edge; on a chain of model edges, also both faces.
     struct EdgePlace {
         GeometryEntity entity;
         std::vector<std::size_t> chain = {};
@@ -379,14 +376,14 @@ class CadGeometryModel final : public GeometryModel<3> {
             const Junction at = junction_at(cad_.model, faces, points, reach);
             if (at.on == Junction::On::edge && at.distance <= reach.ridge)
                 return {curve(at.number, faces), at.is_chain ? faces : std::vector<std::size_t>{}};
-            // An edge of the mesh that lies along no edge of the model is on the nearest face.
+            // A mesh edge along no edge of the model is on the closest face.
             return {surface(at.on == Junction::On::face ? at.number : *nearest_face(cad_.model, faces, edge.middle()))};
         }
-        // A single facet is at the rim of an open model, or of the part of the boundary that is on it.
+        // A single facet is at the rim of an open model, or of the part on it.
         return {edge.facets.size() > 1 ? surface(faces[0]) : rim_of(faces, points)};
     }
 
-    /// The edge at which a face ends, where that is near; else the face.
+    /// Edge at which a face ends, if near; else the face.
     [[nodiscard]] GeometryEntity rim_of(const std::vector<std::size_t>& faces,
                                         const std::array<Vec<3>, 2>& ends) const {
         const GeometryEntity rim = curve_of(faces, ends);
@@ -397,7 +394,7 @@ class CadGeometryModel final : public GeometryModel<3> {
         return rim;
     }
 
-    /// The edge nearest to these points at which a face ends; where it has none, the face.
+    /// Closest rim edge; without a rim, the face.
     [[nodiscard]] GeometryEntity curve_of(const std::vector<std::size_t>& faces, std::span<const Vec<3>> points) const {
         const auto edge = edge_between(cad_.model, faces, points);
         return edge ? curve(*edge, faces) : surface(faces[0]);
@@ -408,13 +405,13 @@ class CadGeometryModel final : public GeometryModel<3> {
         };
         return {GeometryKind::curve, static_cast<std::int64_t>(edge), {side(0), side(1)}};
     }
-    /// The edge or the face of a junction; of nothing the first face.
+    /// Edge or face of a junction; by default the first face.
     [[nodiscard]] static GeometryEntity entity_of(const Junction& at, const std::vector<std::size_t>& faces) {
         if (at.on == Junction::On::edge) return curve(at.number, faces);
         return surface(at.on == Junction::On::face ? at.number : faces[0]);
     }
 
-    /// The point near p of a face, or of the virtual face that has it where facets span several.
+    /// Closest point of a face, or of its virtual face if facets span several.
     [[nodiscard]] VirtualFoot closest_from(std::size_t face, const Vec<3>& p) const {
         if (joined_[face] == no_face) return {face, closest_on_face(cad_.model, face, p)};
         return closest_on_virtual_face(cad_.model, face, p,

@@ -13,32 +13,32 @@ import camber.core;
 import camber.surface;
 import :model;
 
-/// A model in a plane z = constant as the geometry of 2D meshes: its edges are the curves, at whichever height.
+/// Model in a plane z = constant as geometry of 2D meshes: curves are its edges.
 export namespace camber {
 
-/// Errors (input): the model has no edges, or reaches out of a plane z = constant by more than 1e-7 of its size.
+/// Errors (input): no edges, or more than 1e-7 of the size out of a plane z = constant.
 [[nodiscard]] Outcome<Done> check_flatness(const CadModel& model);
 
-/// The model's edges, rising; of those that coincide (of faces that touch, each with its own) the first.
+/// The model's edges, rising; only the first of coincident edges of touching faces.
 [[nodiscard]] std::vector<std::size_t> curves_of(const CadModel& model);
 
-/// The point of an edge nearest to a point of the plane, and the unit normal there, to the right of the edge.
+/// Closest point of an edge and its unit normal, to the right of the edge.
 struct CadCurveFoot {
     Vec<2> point, normal;
     double t = 0, distance = 0;
 };
-/// As closest_on_edge: a point that lies there but for rounding stays as it is.
+/// Points on the curve within rounding are unchanged, as in `closest_on_edge`.
 [[nodiscard]] CadCurveFoot closest_on_curve(const CadModel& model, std::size_t edge, const Vec<2>& p);
 [[nodiscard]] EntityPoint<2> point_on_curve(const CadModel& model, std::size_t edge, double t);
 
-/// The nearest of some edges, the lowest of equally near ones; nothing of none.
+/// Empty if there are none; the lowest of equally near ones.
 [[nodiscard]] std::optional<std::size_t> nearest_curve(const CadModel& model, std::span<const std::size_t> edges,
                                                        const Vec<2>& p);
-/// As best_face; the misfit's last part is the length by the sine of the angle between the tangents.
+/// See `best_face`; the last term of the misfit is length × sine of the angle between the tangents.
 [[nodiscard]] CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges,
                                 const std::array<Vec<2>, 2>& ends);
 
-/// What facets can lie on: faces, in 2D curves; and the best of some.
+/// Entities for facets (faces, in 2D curves), and the best of some.
 template <int D>
 [[nodiscard]] std::vector<std::size_t> candidates(const CadModel& model) {
     if constexpr (D == 2) return curves_of(model);
@@ -55,8 +55,7 @@ template <int D>
         return best_face(model, candidates, corners);
 }
 
-/// The end nearest to p at which edges around a point (rising, at least one) meet: any of two edges or more, of one
-/// alone where it is closed with a kink. Nothing where there is none.
+/// Closest vertex at which edges around a point (rising, at least one) meet; a single edge must be closed with a kink.
 [[nodiscard]] std::optional<std::size_t> end_between(const CadModel& model, std::span<const std::size_t> edges,
                                                      const Vec<2>& p);
 [[nodiscard]] Vec<2> vertex_in_plane(const CadModel& model, std::size_t vertex);
@@ -77,26 +76,25 @@ namespace camber {
 
 export namespace camber {
 
-/// A CAD model as the geometry of a mesh: surfaces are its faces, curves its edges, corners its vertices, by the
-/// model's numbers. Facets of the mesh lie on what they are associated with; other facets (of a mesh that was made from
-/// it) on that face which fits them best of those that their reference lies on. An edge between two faces is on the
-/// model's edge there, even where both are smooth, if it lies along that edge; else on the nearest face. Faces that the
-/// mesh joins (CadAssociation::joined) are one surface for projections.
-/// In 2D surfaces are its edges, corners its vertices.
+/// A CAD model as the geometry of a mesh: surfaces are faces, curves edges, corners vertices (2D: surfaces are edges,
+/// corners vertices), with the model's numbers. Facets of the mesh lie on their associated faces, facets of derived
+/// meshes on the best-fitting face of their reference. A mesh edge between two faces lies on the model's edge, even a
+/// smooth one, if it follows that edge; else on the closest face. Joined faces (`CadAssociation::joined`) are one
+/// surface for projections.
 template <int D>
 struct CadGeometry {
     CadModel model;
     CadAssociation association;
-    LinearMesh<D> mesh;  ///< that of the association
+    LinearMesh<D> mesh;  ///< the associated mesh
 
-    /// Whether all of the mesh's boundary is on the model.
+    /// True if the whole boundary is on the model.
     [[nodiscard]] bool is_whole() const { return association.facets == mesh.facets.size(); }
-    /// Whether a facet is the one of its number of that mesh, and on the model.
+    /// True if the facet is that of its number in `mesh`, and on the model.
     [[nodiscard]] bool has(const FacetSite<D>& facet) const {
         return facet.id.valid() && facet.id.index() < mesh.facets.size() && association.faces[facet.id] != no_face &&
                facet_site(mesh, facet.id).corners == facet.corners;
     }
-    /// The faces (in 2D edges) that facets of a reference lie on; none of an unknown one.
+    /// Faces (2D: edges) of a reference.
     [[nodiscard]] std::span<const std::size_t> of_reference(Reference reference) const {
         const auto& all = association.of_references;
         const auto row = std::lower_bound(all.begin(), all.end(), reference,
@@ -104,7 +102,7 @@ struct CadGeometry {
         if (row == all.end() || row->first != reference) return {};
         return row->second;
     }
-    /// The faces (in 2D edges) that the mesh has facets on, rising.
+    /// Faces (2D: edges) with facets, rising.
     [[nodiscard]] std::vector<std::size_t> met() const {
         std::vector<std::size_t> all;
         for (const auto& [reference, faces] : association.of_references)
@@ -117,15 +115,14 @@ struct CadGeometry {
 [[nodiscard]] std::shared_ptr<const GeometryModel<2>> model_of(CadGeometry<2> cad);
 [[nodiscard]] std::shared_ptr<const GeometryModel<3>> model_of(CadGeometry<3> cad);
 
-/// Points of a model's faces, by parameters within their trims, and of its edges: about `wanted` on faces, as many a
-/// unit of area on each, but for small ones, which have some. Numbers of entities are those of the model; seams, along
-/// which a face meets itself, are among its edges. In 2D points of its curves alone (curves_of), as many a unit of
-/// length. Errors: stopped.
+/// Samples faces (by parameters within their trims) and edges, seams included. The number of points on faces is
+/// approximate, uniform by area, with a minimum for small faces. Entity numbers are the model's. 2D: only curves
+/// (`curves_of`), uniform by length. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_of(const CadModel& model, std::size_t wanted,
                                                      const Execution& execution);
 
-/// Those of the entities of which `is_wanted(entity)`.
+/// Samples of the entities for which `is_wanted(entity)`.
 template <int D, class IsWanted>
 [[nodiscard]] Outcome<GeometrySamples<D>> part_of_samples(const GeometrySamples<D>& whole, IsWanted&& is_wanted) {
     return guarded([&]() -> Outcome<GeometrySamples<D>> {
@@ -139,36 +136,34 @@ template <int D, class IsWanted>
     });
 }
 
-/// What is done about vertices of the boundary that are off the model.
+/// Treatment of boundary vertices off the model.
 enum class CadVertices : std::uint8_t { keep, move };
 [[nodiscard]] constexpr auto words(CadVertices) {
     return words_of(Word{CadVertices::keep, "keep"}, Word{CadVertices::move, "move"});
 }
 
-/// Vertices where they are brought onto the model.
 template <int D>
 struct VerticesOnModel {
-    Column<Vec<D>> points;   ///< of all vertices
-    std::size_t moved = 0;   ///< that are elsewhere than they were
-    std::size_t held = 0;    ///< of those that were off: short of their places, which an element does not allow
-    double largest = 0;      ///< of the moves
-    VertexId farthest = {};  ///< that made it
+    Column<Vec<D>> points;   ///< all vertices
+    std::size_t moved = 0;   ///< vertices with a new position
+    std::size_t held = 0;    ///< off vertices that elements keep from their targets
+    double largest = 0;      ///< largest move
+    VertexId farthest = {};  ///< vertex of the largest move
 };
 
-/// Moves vertices of facets on the model, each to the nearest point of what it lies on: of the model's vertex where
-/// three faces (in 2D two curves) meet, of its edge where two do, else of the virtual face; at the end of the part that
-/// is on the model of that face's rim, or, beside a surface that `geometry` (the model with those) prescribes, of the
-/// curve of both. No element keeps less than a fifth of its volume, no facet less than a fifth of its area seen along
-/// its normal: where one would, its vertices go half of the way, six times, and then not at all. Required vertices
-/// stay. Errors: stopped.
+/// Moves vertices of facets on the model to the closest point of their entity: the model's vertex for three faces (2D:
+/// two curves), the edge for two, else the virtual face. At the end of the part on the model, this is the face's rim.
+/// Beside a surface prescribed by `geometry` (which contains the model), it is the curve of both. Elements preserve a
+/// fifth of their volume, facets a fifth of their area along their normal: otherwise moves are halved up to six times,
+/// then dropped. Required vertices are fixed. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
                                                         const LinearMesh<D>& mesh, const Geometry<D>& geometry,
                                                         const Execution& execution);
 
-/// Checks that the mesh belongs to the model. Errors (input): too many of its vertices are off a face or an edge
-/// (CadAssociation::misfit); the farthest is named, with its distance, the number of vertices that are off, and how to
-/// move them onto the model, unless `vertices` says that they were moved.
+/// Checks that the mesh fits the model. Errors (input): too many vertices are off a face or an edge
+/// (`CadAssociation::misfit`). Reports the farthest vertex, its distance, the number of off vertices, and, unless
+/// `vertices` is `move`, how to move them.
 template <int D>
 [[nodiscard]] Outcome<Done> check_vertices(const CadAssociation& association, CadVertices vertices);
 

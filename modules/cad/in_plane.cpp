@@ -1,4 +1,4 @@
-// Models in a plane as geometries of 2D meshes.
+// Planar models as geometries of 2D meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -27,12 +27,12 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 Vec<3> raised(const CadParts& parts, const Vec<2>& p) { return {{p[0], p[1], parts.of_edges.low[2]}}; }
 
-/// To the right of a tangent: out of the domain where the curve runs around it counterclockwise.
+/// Normal to the right of a tangent: outwards on a counterclockwise boundary.
 Vec<2> normal_to(const Vec<2>& tangent) {
     return norm(tangent) > 0 ? normalised(Vec<2>{{tangent[1], -tangent[0]}}) : Vec<2>{};
 }
 
-/// Whether two edges have the same points, but for 1e-5 of their size.
+/// True if two edges coincide within 1e-5 of their size.
 bool coincide(const CadModel& model, std::size_t a, std::size_t b) {
     constexpr double same = 1e-5;
     constexpr int samples = 8;
@@ -49,7 +49,7 @@ bool coincide(const CadModel& model, std::size_t a, std::size_t b) {
     return true;
 }
 
-/// The largest distance of the ends, that of the middle, and the sine of the angle between the tangents by the length.
+/// Largest distance of the ends + that of the middle + length × sine of the angle between the tangents.
 double misfit(const CadModel& model, std::size_t edge, const std::array<Vec<2>, 2>& ends) {
     const Vec<2> chord = ends[1] - ends[0];
     const CadCurveFoot foot = closest_on_curve(model, edge, midpoint(ends[0], ends[1]));
@@ -57,7 +57,7 @@ double misfit(const CadModel& model, std::size_t edge, const std::array<Vec<2>, 
            std::max(closest_on_curve(model, edge, ends[0]).distance, closest_on_curve(model, edge, ends[1]).distance);
 }
 
-/// Whether an edge begins where it ends, in another direction.
+/// True for a closed edge with a corner at its ends.
 bool has_kink(const occ::Kernel& kernel, std::size_t edge) {
     constexpr double min_sine = 1e-3;
     const occ::EdgeFacts& facts = kernel.edges[edge];
@@ -70,7 +70,7 @@ bool has_kink(const occ::Kernel& kernel, std::size_t edge) {
 }  // namespace
 
 Outcome<Done> check_flatness(const CadModel& model) {
-    constexpr double flat = 1e-7;  // of the size, as OpenCASCADE's own tolerance
+    constexpr double flat = 1e-7;  // relative to the size, as OpenCASCADE's tolerance
     const CadParts& parts = model.parts();
     if (parts.edges.empty())
         return fail(ErrorKind::input, "the model has no edges to put a mesh in 2D onto", {}, {},
@@ -101,7 +101,7 @@ CadCurveFoot closest_on_curve(const CadModel& model, std::size_t edge, const Vec
     const CadFoot foot = closest_on_edge(model, edge, at);
     const double t = foot.parameters[0];
     const Vec<2> point = in_plane(foot.point), normal = point_on_curve(model, edge, t).normal;
-    // Heights within the tolerance of the plane are none.
+    // Heights within the tolerance count as zero.
     const double away = distance(point, p);
     if (away <= 4 * rounding(parts, at)) return {p, normal, t, 0};
     return {point, normal, t, away};
@@ -132,7 +132,7 @@ CadFit best_curve(const CadModel& model, std::span<const std::size_t> edges, con
     CadFit best{edges.front(), infinite, infinite, infinite};
     const VirtualFaces& joined = model.parts().virtual_curves;
     for (const std::size_t edge : edges) {
-        // What is worse than twice the best is told from it: how much worse is no matter.
+        // Exact values above twice the best are irrelevant.
         const double enough = doubt * best.misfit;
         if (model.parts().edges[edge].reach.distance_squared(middle) > enough * enough) continue;
         const double here = misfit(model, edge, ends);
@@ -167,7 +167,7 @@ Vec<2> vertex_in_plane(const CadModel& model, std::size_t vertex) { return in_pl
 
 namespace {
 
-/// The model's edges as the curves of a 2D mesh, which take the part of surfaces there.
+/// Edges of the model as curves of a 2D mesh.
 class CurvesModel final : public GeometryModel<2> {
   public:
     explicit CurvesModel(CadGeometry<2> cad)
@@ -253,7 +253,7 @@ class CurvesModel final : public GeometryModel<2> {
         return name;
     }
 
-    /// Of a part of the boundary those of the edges that it met.
+    /// For part of the boundary, only edges with facets.
     [[nodiscard]] Outcome<GeometrySamples<2>> own_samples(std::size_t wanted,
                                                           const Execution& execution) const override {
         auto whole = samples_of<2>(cad_.model, wanted, execution);
@@ -274,7 +274,7 @@ class CurvesModel final : public GeometryModel<2> {
         return cad_.model.parts().kernel->edges[curve];
     }
 
-    /// The point near p of a curve, or of the curves joined to it where facets span several.
+    /// Closest point of a curve, including joined curves.
     [[nodiscard]] VirtualCurveFoot closest_from(std::size_t curve, const Vec<2>& p) const {
         if (joined_[curve] == no_face) return {curve, closest_on_curve(cad_.model, curve, p)};
         return closest_on_virtual_face(cad_.model, curve, p,

@@ -1,4 +1,4 @@
-// Loads the OpenCASCADE library, and reads, packs and copies models.
+// Loads the OpenCASCADE library; reads, packs and copies models.
 module;
 #include <algorithm>
 #include <array>
@@ -26,20 +26,19 @@ namespace {
 struct Library {
     occ::Open* open = nullptr;
     occ::Restore* restore = nullptr;
-    std::string missing;  ///< why it cannot be used
+    std::string missing;  ///< reason of a failure
 };
 
 Library loaded() {
     Library library;
-    // Where it was installed with the program, which may have moved; else where it was built, or was meant to be
-    // installed.
+    // Search order: installed beside the program (which may have moved), built, install prefix.
     for (const char* const name :
          {"$ORIGIN/../" CAMBER_OCC_BESIDE, "$ORIGIN/" CAMBER_OCC_FILE, CAMBER_OCC_BUILT, CAMBER_OCC_INSTALLED}) {
         void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
         if (handle == nullptr) {
             const char* const said = dlerror();
             const std::string why = said != nullptr ? said : "no such library";
-            // A place where it is not says nothing; what it lacks where it is, does.
+            // A missing file is not reported; a broken library is.
             if (why.starts_with(name) && why.ends_with("No such file or directory")) continue;
             library.missing += (library.missing.empty() ? "" : "; ") + why;
             continue;
@@ -54,7 +53,7 @@ Library loaded() {
     return library;
 }
 
-/// The kernel that `open(library, opened)` makes; errors name `path`.
+/// Kernel from `open(library, opened)`; errors name `path`.
 template <class Open>
 Outcome<std::unique_ptr<const occ::Kernel>> kernel_by(const std::string& path, Open&& open) {
     static const Library library = loaded();
@@ -143,7 +142,7 @@ CadLosses CadModel::losses() const {
 
 namespace {
 
-/// The model of a kernel; errors name `path`.
+/// Errors name `path`.
 Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const std::string& path) {
     if (kernel->edges.empty() && kernel->faces.empty())
         return fail(ErrorKind::input, "the model has no faces and no edges", path, {},
@@ -166,7 +165,7 @@ Outcome<CadModel> model_with(std::unique_ptr<const occ::Kernel> kernel, const st
     for (std::size_t f = 0; f < parts->kernel->faces.size(); ++f) {
         EntityCells cells = cells_of_face(*parts->kernel, f);
         if (parts->kernel->faces[f].is_plane) {
-            // The rectangle of its parameters may be larger than a plane face: its edges tell.
+            // A planar face may be smaller than its parameter rectangle: its edges give the bounds.
             cells.bounds = cells.reach = {};
             for (const std::size_t e : parts->kernel->faces[f].edges) {
                 cells.bounds.include(parts->edges[e].bounds);

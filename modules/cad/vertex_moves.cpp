@@ -1,4 +1,4 @@
-// Moves vertices of the boundary onto vertices and edges of the model.
+// Moves boundary vertices onto the model.
 module;
 #include <algorithm>
 #include <array>
@@ -21,17 +21,16 @@ namespace camber {
 
 namespace {
 
-/// A vertex of the mesh may move to one of the model from as far as this share of its edges.
+/// Largest distance to a model vertex, as a share of the edge length.
 constexpr double vertex_reach = 0.5;
 
-/// Target positions of vertices of the boundary.
 class Targets {
   public:
     Targets(const CadModel& model, const CadAssociation& association, const LinearMesh<3>& mesh,
             const Geometry<3>& geometry)
         : model_(model), association_(association), mesh_(mesh), geometry_(geometry) {}
 
-    /// Nothing where it has no facet on the model, or where it is not known what it lies on.
+    /// Empty without facets on the model, or without a known entity.
     [[nodiscard]] std::optional<Vec<3>> operator()(std::span<const FacetId> facets, const Vec<3>& p) const {
         const auto faces = faces_of(association_, facets);
         if (faces.empty()) return std::nullopt;
@@ -58,7 +57,7 @@ class Targets {
             case Junction::On::edge: return closest_on_edge(model_, at.number, p).point;
             case Junction::On::vertex: {
                 if (at.distance <= near) return model_.vertex(at.number);
-                // More than two faces may meet at an edge, too.
+                // An edge, too, can have more than two faces.
                 const auto edge = edge_between(model_, faces, std::span(&p, 1));
                 const auto foot = edge ? std::optional(closest_on_edge(model_, *edge, p)) : std::nullopt;
                 if (foot && foot->distance < 0.5 * at.distance) return foot->point;
@@ -69,7 +68,7 @@ class Targets {
         }
         return std::nullopt;
     }
-    /// At the end of the part that is on the model.
+    /// For the end of the part on the model.
     [[nodiscard]] std::optional<Vec<3>> at_rim(std::span<const std::size_t> face, std::span<const FacetId> facets,
                                                const Vec<3>& p, double near) const {
         EdgeSite<3> site{{}, EdgeKind::ridge, {p, p}, {}};
@@ -92,7 +91,6 @@ class Targets {
     const Geometry<3>& geometry_;
 };
 
-/// The same in 2D.
 class TargetsInPlane {
   public:
     TargetsInPlane(const CadModel& model, const CadAssociation& association, const LinearMesh<2>& mesh,
@@ -136,7 +134,7 @@ class TargetsInPlane {
 template <int D>
 using TargetsOf = std::conditional_t<D == 2, TargetsInPlane, Targets>;
 
-/// How far each vertex goes on its way: a share, 0 where it stays.
+/// Share of each vertex's move; 0: fixed.
 template <int D>
 struct Ways {
     const LinearMesh<D>& mesh;
@@ -157,7 +155,7 @@ struct Ways {
 
 constexpr double kept = 0.2;
 
-/// Whether an element keeps a share of its volume; what had none has none to keep.
+/// True if the element preserves a share of its volume, or had none.
 template <int D>
 bool is_sound(const Ways<D>& ways, const SimplexVertices<D>& element) {
     std::array<Vec<D>, D + 1> before, after;
@@ -169,11 +167,11 @@ bool is_sound(const Ways<D>& ways, const SimplexVertices<D>& element) {
     return volume <= 0 || signed_volume<D>(after) >= kept * volume;
 }
 
-/// The normal of a triangle, as long as its area is large; in 2D an edge from end to end.
+/// Normal with the triangle's area (doubled) as length; 2D: the edge vector.
 Vec<3> area_vector(const std::array<Vec<3>, 3>& c) { return cross(c[1] - c[0], c[2] - c[0]); }
 Vec<2> area_vector(const std::array<Vec<2>, 2>& c) { return c[1] - c[0]; }
 
-/// Whether a facet keeps a share of its area, seen along its normal.
+/// True if the facet preserves a share of its area along its normal.
 template <int D>
 bool is_sound_facet(const Ways<D>& ways, const SimplexVertices<D - 1>& facet) {
     std::array<Vec<D>, D> before, after;
@@ -185,7 +183,6 @@ bool is_sound_facet(const Ways<D>& ways, const SimplexVertices<D - 1>& facet) {
     return dot(normal, area_vector(after)) >= kept * dot(normal, normal);
 }
 
-/// The simplices that would be flat or inverted.
 template <int D, class Simplices, class IsSound>
 Outcome<std::vector<std::size_t>> flattened(const Ways<D>& ways, const Simplices& simplices, IsSound&& sound,
                                             const Execution& execution) {
@@ -199,7 +196,7 @@ Outcome<std::vector<std::size_t>> flattened(const Ways<D>& ways, const Simplices
     return found;
 }
 
-/// Halves the ways of vertices of simplices that would be flat, and after some rounds drops them, until none is flat.
+/// Halves moves at flat simplices, finally drops them, until none is flat.
 template <int D>
 Outcome<Done> hold_back(Ways<D>& ways, const Execution& execution) {
     constexpr int halvings = 6;
@@ -244,7 +241,7 @@ template <int D>
 Outcome<VerticesOnModel<D>> vertices_onto(const CadModel& model, const CadAssociation& association,
                                           const LinearMesh<D>& mesh, const Geometry<D>& geometry,
                                           const Execution& execution) {
-    constexpr double off = 1e-12;  // of the model's size; what is nearer is there but for rounding
+    constexpr double off = 1e-12;  // relative to the model's size; below it is rounding
     return guarded([&]() -> Outcome<VerticesOnModel<D>> {
         const auto around = facet_balls(mesh, without_progress(execution));
         if (!around) return fail(around.error());

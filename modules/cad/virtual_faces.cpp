@@ -1,4 +1,4 @@
-// Virtual faces, junctions of faces, and facets that span several faces.
+// Virtual faces, junctions, and facets that span faces.
 module;
 #include <algorithm>
 #include <array>
@@ -48,14 +48,13 @@ VirtualFaces grouped(std::vector<std::vector<std::size_t>> beside) {
     return out;
 }
 
-/// The direction in which an edge leaves one of its ends.
+/// Direction of an edge at an end, into the edge.
 Vec<3> leaving(const occ::Kernel& kernel, std::size_t edge, bool is_first) {
     const occ::EdgeFacts& facts = kernel.edges[edge];
     const Vec<3> tangent = vec(kernel.on_curve(edge, is_first ? facts.first : facts.last).first);
     return normalised(is_first ? tangent : -tangent);
 }
 
-/// The ends of edges at each vertex of the model.
 std::vector<std::vector<std::pair<std::size_t, bool>>> ends_at_vertices(const occ::Kernel& kernel) {
     std::vector<std::vector<std::pair<std::size_t, bool>>> ends(kernel.vertices.size());
     for (std::size_t e = 0; e < kernel.edges.size(); ++e)
@@ -71,10 +70,10 @@ std::vector<std::vector<std::pair<std::size_t, bool>>> ends_at_vertices(const oc
     return ends;
 }
 
-/// Points whose foot is nearer than this share of the model's size lie on the face.
+/// Distance, as a share of the model's size, that counts as on the face.
 double negligible(const CadModel& model) { return 1e-9 * model.parts().size; }
 
-/// Whether the nearest point is one of a face's rim, beyond which the face would be nearer if it went on.
+/// True if the foot is on a rim and the face, if extended, would be nearer.
 template <int D>
 bool is_on_rim(const CadModel& model, const Vec<D>& foot, const Vec<D>& normal, const Vec<D>& p) {
     constexpr double parallel = 1e-3;
@@ -83,7 +82,6 @@ bool is_on_rim(const CadModel& model, const Vec<D>& foot, const Vec<D>& normal, 
     return length > negligible(model) && norm(away - dot(away, normal) * normal) > parallel * length;
 }
 
-/// The walk from face to face, in space and in a plane.
 template <class Found, int D>
 Found walked(const CadModel& model, Found best, const VirtualFaces& faces, const Vec<D>& p, const MayTake& may_take,
              auto&& foot_on) {
@@ -111,7 +109,7 @@ double farthest_from(const CadModel& model, std::size_t edge, std::span<const Ve
     return farthest;
 }
 
-/// The virtual faces of these, by the numbers of their lowest faces, rising.
+/// Virtual faces, by lowest faces, rising.
 std::vector<std::uint32_t> groups_of(const CadModel& model, std::span<const std::size_t> faces) {
     std::vector<std::uint32_t> groups;
     groups.reserve(faces.size());
@@ -121,7 +119,7 @@ std::vector<std::uint32_t> groups_of(const CadModel& model, std::span<const std:
     return groups;
 }
 
-/// The faces, and those that are at most two smooth edges away, rising.
+/// With faces at most two smooth edges away, rising.
 std::vector<std::size_t> with_neighbours(const CadModel& model, std::span<const std::size_t> faces) {
     std::vector<std::size_t> all(faces.begin(), faces.end());
     for (int ring = 0; ring < 2; ++ring) {
@@ -136,7 +134,7 @@ std::vector<std::size_t> with_neighbours(const CadModel& model, std::span<const 
     return all;
 }
 
-/// The chain of edges between the two virtual faces of these faces, where all points are within reach of it.
+/// Chain of edges between two virtual faces within reach of all points.
 std::optional<Junction> chain_at(const CadModel& model, std::span<const std::size_t> faces,
                                  std::span<const Vec<3>> points, double reach) {
     Junction junction{.on = Junction::On::edge, .is_chain = true};
@@ -152,7 +150,6 @@ std::optional<Junction> chain_at(const CadModel& model, std::span<const std::siz
     return junction;
 }
 
-/// Of these faces the nearest to the middle of the points.
 Junction nearest_of(const CadModel& model, std::span<const std::size_t> faces, std::span<const Vec<3>> points) {
     Vec<3> middle;
     for (const Vec<3>& p : points) middle += p / static_cast<double>(points.size());
@@ -228,7 +225,7 @@ Junction junction_at(const CadModel& model, std::span<const std::size_t> faces, 
     if (edge && junction.distance <= reach.smooth) return junction;
     if (groups == 1) return nearest_of(model, faces, points);
     const bool is_near = edge && !is_smooth && junction.distance <= reach.ridge;
-    // The edge between these two faces may have ended, and another one of the chain goes on.
+    // The edge between these two faces may have ended; another edge continues the chain.
     if (groups == 2)
         if (const auto chain = chain_at(model, faces, points, reach.ridge))
             if (!is_near || chain->distance < junction.distance) return *chain;
@@ -251,7 +248,7 @@ Junction junction_at_vertex(const CadModel& model, std::span<const std::size_t> 
 
 namespace {
 
-/// Faces that are joined with others, each set named by its lowest face.
+/// Union-find of faces, named by the lowest.
 class JoinedFaces {
   public:
     explicit JoinedFaces(std::size_t faces) : lowest_(faces) {
@@ -262,7 +259,7 @@ class JoinedFaces {
         b = find(b);
         lowest_[std::max(a, b)] = std::min(a, b);
     }
-    /// The sets of more than one face, rising.
+    /// Sets of several faces, rising.
     [[nodiscard]] std::vector<std::vector<std::size_t>> lists() {
         std::map<std::size_t, std::vector<std::size_t>> sets;
         for (std::size_t face = 0; face < lowest_.size(); ++face) sets[find(face)].push_back(face);
@@ -290,13 +287,13 @@ std::optional<std::size_t> nearest_of_all(const CadModel& model, std::span<const
 Vec<3> in_space(const Vec<2>& p) { return {{p[0], p[1], 0}}; }
 Vec<3> in_space(const Vec<3>& p) { return p; }
 
-/// The faces on which the vertices of a facet lie, beyond the rim of its own.
+/// Faces of a facet's vertices beyond the rim of the associated face.
 struct Span {
-    std::vector<std::array<std::size_t, 2>> pairs;  ///< faces that it joins
-    std::optional<Vec<3>> ridge;                    ///< where it crosses a ridge of the model
+    std::vector<std::array<std::size_t, 2>> pairs;  ///< joined faces
+    std::optional<Vec<3>> ridge;                    ///< point where it crosses a ridge
 };
 
-/// Of a facet that does not fit its face closely.
+/// For a facet that does not fit its face closely.
 template <int D>
 Span span_of(const CadModel& model, std::span<const std::size_t> all, std::size_t face,
              const std::array<Vec<D>, D>& corners) {
@@ -337,7 +334,7 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
     JoinedFaces joined(groups.groups.size());
     for (const auto& [a, b] : pairs) {
         joined.join(a, b);
-        // A sliver between them has no facets at this place, or it would be one of the pair.
+        // A sliver between the faces has no facets here, or it would be in the pair.
         const auto& [near_a, near_b] = std::tie(groups.beside[a], groups.beside[b]);
         if (std::binary_search(near_a.begin(), near_a.end(), b)) continue;
         for (const std::size_t face : near_a)
@@ -353,7 +350,7 @@ Outcome<Done> find_spans(const LinearMesh<D>& mesh, const CadModel& model, std::
         association.across.first = FacetId(f);
         association.across.place = *span.ridge;
     }
-    // A mesh of all of the boundary covers the faces that it has no facets on with facets of their neighbours.
+    // In a mesh of the whole boundary, faces without facets are covered by facets of their neighbours.
     if (association.facets == mesh.facets.size())
         for (const std::size_t face : all)
             for (const std::size_t other : groups.beside[face])

@@ -1,5 +1,5 @@
-/// A mesh that changes: topology that is kept up to date at the cost of what is changed, cavities emptied and joined to
-/// a point, the patches that this gives, and their commit.
+/// Dynamic meshes: topology updated at the cost of the change, cavities joined to a point, and patches that replace
+/// cavities.
 export module camber.cavity;
 export import :mesh;
 export import :patch;

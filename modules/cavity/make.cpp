@@ -1,4 +1,4 @@
-// Makes meshes that change: of volumes, of surfaces without a volume.
+// Creates dynamic meshes of volumes and of standalone surfaces.
 module;
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ Outcome<Done> check_sizes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, co
     return Done{};
 }
 
-/// Faces of the boundary and between references must be facets: of the first element with one that is not.
+/// Errors: the first element with a face on the boundary or between references that is no facet.
 template <int D>
 Outcome<Done> check_facets(const DynamicMesh<D>& mesh, const Execution& execution) {
     const std::size_t none = mesh.elements.size();
@@ -50,7 +50,7 @@ template <class Columns>
 Reference entity_of(const Columns& entities, std::size_t i) {
     return entities.empty() ? 0 : entities[i];
 }
-/// What tells lines apart that a vertex may not lie between.
+/// Marks that distinguish kinds of lines: a vertex between lines of different kinds is a corner.
 Marks kind_of(Marks marks) {
     Marks kind;
     for (const Mark mark : {Mark::ridge, Mark::implied, Mark::embedded})
@@ -58,7 +58,6 @@ Marks kind_of(Marks marks) {
     return kind;
 }
 
-/// Lines as columns, in the making.
 struct Lines {
     Buffer<LineId> of_edges;
     Buffer<EdgeId> edges;
@@ -92,7 +91,7 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
         const auto facets = facet_shells[e];
         if (facets.empty()) return false;
         if (!breaks.edge_kinds.empty() && breaks.edge_kinds[e] == EdgeKind::ridge) return true;
-        // A facet on no element has neighbours that no walk finds.
+        // The walk from face to face misses neighbours of a facet on no element.
         if (std::ranges::any_of(facets, [&](FacetId f) { return !sides[f][0].valid(); })) return true;
         return facets.size() != 2 || mesh.facets.references[facets[0]] != mesh.facets.references[facets[1]] ||
                entity_of(mesh.facets.entities, facets[0].index()) != entity_of(mesh.facets.entities, facets[1].index());
@@ -104,7 +103,7 @@ Lines lines_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const BreaksO
     return lines;
 }
 
-/// How many lines (2D: facets) a vertex has, and whether they are of one reference, entity and kind.
+/// Lines (2D: facets) at a vertex. `mixed`: they differ in reference, entity or kind.
 struct Meeting {
     std::uint32_t count = 0;
     Reference reference = 0, entity = 0;
@@ -119,7 +118,7 @@ struct Meeting {
     }
 };
 
-/// Places of vertices, from what meets in them. `inside`: ends of lines in the volume, which are on no facet.
+/// `inside`: ends of lines without facets.
 template <int D>
 Buffer<VertexState> places(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const BreaksOfMesh& breaks,
                            std::span<const VertexId> inside) {
@@ -166,7 +165,7 @@ void mark_given(const GivenGeometry<D>& geometry, Buffer<VertexState>& states) {
     for (const auto& on : geometry.on_surfaces) mark(on.item);
 }
 
-/// The vertices at infinity are as they are.
+/// Freezes vertices that cannot be changed soundly.
 template <int D>
 Outcome<Done> hold(const LinearMesh<D>& mesh, const DynamicMesh<D>& made, const Incidence<ElementId>& balls,
                    const EdgeSet<D>& edges, Buffer<VertexState>& states, const Execution& execution) {
@@ -256,7 +255,7 @@ DynamicSimplices<K> with_marks(const Simplices<K>& simplices, Reference none) {
     return {simplices.vertices, std::move(references), simplices.entities, std::move(marks)};
 }
 
-/// The elements that have a facet as a face, by rising number, and which local vertex is opposite.
+/// Elements of a facet in rising order, with opposite local vertices.
 template <int D>
 struct FacetPlace {
     FacetSides sides;
@@ -368,10 +367,10 @@ namespace {
 
 constexpr std::uint32_t no_piece = std::numeric_limits<std::uint32_t>::max();
 
-/// The pieces of a surface, numbered by their first triangles: triangles that hang together by edges which two of them
-/// share. None for a triangle that shares an edge of more than two with another one of its piece: it stays as it is.
+/// Pieces of a surface, connected by edges of exactly two triangles, in the order of their first ones. Triangles that
+/// meet others of their piece at an edge of more than two belong to no piece and do not change.
 struct Pieces {
-    Buffer<std::uint32_t> of;  ///< each triangle's
+    Buffer<std::uint32_t> of;  ///< of each triangle
     std::size_t count = 0;
 };
 
@@ -407,7 +406,6 @@ Pieces pieces_of(const Incidence<FacetId>& around, std::size_t triangles) {
     return pieces;
 }
 
-/// One that no facet has.
 Reference reference_of_none(const Column<Reference>& references) {
     std::vector<Reference> used(references.begin(), references.end());
     std::ranges::sort(used);
@@ -417,7 +415,7 @@ Reference reference_of_none(const Column<Reference>& references) {
     return free;
 }
 
-/// The facets and those between the edges where a piece ends and its vertex at infinity.
+/// Adds faces from border edges of pieces to infinity.
 Simplices<2> with_faces_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                     const Incidence<FacetId>& around, const Pieces& pieces) {
     Simplices<2> facets = mesh.facets;
@@ -445,13 +443,12 @@ Simplices<2> with_faces_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>&
     return facets;
 }
 
-/// The surface with its pieces joined to infinity.
 LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Incidence<FacetId>& around,
                                  const Pieces& pieces) {
     LinearMesh<3> joined = mesh;
     const std::size_t n = mesh.points.size();
     auto points = take(std::move(joined.points));
-    points.resize(n + pieces.count, points.front());  // nobody asks where infinity is
+    points.resize(n + pieces.count, points.front());  // positions at infinity are not used
     joined.points = std::move(points);
     if (!joined.point_references.empty()) {
         auto references = take(std::move(joined.point_references));
@@ -469,7 +466,7 @@ LinearMesh<3> joined_to_infinity(const LinearMesh<3>& mesh, const EdgeSet<3>& ed
     return joined;
 }
 
-/// The kinds of the joined mesh's edges: those of the surface as they were, nothing breaks along those to infinity.
+/// Kinds of edges to infinity are `surface`: nothing breaks there.
 Buffer<EdgeKind> kinds_of(const EdgeSet<3>& joined, const EdgeSet<3>& edges, const BreaksOfMesh& breaks) {
     Buffer<EdgeKind> kinds(breaks.edge_kinds.empty() ? 0 : joined.size(), EdgeKind::surface);
     for (std::size_t e = 0; e < kinds.size(); ++e) {

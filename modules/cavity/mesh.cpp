@@ -1,4 +1,4 @@
-// Entities around an entity, cavities of operations, and the consistency check of a mesh.
+// Neighbourhoods of entities, cavities of operations, and the consistency check.
 module;
 #include <algorithm>
 #include <array>
@@ -20,7 +20,6 @@ void rise(std::vector<Id>& ids) {
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
 }
 
-/// The facets on faces that hold these local vertices.
 template <int D>
 void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, D + 1>& held,
                 std::vector<FacetId>& found) {
@@ -29,14 +28,14 @@ void add_facets(const DynamicMesh<D>& mesh, ElementId e, const std::array<bool, 
             found.push_back(mesh.face_neighbours[e][face].facet());
 }
 
-/// Without a branch at each, so that several are compared at once.
+/// Without branches, to compare several at once.
 bool is_among(const std::vector<ElementId>& ids, ElementId id) {
     bool found = false;
     for (const ElementId i : ids) found |= i == id;
     return found;
 }
 
-/// What is looked at soon: elements around a vertex are scattered in memory.
+/// Elements around a vertex are scattered in memory.
 template <int D>
 void fetch_ahead(const DynamicMesh<D>& mesh, ElementId e) {
     __builtin_prefetch(&mesh.elements.vertices[e]);
@@ -71,19 +70,19 @@ void shell(const DynamicMesh<D>& mesh, ElementId e, int local_edge, std::vector<
     const auto [i, j] = local_edges<D>[local_edge];
     const VertexId a = mesh.elements.vertices[e][i];
     const VertexId b = mesh.elements.vertices[e][j];
-    // In 2D the edge is a face: one element across. In 3D each element has two faces at the edge.
+    // In 2D the edge is a face with one element across it. In 3D each element has two faces at the edge.
     if constexpr (D == 2) {
         const ElementId next = element_across(mesh, e, 3 - i - j);
         if (next.valid()) found.push_back(next);
     } else {
         const auto walk = [&](VertexId across) {
-            // From e through the face opposite `across`, on and on.
+            // Walks from e through the face opposite `across`.
             ElementId at = e;
             for (;;) {
                 const ElementId next = element_across(mesh, at, local_vertex(mesh.elements.vertices[at], across));
                 if (!next.valid()) return false;
                 if (next == e) return true;
-                // What the two share with a and b is what the next face is opposite of.
+                // The next face is opposite the fourth vertex.
                 const auto& from = mesh.elements.vertices[at];
                 for (const VertexId v : from)
                     if (v != a && v != b && v != across) {
@@ -161,7 +160,7 @@ void cavity_of_edge(const DynamicMesh<D>& mesh, ElementId e, int k, Cavity<D>& o
     shell(mesh, e, k, out.elements);
     out.facets.clear();
     const auto is_inside = [&](VertexId v) { return mesh.states[v].place == VertexPlace::inside; };
-    if (std::ranges::none_of(mesh.edges[edge], is_inside))  // what is inside has no facets
+    if (std::ranges::none_of(mesh.edges[edge], is_inside))  // inner vertices have no facets
         facets_with(mesh, out.elements, edge, out.facets);
     out.lines.clear();
     if (const LineId line = mesh.line_at(edge); line.valid()) out.lines.push_back(line);
@@ -207,7 +206,7 @@ auto wrong(std::string what, const char* kind, std::size_t number) {
     return fail(ErrorKind::internal, std::move(what), {}, Entity{kind, number + 1});
 }
 
-/// The first of n items that has something wrong, by the sentence that `look` gives for it; null: nothing.
+/// The first item for which `look` returns a message.
 template <class Look>
 Outcome<Done> none_wrong(std::size_t n, const char* kind, const Execution& execution, Look&& look) {
     const auto first = reduce_each(
@@ -228,7 +227,7 @@ SimplexVertices<D - 1> sorted_face(const SimplexVertices<D>& v, int opposite) {
     return face;
 }
 
-/// What lies across a face must say the same of this side.
+/// The neighbour across a face must refer back.
 template <int D>
 const char* wrong_across(const DynamicMesh<D>& mesh, ElementId e, int face) {
     const auto own = sorted_face<D>(mesh.elements.vertices[e], face);
@@ -308,7 +307,7 @@ const char* wrong_line(const DynamicMesh<D>& mesh, LineId l) {
                : "the edge of a line does not know of it";
 }
 
-/// Each edge is of an element, or of what is frozen; no two have the same ends.
+/// Each edge has an element or frozen vertices, and no duplicate.
 template <int D>
 Outcome<Done> check_edges(const DynamicMesh<D>& mesh) {
     std::vector<std::uint8_t> used(mesh.edges.size(), 0);

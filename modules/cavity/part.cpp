@@ -1,4 +1,4 @@
-// Makes a part of a mesh, and a mesh without free places.
+// Creates a part of a mesh, and a mesh without free slots.
 module;
 #include <algorithm>
 #include <array>
@@ -21,7 +21,6 @@ Outcome<Done> check_rows(const MeshPart<D>& part) {
     return fail(ErrorKind::internal, "a part of a mesh has rows that do not fit");
 }
 
-/// The vertices of faces that have nothing beyond, and of facets that have something elsewhere.
 template <int D>
 Buffer<std::uint8_t> rim_of(const DynamicMesh<D>& mesh) {
     Buffer<std::uint8_t> on_rim(mesh.points.size(), 0);
@@ -35,7 +34,7 @@ Buffer<std::uint8_t> rim_of(const DynamicMesh<D>& mesh) {
     return on_rim;
 }
 
-/// The lines that are given, and those where a surface goes on beyond the rim.
+/// The listed lines, and surface edges on the rim.
 void put_lines(const MeshPart<3>& part, const EdgeSet<3>& edges, const Incidence<FacetId>& facet_shells,
                const Buffer<std::uint8_t>& on_rim, DynamicMesh<3>& mesh) {
     Buffer<LineId> of_edges(edges.size(), LineId{});
@@ -119,13 +118,13 @@ Outcome<DynamicPart<D>> make_dynamic_part(const MeshPart<D>& part, const Executi
 
 namespace {
 
-/// Ids of what stays, rising, and how many these are; invalid elsewhere.
+/// Rising new ids; invalid for removed entities.
 template <class Id>
 struct NewIds {
     Buffer<Id> of;
     std::size_t count = 0;
 };
-/// What is there, and not at infinity: of a surface alone no element is.
+/// Existing and not at infinity; no elements of standalone surfaces.
 template <int D>
 bool stays(const DynamicMesh<D>& mesh, VertexId v) {
     return !mesh.is_free(v) && !mesh.is_at_infinity(v);
@@ -145,7 +144,6 @@ NewIds<Id> new_ids(const DynamicMesh<D>& mesh, std::size_t places) {
     return ids;
 }
 
-/// The rows that stay.
 template <class T, class Id>
 Column<T> rows(const Column<T>& column, const NewIds<Id>& ids) {
     if (column.empty() || ids.count == ids.of.size()) return column;

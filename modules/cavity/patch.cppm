@@ -9,16 +9,16 @@ import :star;
 
 export namespace camber {
 
-/// The point of a patch: a vertex of the mesh, which may move with it, or a new one.
+/// A new vertex, or one of the mesh, which may move.
 template <int D>
 struct PatchPoint {
-    VertexId vertex;                   ///< invalid: a new one
-    std::optional<Vec<D>> place = {};  ///< of a new one, or where the vertex moves
-    Reference reference = 0;           ///< of a new one
+    VertexId vertex;                   ///< invalid: a new vertex
+    std::optional<Vec<D>> place = {};  ///< of a new or moved vertex
+    Reference reference = 0;           ///< of a new vertex
     friend bool operator==(const PatchPoint&, const PatchPoint&) = default;
 };
 
-/// A node of an edge around a cavity, that follows it.
+/// A moved node around a cavity.
 template <int D>
 struct FollowingNode {
     EdgeId edge;
@@ -26,23 +26,22 @@ struct FollowingNode {
     friend bool operator==(const FollowingNode&, const FollowingNode&) = default;
 };
 
-/// What replaces a cavity, the whole change of topology: planned against one value of a mesh, and put in place by
-/// `commit` in that one only.
+/// The replacement of a cavity, valid only for the mesh that it was planned for.
 template <int D>
 struct Patch {
-    Stamp planned_for;  ///< the mesh's
+    Stamp planned_for;  ///< stamp of the mesh
     PatchPoint<D> point;
     Cavity<D> removed;
-    Star<D> star;  ///< of `removed` and the point, as the function `star` gave it
-    /// In a mesh of degree 2: of the edges from the point to star.boundary. Those that elements or facets outside of
-    /// the cavity have too keep their nodes.
+    Star<D> star;  ///< by `star` for `removed` and `point`
+    /// Degree 2: nodes of edges from the point to `star.boundary`. Edges shared with elements or facets outside keep
+    /// theirs.
     std::vector<LagrangeNode<D>> nodes = {};
-    /// In a mesh of degree 2: nodes of edges that stay, all of whose elements are removed or `reshaped` by them.
+    /// Degree 2: nodes of remaining edges whose elements are all removed or `reshaped`.
     std::vector<FollowingNode<D>> following = {};
     std::vector<ElementId> reshaped = {};
 };
 
-/// Whether a patch leaves everything joined as it is: a vertex inside with all of its elements, which moves at most.
+/// True if the topology stays: the patch replaces all elements around an inner vertex, which may move.
 template <int D, class Elements>
 [[nodiscard]] bool keeps_topology(const Elements& elements, const Patch<D>& patch) {
     const auto& [joined, kept, facets, lines, boundary, vanishing, place] = patch.star;
@@ -54,15 +53,14 @@ template <int D, class Elements>
     return true;
 }
 
-/// What became of the entities of one kind. A place may be of one that is removed and of one that is created: also of
-/// an element that a patch reshapes.
+/// Entities of one kind. Reused slots and reshaped elements are in both lists.
 template <class Id>
 struct IdChanges {
     std::vector<Id> removed, created;
     friend bool operator==(const IdChanges&, const IdChanges&) = default;
 };
 
-/// The map of a commit, old → new: who is not removed keeps its id. Fields and metrics follow by it.
+/// Changes of a commit; other entities keep their ids.
 struct TopologyChanges {
     IdChanges<VertexId> vertices;
     IdChanges<EdgeId> edges;
@@ -70,7 +68,7 @@ struct TopologyChanges {
     IdChanges<FacetId> facets;
     IdChanges<ElementId> elements;
     std::vector<VertexId> points;  ///< the point of each patch
-    /// Of degree 2: the edges from each patch's point to its star's boundary, one patch after the other.
+    /// Degree 2: edges from points to boundaries, patch by patch.
     std::vector<EdgeId> spokes;
     friend bool operator==(const TopologyChanges&, const TopologyChanges&) = default;
 };
@@ -81,15 +79,14 @@ struct ChangedMesh {
     TopologyChanges changes;
 };
 
-/// The last verb for topology: the patches' simplices in the place of their cavities, at the cost of the patches. New
-/// edges, lines, facets and elements take the places of those that their patch removes, rising; then free ones, the
-/// last that became free first, as new vertices do; then new ones at the end. Elements of a patch that keeps_topology
-/// stay in their own places. As if one patch after the other; what
-/// they give is the same up to the numbers of entities in any order. Give the mesh away (std::move), or all of it is
-/// copied; with an error it is lost then. Errors (internal): patches planned for another mesh, that overlap, that make
-/// the same edge, that move a vertex or a node which elements have that are neither in their cavity nor reshaped, or
-/// one whose point another removes; nodes that are not one for each edge at the point of a mesh of degree 2; more
-/// entities than 32 bits count (unsupported); memory.
+/// Applies patches at the cost of their size. Another order gives the same mesh up to numbering. New entities except
+/// vertices take slots that their patch removes, in rising order; then, like vertices, free slots (last freed first),
+/// then new ones. With `keeps_topology`, elements stay in their slots. Pass the mesh by `std::move` to avoid a copy; an
+/// error destroys it then.
+///
+/// Errors (internal): patches of another mesh; overlapping patches, or two that create one edge; a moved vertex or node
+/// with elements neither in the cavity nor reshaped; a point that another patch removes; in degree 2, other than one
+/// node for each edge at the point. More entities than 32 bits count (unsupported); memory.
 template <int D>
 [[nodiscard]] Outcome<ChangedMesh<D>> replace_cavities(DynamicMesh<D> mesh, std::span<const Patch<D>> patches);
 

@@ -29,7 +29,7 @@ std::vector<Id> rising(std::vector<Id> ids) {
 
 auto refused(std::string what) { return fail(ErrorKind::internal, std::move(what)); }
 
-/// Whether edges at the point that elements or facets outside of the cavity have keep their nodes.
+/// True if edges shared with outside elements keep their nodes.
 template <int D>
 bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     const auto& boundary = patch.star.boundary;
@@ -46,7 +46,7 @@ bool keeps_outer_nodes(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     return true;
 }
 
-/// Whether the elements of each node that follows are of the patch, and of no other: those that it reshapes are marked.
+/// Checks that elements of moved outer nodes belong to this patch only, and marks reshaped ones.
 template <int D>
 Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::vector<bool>& is_taken) {
     for (const ElementId e : patch.reshaped) {
@@ -74,8 +74,7 @@ Outcome<Done> check_following(const DynamicMesh<D>& mesh, const Patch<D>& patch,
     return Done{};
 }
 
-/// Asked before anything is changed: patches of this mesh that do not get into each other's way. Errors: those of
-/// replace_cavities.
+/// Patches must belong to this mesh and not conflict. Errors: those of `replace_cavities`.
 template <int D>
 Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>> patches) {
     std::vector<bool> is_removed(mesh.elements.size(), false);
@@ -117,7 +116,6 @@ Outcome<Done> check_patches(const DynamicMesh<D>& mesh, std::span<const Patch<D>
     return Done{};
 }
 
-/// The columns of a mesh as buffers, while it changes.
 template <int D>
 struct Draft {
     explicit Draft(DynamicMesh<D> mesh)
@@ -206,8 +204,8 @@ struct Draft {
     Column<VertexId> at_infinity;
 };
 
-/// Places for new entities of one kind in one patch: those of the removed ones, rising, then free ones, then new ones
-/// by `grow`. What is left over of the removed ones becomes free.
+/// Slots for new entities of one kind: removed ones in rising order, free ones, new ones. `release` frees remaining
+/// removed ones.
 template <class Id, class Grow>
 class Places {
   public:
@@ -234,7 +232,7 @@ class Places {
     std::size_t used_ = 0;
 };
 
-/// A new element, gathered before any place is written on.
+/// A new element, computed before any slot is overwritten.
 template <int D>
 struct NewElement {
     SimplexVertices<D> vertices;
@@ -253,7 +251,7 @@ struct NewLine {
     Reference reference = 0, entity = 0;
     Marks marks;
 };
-/// What is beyond an open face, and its own place for what is on this side.
+/// The neighbour beyond an open face, and its entry for this side.
 struct Beyond {
     FaceNeighbour outside;
     int place = 0;
@@ -323,7 +321,7 @@ class Committing {
         return v;
     }
 
-    /// The new elements but for their edges at the point and the faces there.
+    /// Gathers the new elements, except edges and faces at the point.
     void gather(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         static_cast<void>(find_faces<D>(d_.elements, d_.edges_of, star, patch.point.vertex, names_, faces_));
@@ -360,7 +358,6 @@ class Committing {
         return {across,
                 static_cast<int>(std::find(faces.begin(), faces.end(), FaceNeighbour(open.element)) - faces.begin())};
     }
-    /// What is beyond an open face has `element` on this side now.
     void turn_to(const Beyond& there, ElementId element) {
         if (there.outside.is_facet())
             d_.sides[there.outside.facet().index()][there.place] = element;
@@ -368,7 +365,6 @@ class Committing {
             d_.face_neighbours[there.outside.element().index()][there.place] = FaceNeighbour(element);
     }
 
-    /// The edges at the point that the cavity has already.
     void find_edges_at(const Patch<D>& patch, VertexId point) {
         vertices_.clear();
         for (std::uint32_t i = 0; i < patch.star.boundary.size(); ++i) vertices_.put(patch.star.boundary[i], i);
@@ -386,7 +382,6 @@ class Committing {
         for (std::size_t i = 0; i < patch.nodes.size(); ++i) d_.nodes[to_point_[i].index()] = patch.nodes[i];
         if (!patch.nodes.empty()) append(changes_.spokes, to_point_);
     }
-    /// And new ones.
     void number_edges(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         find_edges_at(patch, point);
@@ -419,7 +414,7 @@ class Committing {
         }
     }
 
-    /// The edges of the cavity that no open face has, and that are not at the point; rising.
+    /// Edges that neither open faces nor the point have; rising.
     [[nodiscard]] std::vector<EdgeId> edges_that_go(const Patch<D>& patch) {
         stay_.clear();
         for (const ElementFace& open : patch.star.joined)
@@ -440,7 +435,7 @@ class Committing {
         return old;
     }
 
-    /// The new facets, by the order of the star; their sides are put with the elements.
+    /// Creates facets in the star's order. `put_elements` sets their sides.
     std::vector<FacetId> put_facets(const Patch<D>& patch, VertexId point) {
         const Star<D>& star = patch.star;
         std::vector<NewFacet<D>> made;
@@ -451,7 +446,7 @@ class Committing {
                             d_.facet_entities.empty() ? 0 : d_.facet_entities[from], d_.facet_marks[from]});
             made.back().vertices[opposite] = point;
         }
-        // Which faces at the point they are on: by the side that each keeps.
+        // Faces at the point are identified by the preserved side of their facet.
         for (StarFace& face : faces_) face.facet = FlatMap<VertexId>::none;
         for (std::uint32_t f = 0; f < star.facets.size(); ++f) faces_[names_.find(kept_side(star.facets[f]))].facet = f;
         std::vector<FacetId> own = rising(patch.removed.facets);
@@ -483,7 +478,7 @@ class Committing {
         });
         return ids;
     }
-    /// The side of a removed facet that its new one keeps.
+    /// The side shared by a removed facet and its new one.
     [[nodiscard]] SideId<D> kept_side(const JoinedFacet& joined) const {
         const auto& facet = d_.facets[joined.facet.index()];
         const int k = static_cast<int>(joined.opposite);
@@ -540,7 +535,7 @@ class Committing {
                     elements_[face.sides[s].of].face_neighbours[face.sides[s].local] = FaceNeighbour(f);
                     d_.sides[f.index()][s] = ids_[face.sides[s].of];
                 }
-            } else if (second.kept) {  // kept ones come last
+            } else if (second.kept) {  // kept faces come last
                 elements_[first.of].face_neighbours[first.local] = kept_beyond_[second.of].outside;
                 turn_to(kept_beyond_[second.of], ids_[first.of]);
             } else {

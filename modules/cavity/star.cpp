@@ -1,4 +1,4 @@
-// Joins the faces of a cavity to a point, with the facets and lines at them.
+// Joins the faces of a cavity to a point, with facets and lines.
 module;
 #include <algorithm>
 #include <array>
@@ -36,7 +36,7 @@ template <int D>
 bool Starring<D>::is_ball_inside() const {
     if (!point_.valid() || mesh_.states[point_].place != VertexPlace::inside) return false;
     if (!cavity_.facets.empty() || !cavity_.lines.empty() || !out_.kept.empty()) return false;
-    // Each element gives the one face that is opposite the point.
+    // Each element has one open face, opposite the point.
     return out_.joined.size() == cavity_.elements.size() &&
            std::ranges::all_of(out_.joined, [&](const ElementFace& open) {
                return mesh_.elements.vertices[open.element][static_cast<int>(open.opposite)] == point_;
@@ -65,7 +65,7 @@ StarFailure Starring<D>::take_parts() {
     for (std::uint32_t i = 0; i < cavity_.lines.size(); ++i) {
         const LineId l = cavity_.lines[i];
         if (mesh_.is_free(l)) return StarFailure::line;
-        // Between frozen vertices the mesh may touch itself: the edge can be of elements that no walk finds.
+        // At frozen ends the mesh may touch itself: the walk can miss elements of the edge.
         const bool held = std::ranges::all_of(mesh_.edges[mesh_.lines[l]],
                                               [&](VertexId v) { return mesh_.states[v].marks.has(Mark::frozen); });
         if (held || mesh_.line_marks[l].has(Mark::required)) return StarFailure::required;
@@ -177,7 +177,7 @@ StarFailure Starring<D>::ball_around() {
 
 template <int D>
 bool Starring<D>::is_beside_one_part() {
-    // Elements that do not hold the point stay alone in their groups.
+    // Elements without the point stay single.
     Groups groups(w_.groups, cavity_.elements.size());
     std::size_t alone = 0;
     for (std::uint32_t i = 0; i < cavity_.elements.size(); ++i) {
@@ -278,7 +278,7 @@ bool Starring<D>::pieces_have_sides() {
                 has_side[groups.root(index(sides[i]))] = 1;
             }
         }
-    // Sides on lines that go as well are not listed: a facet with fewer than all has one.
+    // Sides on removed lines are not listed, so a facet with missing sides has one.
     std::vector<std::uint8_t> listed(cavity_.facets.size(), 0);
     for (const OpenSide& side : sides) ++listed[index(side)];
     for (std::uint32_t f = 0; f < listed.size(); ++f)
@@ -311,7 +311,7 @@ StarFailure Starring<D>::facets() {
         out_.facets.push_back(sides[i].facet);
     }
     if (!pieces_have_sides()) return StarFailure::surface;
-    // A vertex that stays, stays on its surface.
+    // A remaining vertex must stay on its surface.
     for (const auto& vertex : w_.to_point)
         if (vertex.lost_facet && !vertex.keeps_facet) return StarFailure::surface;
     return StarFailure::none;
@@ -344,7 +344,7 @@ template <int D>
 bool Starring<D>::lines_keep_their_facets() {
     for (const auto& [line, opposite] : out_.lines) {
         const auto& ends = mesh_.edges[mesh_.lines[line]];
-        if (ends[opposite] == point_) continue;  // made again: counted
+        if (ends[opposite] == point_) continue;  // recreated: counted already
         const auto is_on_line = [&](FacetId f) {
             const auto& v = mesh_.facets.vertices[f];
             return local_vertex(v, ends[0]) >= 0 && local_vertex(v, ends[1]) >= 0;
@@ -388,9 +388,9 @@ StarFailure Starring<D>::surface_at_point() {
             if (!edge.is_line && edge.facets != 0 && edge.facets != 2) return StarFailure::surface;
     if (D == 3 && !lines_keep_their_facets()) return StarFailure::surface;
     if (facets_at_point_ > 0) out_.place = VertexPlace::surface;
-    // A new point is on one piece of surfaces.
+    // A new point lies on one piece of surfaces.
     if (!point_.valid()) return D == 2 || is_one_fan() ? StarFailure::none : StarFailure::surface;
-    // A point of surfaces stays on those that it was on, and comes on no other.
+    // A point stays on its surfaces and joins no other.
     if (D == 2) passed_before_ = before;
     if ((before > 0) != (facets_at_point_ > 0)) return StarFailure::surface;
     if (out_.facets.empty()) return StarFailure::none;
@@ -454,7 +454,7 @@ bool Starring<D>::pieces_have_ends(std::span<const LineAt> ends) {
 template <int D>
 StarFailure Starring<D>::lines() {
     if constexpr (D == 3) {
-        std::size_t met = 0;  // of the removed lines, by the elements around them
+        std::size_t met = 0;  // removed lines found in the cavity
         std::vector<std::uint8_t> is_met(cavity_.lines.size(), 0);
         for (const ElementId e : cavity_.elements)
             for (const EdgeId edge : mesh_.edges_of[e])
@@ -484,7 +484,8 @@ StarFailure Starring<D>::lines() {
             if (v == point_) continue;
             const bool stays = w_.vertices.contains(v);
             const bool through = next - i == 2 && ends[i].reference == ends[i + 1].reference;
-            // A line that goes on through a vertex goes with it; one that ends there is joined to the point.
+            // A line must be removed on both sides of a vanishing vertex; an end at a remaining vertex is joined to the
+            // point.
             if (stays ? next - i != 1 : !through) return StarFailure::line;
             if (!stays) continue;
             auto& edge = w_.to_point[w_.vertices.find(v)];

@@ -13,20 +13,19 @@ import :mesh;
 
 namespace camber {
 
-/// Numbers by ids.
 template <class Key>
 class FlatMap {
   public:
     static constexpr std::uint32_t none = 0xffffffffU;
 
     void clear() { numbers_.clear(); }
-    /// The key's number; `none` if it has none.
+    /// The key's number, or `none`.
     [[nodiscard]] std::uint32_t find(Key key) const {
         const std::uint32_t* number = numbers_.find(key);
         return number ? *number : none;
     }
     [[nodiscard]] bool contains(Key key) const { return numbers_.contains(key); }
-    /// The key's number, which is `number` if it had none.
+    /// Keeps an existing number. Returns the key's number.
     std::uint32_t put(Key key, std::uint32_t number) { return numbers_.insert(key, number); }
 
   private:
@@ -37,8 +36,7 @@ class FlatMap {
 
 export namespace camber {
 
-/// What an operation takes out of a mesh (paper §1.3): elements, and of what lies on their faces and edges the facets
-/// and lines that are to be replaced with them.
+/// Entities that an operation removes (paper §1.3): elements and the facets and lines on them.
 template <int D>
 struct Cavity {
     std::vector<ElementId> elements;
@@ -53,7 +51,7 @@ struct Cavity {
     friend bool operator==(const Cavity&, const Cavity&) = default;
 };
 
-/// A facet of the cavity, by the local vertex in whose place the point comes; the same of a line.
+/// The point replaces local vertex `opposite`.
 struct JoinedFacet {
     FacetId facet;
     std::uint32_t opposite = 0;
@@ -65,17 +63,17 @@ struct JoinedLine {
     friend bool operator==(const JoinedLine&, const JoinedLine&) = default;
 };
 
-/// What is left open around an emptied cavity, and so is to be joined to the point. The new simplices take reference
-/// and orientation from those that they are named by, with the point in the place of the local vertex `opposite`.
+/// The open boundary of an emptied cavity. New simplices take reference and orientation from the listed entities, with
+/// the point as local vertex `opposite`.
 template <int D>
 struct Star {
-    std::vector<ElementFace> joined;          ///< faces of removed elements: each makes an element
-    std::vector<ElementFace> kept;            ///< such faces that hold the point already: they make none
-    std::vector<JoinedFacet> facets;          ///< (3D: edges of removed facets; 2D: their vertices): each makes a facet
-    std::vector<JoinedLine> lines;            ///< ends of removed lines: each makes a line
-    std::vector<VertexId> boundary;           ///< the vertices of `joined`, as met there: the point has an edge to each
-    std::vector<VertexId> vanishing;          ///< vertices of the cavity that are not on its boundary, rising
-    VertexPlace place = VertexPlace::inside;  ///< of the point, by what is joined to it
+    std::vector<ElementFace> joined;          ///< faces of removed elements; each gives a new element
+    std::vector<ElementFace> kept;            ///< open faces with the point; these give none
+    std::vector<JoinedFacet> facets;          ///< sides of removed facets; each gives a new facet
+    std::vector<JoinedLine> lines;            ///< ends of removed lines; each gives a new line
+    std::vector<VertexId> boundary;           ///< vertices of `joined` as found; each has an edge to the point
+    std::vector<VertexId> vanishing;          ///< other vertices of the cavity, rising
+    VertexPlace place = VertexPlace::inside;  ///< of the point, from the joined entities
 
     void clear() {
         joined.clear();
@@ -89,39 +87,36 @@ struct Star {
     friend bool operator==(const Star&, const Star&) = default;
 };
 
-/// Why a cavity cannot be joined to a point, whatever their places.
+/// Topological reasons why a cavity cannot be joined to a point.
 enum class StarFailure : std::uint8_t {
     none,
-    empty,     ///< nothing is left open that does not hold the point
-    required,  ///< a required, frozen or corner entity would go
-    surface,   ///< facets would be lost, doubled, come to lie on no face, or make the point what it is not
-    line,      ///< the same of lines
-    ball,      ///< what is left open is not a sphere around the point, or a disc beside it
-    exists,    ///< an edge or face that the star would make is in the mesh already, outside of the cavity
+    empty,     ///< all open faces contain the point
+    required,  ///< a required, frozen or corner entity would vanish
+    surface,   ///< facets lost, doubled, on no face, or changing the point's kind
+    line,      ///< the same for lines
+    ball,      ///< neither a sphere around the point nor a disc beside it
+    exists,    ///< a new edge or face exists outside
 };
 
 }  // namespace camber
 
-/// Operations as cavities (paper §1.3): what is taken out for each, with the facets and lines that go with it. Joined
-/// to a new point on the edge it is a split, to a vertex of its boundary a swap, to a neighbour a collapse, to the
-/// vertex itself a reinsertion, elsewhere a move.
+/// Cavities of operations (paper §1.3). The operation depends on the point: new on the edge for a split, a boundary
+/// vertex for a swap, a neighbour for a collapse, the vertex itself for a reinsertion, elsewhere for a move.
 export namespace camber {
 
-/// The elements around local edge k of an element, the facets on it and its line: of a split, or, where no line is, of
-/// a swap.
+/// Elements, facets and line of local edge k.
 template <int D>
 void cavity_of_edge(const DynamicMesh<D>& mesh, ElementId e, int k, Cavity<D>& out);
 
-/// Everything around a vertex: of a reinsertion, a move, or a collapse.
 template <int D>
 void cavity_of_vertex(const DynamicMesh<D>& mesh, VertexId v, Cavity<D>& out);
 
-/// An element joins a cavity, of a surface alone with its triangle.
+/// Adds an element, on a standalone surface with its triangle.
 template <int D>
 void join(const DynamicMesh<D>& mesh, Cavity<D>& cavity, ElementId e);
 
-/// Whether v may go into w, the other end of one of its edges, by where they lie: from the inside anywhere, from a
-/// surface along it, from a line along it, from a corner nowhere. `around`: cavity_of_vertex of v.
+/// True if v may collapse along an edge into w: inner vertices always, others along their surface or line, corners
+/// never. `around`: `cavity_of_vertex` of v.
 template <int D>
 [[nodiscard]] bool may_collapse(const DynamicMesh<D>& mesh, const Cavity<D>& around, VertexId v, VertexId w);
 
@@ -129,7 +124,7 @@ template <int D>
 
 namespace camber {
 
-/// What the faces of a star at its point are named by: their sides opposite the point. 3D: edges; 2D: vertices.
+/// Sides identify the faces at a star's point: edges (3D) or vertices (2D).
 template <int D>
 struct SideName;
 template <>
@@ -143,20 +138,20 @@ struct SideName<3> {
 template <int D>
 using SideId = typename SideName<D>::Id;
 
-/// A face of the star at the point: of which joined faces' elements, or kept faces, and the facet on it.
+/// A star's face at the point: adjacent joined or kept faces, and the facet on it.
 struct StarFace {
     struct Side {
         std::uint32_t of = 0;  ///< index in `joined` or `kept`
         bool kept = false;
-        std::uint8_t local = 0;  ///< joined: the local vertex of the new element that is opposite
+        std::uint8_t local = 0;  ///< joined: opposite vertex of the new element
     };
     std::array<Side, 2> sides{};
-    std::uint32_t count = 0;            ///< of sides; more than two is a failure
+    std::uint32_t count = 0;            ///< number of sides; more than two is a failure
     std::uint32_t facet = 0xffffffffU;  ///< index in `facets`
 };
 
-/// The name of the face of the new element of `joined` that is opposite its local vertex `local`, which holds the
-/// point; and that of a kept face, where the point is its local vertex `point`.
+/// The side of a face at the point. `other`: opposite local vertex of a joined face's new element; the point's local
+/// vertex in a kept face.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] SideId<D> side_without(const Elements& elements, const EdgesOf& edges_of, const ElementFace& face,
                                      int other) {
@@ -172,8 +167,7 @@ template <int D, class Elements, class EdgesOf>
     }
 }
 
-/// The faces of the new elements at the point, and of the kept ones, by their names; false where one would have more
-/// than two sides.
+/// False if a face has more than two sides.
 template <int D, class Elements, class EdgesOf>
 [[nodiscard]] bool find_faces(const Elements& elements, const EdgesOf& edges_of, const Star<D>& star, VertexId point,
                               FlatMap<SideId<D>>& names, std::vector<StarFace>& faces) {
@@ -204,24 +198,23 @@ template <int D, class Elements, class EdgesOf>
 
 export namespace camber {
 
-/// Tables that `star` fills anew each time; one for each thread.
+/// Tables that `star` refills; one a thread.
 template <int D>
 class StarWorkspace {
   public:
     FlatMap<ElementId> elements;
     FlatMap<FacetId> facets;
     FlatMap<LineId> lines;
-    FlatMap<VertexId> vertices;  ///< of the boundary: index in `at`
+    FlatMap<VertexId> vertices;  ///< index in `boundary`
     FlatMap<SideId<D>> names;    ///< index in `faces`
     std::vector<StarFace> faces;
-    /// What is known of the edge from the point to a vertex of the boundary.
     struct ToPoint {
-        bool is_there = false;     ///< in the cavity already
-        bool is_line = false;      ///< it has a line, or gets one
-        bool lost_facet = false;   ///< of the vertex: one of its facets is removed
-        bool keeps_facet = false;  ///< of the vertex: a side of a removed facet that stays open holds it
-        std::uint8_t facets = 0;   ///< on the edge, afterwards
-        std::uint8_t before = 0;   ///< a line's: on the edge, or on the line that it comes of, before
+        bool is_there = false;     ///< exists in the cavity
+        bool is_line = false;      ///< has or gets a line
+        bool lost_facet = false;   ///< a facet of the vertex is removed
+        bool keeps_facet = false;  ///< the vertex bounds a removed patch of facets
+        std::uint8_t facets = 0;   ///< on the edge, after the operation
+        std::uint8_t before = 0;   ///< line: number before, on it or the line it continues
         Reference reference = 0;   ///< of these
     };
     std::vector<ToPoint> to_point;
@@ -237,10 +230,9 @@ class StarWorkspace {
     std::vector<std::uint32_t> groups;
 };
 
-/// Empties the cavity and joins what is left open to the point: a vertex of the mesh, or an invalid id for one that is
-/// not in it. Ridges, then facets, by reference, then elements (paper §1.3), of any number of materials. Says of the
-/// topology all that there is to say: whatever the places of the vertices, the result is a mesh again, with the
-/// features that it had. `out` means something only where the result is `none`.
+/// Empties the cavity and joins its open boundary to the point: a vertex, or invalid for a new one. Ridges come first,
+/// then facets by reference, then elements of all materials (paper §1.3). Checks topology completely: for all vertex
+/// positions, the result is a mesh with the same features. `out` is valid only if the result is `none`.
 template <int D>
 [[nodiscard]] StarFailure star(const DynamicMesh<D>& mesh, const Cavity<D>& cavity, VertexId point,
                                StarWorkspace<D>& workspace, Star<D>& out);
@@ -251,7 +243,7 @@ namespace camber {
 
 inline constexpr std::uint32_t nothing = 0xffffffffU;
 
-/// Items that hang together (union and find).
+/// Connected groups of items (union-find).
 class Groups {
   public:
     Groups(std::vector<std::uint32_t>& storage, std::size_t n) : of_(storage), count_(n) {
@@ -266,7 +258,6 @@ class Groups {
         --count_;
     }
     [[nodiscard]] std::size_t count() const { return count_; }
-    /// The item that stands for all that hang together with i.
     [[nodiscard]] std::uint32_t root(std::uint32_t i) {
         while (of_[i] != i) i = of_[i] = of_[of_[i]];
         return i;
@@ -277,7 +268,7 @@ class Groups {
     std::size_t count_;
 };
 
-/// A star under way, step by step; each says what is wrong.
+/// Steps of building a star; each returns its failure.
 template <int D>
 class Starring {
   public:
@@ -293,7 +284,7 @@ class Starring {
         Reference reference = 0;
         JoinedLine line;
     };
-    /// The cavity as sets; what may not go is not in it.
+    /// Stores the cavity as sets. Fails if an entity may not be removed.
     StarFailure take_parts();
     [[nodiscard]] bool is_open(ElementId e, int face) const {
         const FaceNeighbour across = mesh_.face_neighbours[e][face];
@@ -301,16 +292,15 @@ class Starring {
         return !across.valid() || !w_.elements.contains(across.element());
     }
     StarFailure open_faces();
-    /// The vertices of what is joined.
     void collect_boundary();
-    /// Which of them the point has edges to already, and what is not among them, and so vanishes.
+    /// Finds existing edges and vanishing vertices.
     StarFailure vertices();
-    /// All that is around a vertex inside, and nothing else, put together again: the mesh as it was.
+    /// True if the topology stays: all elements around an inner vertex.
     [[nodiscard]] bool is_ball_inside() const;
     StarFailure faces_at_point();
-    /// A vertex on a line that goes is on the border of its patch.
+    /// Vertices of removed lines bound their facet patch.
     void keep_facet_at(EdgeId edge);
-    /// The sides of removed facets (3D: edges; 2D: vertices), but for those on lines that go as well.
+    /// Lists sides of removed facets, except those on removed lines.
     void list_facet_sides();
     [[nodiscard]] auto vertices_of(SideId<D> side) const {
         if constexpr (D == 2)
@@ -322,56 +312,50 @@ class Starring {
         return point_.valid() && std::ranges::count(vertices_of(side), point_) > 0;
     }
     using OpenSide = typename StarWorkspace<D>::OpenSide;
-    /// Whether these sides, of one name and reference, are two of a patch that goes on there.
+    /// True if these sides of one reference belong to an inner side of a patch.
     [[nodiscard]] bool is_inside(std::span<const OpenSide> sides, std::size_t first, std::size_t last) const;
-    /// Whether every piece of the removed surface has a side left: a closed one would be gone.
+    /// Each piece of the removed surface needs a border; closed ones would vanish.
     [[nodiscard]] bool pieces_have_sides();
-    /// The same of lines: an end that stays, or is the point.
+    /// Each piece of lines needs an end that stays or is the point.
     [[nodiscard]] bool pieces_have_ends(std::span<const LineAt> ends);
-    /// What two removed facets of one reference share is inside of their patch, unless a line that stays runs there;
-    /// what is left bounds it (paper §1.3: faces are joined before elements).
+    /// Sides of two removed facets of one reference are inside a patch unless a line remains there. Others bound it;
+    /// faces are joined before elements (paper §1.3).
     StarFailure facets();
     [[nodiscard]] Reference reference_beside(const StarFace::Side& side) const;
     static constexpr Reference nowhere = std::numeric_limits<Reference>::min();
-    /// Every face at the point has an element on both sides, or on one and is a facet of the boundary; materials meet
-    /// in facets only.
+    /// Faces at the point have two elements, or one and a boundary facet; materials meet only at facets.
     StarFailure faces_complete();
-    /// An edge of the cavity that the mesh will have afterwards (3D).
     [[nodiscard]] bool survives(EdgeId edge) const;
-    /// An edge from the point to the cavity's boundary that has a line of its own already.
     void has_line(EdgeId edge);
     StarFailure lines();
-    /// V − E + F of the faces that are joined, and whether they hang together: a sphere around the point, or a disc
-    /// beside it (2D: a closed chain, or an open one).
+    /// Checks that joined faces are connected, with the V − E + F of a sphere around the point or a disc beside it (2D:
+    /// chain).
     StarFailure ball_around();
-    /// The cavity's elements at a point of the mesh hang together by their faces there: otherwise what is put in their
-    /// place would tie the point's surroundings into a ring, or, where there is none, be tied to it by the point alone.
+    /// True if the cavity's elements at the point are connected by faces there. Otherwise new elements would close its
+    /// surroundings to a ring, or touch only in the point.
     [[nodiscard]] bool is_beside_one_part();
-    /// Around a point of the mesh, outside of the cavity: none of the star's new edges and faces.
+    /// No new edge or face may exist outside of the cavity.
     StarFailure nothing_exists();
-    /// Counts a facet that has the point, on its edges there.
+    /// Counts a facet on its edges at the point. False if references differ.
     [[nodiscard]] bool count_facet(const SimplexVertices<D - 1>& facet, Reference reference);
-    /// A facet at the point, before: counted on its edges there.
     void count_before(const SimplexVertices<D - 1>& facet);
-    /// Whether each line at the point has as many facets as it had, or as the line that it comes of: a surface that
-    /// came to a line which it did not end at, or left one, would be another surface (3D).
+    /// True if lines at the point keep their number of facets, or that of the line continued. Otherwise a surface would
+    /// reach or leave a line that did not bound it (3D).
     [[nodiscard]] bool lines_keep_their_facets();
-    /// Edges at the point that are no lines have no facets, or two of one reference; the point is on surfaces if it
-    /// was.
+    /// Edges without a line have no facets or two of one reference. The point is on surfaces if it was before.
     StarFailure surface_at_point();
-    /// The sides that are joined to a point of a surface make one chain (3D): otherwise two surfaces would meet there.
+    /// Sides joined to a surface point form one chain (3D); otherwise two surfaces would meet.
     [[nodiscard]] bool is_one_fan();
     [[nodiscard]] bool share_a_vertex(const JoinedFacet& a, const JoinedFacet& b) const;
-    /// What passes through the point: lines (3D), facets (2D).
     void meet(Reference reference) {
         mixed_ = mixed_ || (passing_ > 0 && reference != passing_reference_);
         passing_reference_ = reference;
         ++passing_;
     }
-    /// A line goes on through a point, with one reference, or is not there.
+    /// Two lines of one reference, or none, pass through the point.
     StarFailure line_at_point();
     std::size_t facets_at_point_ = 0;
-    std::size_t passed_before_ = 0;  ///< what passed through the point before
+    std::size_t passed_before_ = 0;  ///< the number before the operation
     std::size_t passing_ = 0;
     Reference passing_reference_ = 0;
     bool mixed_ = false;

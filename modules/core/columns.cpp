@@ -1,4 +1,4 @@
-// Owners of columns; memory of large arrays, in files or on large pages.
+// Ownership of columns, and memory of large arrays in files or on large pages.
 module;
 #include <atomic>
 #include <cstddef>
@@ -26,7 +26,7 @@ SharedOwner::SharedOwner(const SharedOwner& other) noexcept : value_(other.value
 SharedOwner::SharedOwner(SharedOwner&& other) noexcept : value_(std::exchange(other.value_, nullptr)) {}
 SharedOwner& SharedOwner::operator=(const SharedOwner& other) noexcept { return *this = SharedOwner(other); }
 SharedOwner& SharedOwner::operator=(SharedOwner&& other) noexcept {
-    SharedOwner taken(std::move(other));  // ends the former ownership here
+    SharedOwner taken(std::move(other));  // releases the former value here
     std::swap(value_, taken.value_);
     return *this;
 }
@@ -40,13 +40,13 @@ bool SharedOwner::is_only() const { return value_ != nullptr && value_->owners_.
 
 namespace {
 
-/// Smaller arrays are not worth a file.
+/// Minimum size of an array in a file (bytes).
 constexpr std::size_t smallest = std::size_t{1} << 18U;
 
 struct ArrayFiles {
     std::mutex mutex;
-    std::string folder;                 ///< empty: arrays are made in memory
-    std::atomic<bool> is_used = false;  ///< ever
+    std::string folder;                 ///< empty: arrays are in memory
+    std::atomic<bool> is_used = false;  ///< set at least once
     struct Array {
         std::size_t bytes = 0;
         int file = -1;
@@ -58,11 +58,11 @@ ArrayFiles& files() {
     return all;
 }
 
-/// -1: errno says why.
+/// Returns −1 on failure (errno).
 int open_nameless(const std::string& folder) { return ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600); }
 
-/// The blocks of a file: a page that has none when it is first written to ends the process on a full disk (SIGBUS).
-/// Returns 0, or the system's error number.
+/// Reserves the blocks of a file; a write to a page without a block ends the process on a full disk (SIGBUS). Returns 0
+/// or the system's error number.
 int reserve(int file, std::size_t bytes) {
     int error = EINTR;
     while (error == EINTR) error = ::posix_fallocate(file, 0, static_cast<off_t>(bytes));
@@ -155,7 +155,7 @@ void fill_bytes(void* array, const void* from, std::size_t bytes) {
 void give_back_arrays() {
     const std::scoped_lock lock(files().mutex);
     for (const auto& [array, of] : files().arrays) {
-        ::madvise(array, of.bytes, MADV_DONTNEED);  // of a file's pages: what is written stays with the file
+        ::madvise(array, of.bytes, MADV_DONTNEED);  // drops file pages only: the file keeps the data
         ::sync_file_range(of.file, 0, 0, SYNC_FILE_RANGE_WRITE);
     }
 }
@@ -169,7 +169,7 @@ std::size_t bytes_in_files() {
 
 #else
 
-int keep_arrays_in_files(const std::string&) { return 95; }  // no system but Linux has files without a name
+int keep_arrays_in_files(const std::string&) { return 95; }  // EOPNOTSUPP: only Linux has anonymous files
 void* allocate_in_file(std::size_t) { return nullptr; }
 bool release_in_file(void*) { return false; }
 void fill_bytes(void* array, const void* from, std::size_t bytes) {
@@ -182,7 +182,7 @@ std::size_t bytes_in_files() { return 0; }
 
 namespace {
 
-/// The large page of x86 and of most of ARM; where it is another, the advice is in vain and harmless.
+/// Large page of x86 and most ARM processors. With another size, the advice has no effect.
 constexpr std::size_t large_page = std::size_t{1} << 21U;
 constexpr std::size_t large_array = 4 * large_page;
 

@@ -21,7 +21,7 @@ export module camber.core:columns;
 
 export namespace camber {
 
-/// A strong index into a column, from 0. Ids of different entities do not mix; `none` is no entity.
+/// A strongly typed index into a column, from 0. The default is invalid.
 template <class Tag>
 struct Id {
     std::uint32_t value = 0xffffffffU;
@@ -39,30 +39,28 @@ struct FacetTag;
 struct FaceTag;
 struct ElementTag;
 
-using VertexId = Id<VertexTag>;    ///< a corner of elements
-using EdgeId = Id<EdgeTag>;        ///< a unique edge (EdgeSet)
-using FacetId = Id<FacetTag>;      ///< a boundary or interface facet: triangle in 3D, edge in 2D
-using FaceId = Id<FaceTag>;        ///< a unique face of elements in 3D, among those of its shape
+using VertexId = Id<VertexTag>;  ///< element corner
+using EdgeId = Id<EdgeTag>;
+using FacetId = Id<FacetTag>;      ///< boundary or interface: triangle in 3D, edge in 2D
+using FaceId = Id<FaceTag>;        ///< unique face in 3D, numbered within its shape
 using ElementId = Id<ElementTag>;  ///< tetrahedron in 3D, triangle in 2D
 
-/// A colour: which material, surface or curve an entity belongs to.
+/// Number of an entity's material, surface or curve.
 using Reference = std::int32_t;
 
-/// Ids are stored in 32 bits, the last value meaning none.
 inline constexpr std::size_t max_entities = 0xfffffffeU;
 
 }  // namespace camber
 
 namespace camber {
-/// Memory for an array, aligned for any type; a large one on large pages where the system has them, whose first touch
-/// costs a fraction (writing a mesh of 10 million tetrahedra anew 9.4 -> 5.6 s). Throws std::bad_alloc.
+/// Aligned for any type; large arrays are on large pages, if available, for faster first access. Throws std::bad_alloc.
 void* allocate_array(std::size_t bytes);
 void release_array(void* array, std::size_t bytes);
 }  // namespace camber
 
 export namespace camber {
 
-/// Leaves new elements of trivial types uninitialised, so that a parallel loop touches each page first and once.
+/// Leaves elements of trivial types uninitialised, so that a parallel loop touches each page first.
 template <class T>
 struct Uninitialised : std::allocator<T> {
     template <class U>
@@ -84,7 +82,7 @@ struct Uninitialised : std::allocator<T> {
     }
 };
 
-/// The mutable array that a column is made from; `Buffer<T>(n)` of plain values is uninitialised.
+/// Mutable array to make a column from; trivial types are uninitialised.
 template <class T>
 using Buffer = std::vector<T, Uninitialised<T>>;
 
@@ -92,8 +90,8 @@ using Buffer = std::vector<T, Uninitialised<T>>;
 
 namespace camber {
 
-/// An owner of a value that all copies of the owner share. Its copies and its destructor are not inline, because a copy
-/// of a mesh has dozens of them. The other members are declared inline: those of a module are not inline otherwise.
+/// Shared ownership of a value. Copies and the destructor are not inline, because a copy of a mesh has dozens of them.
+/// The others are declared inline, which members in a module otherwise are not.
 class SharedOwner {
   public:
     class Value {
@@ -111,7 +109,6 @@ class SharedOwner {
     };
 
     SharedOwner() = default;
-    /// Takes a value that was made by `new`.
     inline explicit SharedOwner(Value* value) : value_(value) {}
     SharedOwner(const SharedOwner& other) noexcept;
     SharedOwner(SharedOwner&& other) noexcept;
@@ -120,7 +117,7 @@ class SharedOwner {
     ~SharedOwner();
 
     [[nodiscard]] inline Value* value() const { return value_; }
-    /// True if this is the only owner. All reads through other owners have then ended.
+    /// Also guarantees that reads through former owners have ended.
     [[nodiscard]] bool is_only() const;
 
   private:
@@ -131,8 +128,7 @@ class SharedOwner {
 
 export namespace camber {
 
-/// An immutable shared array: copying costs a reference count. To change one, `take` its buffer (moved
-/// out when nobody else holds it, copied once otherwise) and make a new column of it.
+/// An immutable shared array; a copy costs a reference count. `take` returns its buffer, to make a changed column.
 template <class T>
 class Column {
   public:
@@ -143,8 +139,7 @@ class Column {
         array()->own = std::move(buffer);
         array()->items = array()->own;
     }
-    /// Of an array of somebody else, who leaves it as it is until `owner` is destroyed, in whichever thread that is:
-    /// nothing is copied.
+    /// Refers to an external array, which must not change until `owner` is destroyed, in any thread.
     Column(std::span<const T> items, std::shared_ptr<const void> owner) : owner_(new Array) {
         array()->items = items;
         array()->owner = std::move(owner);
@@ -162,8 +157,7 @@ class Column {
         return array()->items[id.index()];
     }
 
-    /// The column's buffer to write on: moved out of a uniquely owned column, copied from a shared one or from an array
-    /// of somebody else.
+    /// Moves the buffer from a uniquely owned column; copies it from a shared column or an external array.
     [[nodiscard]] friend Buffer<T> take(Column column) {
         if (!column.array()) return {};
         if (column.owner_.is_only() && !column.array()->owner) return std::move(column.array()->own);
@@ -181,7 +175,7 @@ class Column {
   private:
     struct Array : SharedOwner::Value {
         std::span<const T> items;
-        std::shared_ptr<const void> owner;  ///< of those, where it is somebody else
+        std::shared_ptr<const void> owner;
         Buffer<T> own;
     };
     [[nodiscard]] Array* array() const { return static_cast<Array*>(owner_.value()); }
@@ -189,14 +183,13 @@ class Column {
     SharedOwner owner_;
 };
 
-/// From now on large arrays (of a Buffer, or a Column made of one) lie in files of that folder which have no name and
-/// go with the process, so that the system can take their memory and bring back what is looked at. Whoever begins a
-/// program decides it, once, as he does which allocator it has. Returns 0, or the system's error number where no such
-/// file can be made there. An empty folder: from now on they are made in memory again.
+/// Stores large arrays from now on in anonymous temporary files of `folder`, so that the system can page them out. With
+/// an empty folder, new arrays are in memory again. A program calls it once, at its start. Returns 0, or the system's
+/// error number if files cannot be created.
 [[nodiscard]] int keep_arrays_in_files(const std::string& folder);
 
-/// Bytes into an array, or a part of one, that nobody has looked at yet: one in a file is written as a file is, which
-/// costs a tenth of touching its pages one after the other.
+/// Copies bytes into an array, or a part of one, not accessed before. A file is written by file output, in a tenth of
+/// the time of page accesses.
 void fill_bytes(void* array, const void* from, std::size_t bytes);
 template <class T>
     requires std::is_trivially_copyable_v<T>
@@ -204,54 +197,51 @@ void fill_array(std::span<T> array, std::span<const std::type_identity_t<T>> fro
     fill_bytes(array.data(), from.data(), from.size_bytes());
 }
 
-/// Lets the system have the memory of all arrays in files: what they hold stays.
+/// Lets the system reclaim the memory of arrays in files; their content is preserved.
 void give_back_arrays();
 
-/// Thrown for an array whose file cannot be made or cannot have its size, on a full disk for example.
+/// Thrown if an array's file cannot be created or reserved, as on a full disk.
 class NoFileForArray : public std::bad_alloc {
   public:
     NoFileForArray(std::string folder, int error) : folder_(std::move(folder)), error_(error) {}
     [[nodiscard]] const std::string& folder() const { return folder_; }
-    [[nodiscard]] int error() const { return error_; }  ///< the system's error number
+    [[nodiscard]] int error() const { return error_; }
 
   private:
     std::string folder_;
     int error_;
 };
 
-/// Bytes of arrays in files, whether in memory or not.
 [[nodiscard]] std::size_t bytes_in_files();
 
 }  // namespace camber
 
 namespace camber {
 
-/// Memory in such a file; null where arrays do not lie in files, or this one is small. Throws NoFileForArray.
+/// Returns null for small arrays, and if arrays are not stored in files. Throws NoFileForArray.
 [[nodiscard]] void* allocate_in_file(std::size_t bytes);
-/// Whether it was one of these.
+/// Returns false for arrays from elsewhere.
 [[nodiscard]] bool release_in_file(void* array);
 
 }  // namespace camber
 
 export namespace camber {
 
-/// Where the entities of one kind went when a mesh changed: from their ids before to those after. The identity takes
-/// no memory.
+/// Map from ids before a mesh change to ids after it. The identity takes no memory.
 template <class EntityId>
 class IdMap {
   public:
     IdMap() = default;
-    /// Each of `count` entities keeps its id.
     [[nodiscard]] static IdMap identity(std::size_t count) {
         IdMap map;
         map.count_ = count;
         return map;
     }
-    /// `after[old]`: invalid where the entity is gone.
+    /// `after[old]` is invalid for a removed entity.
     explicit IdMap(Column<EntityId> after) : after_(std::move(after)), count_(after_.size()), identity_(false) {}
 
     [[nodiscard]] EntityId operator[](EntityId old) const { return identity_ ? old : after_[old]; }
-    [[nodiscard]] std::size_t size() const { return count_; }  ///< entities before
+    [[nodiscard]] std::size_t size() const { return count_; }
 
   private:
     Column<EntityId> after_;
@@ -259,7 +249,7 @@ class IdMap {
     bool identity_ = true;
 };
 
-/// The maps of a commit, old → new, by which fields, metrics and whatever else is kept beside a mesh follow it.
+/// Maps from old to new ids of a commit, for the transfer of fields and metrics.
 struct MeshMaps {
     IdMap<VertexId> vertices;
     IdMap<EdgeId> edges;
@@ -267,29 +257,28 @@ struct MeshMaps {
     IdMap<FacetId> facets;
 };
 
-// What is known of few rows of a column: its cost goes with these rows, not with the column.
+// Data of few rows of a column: the cost is proportional to these rows, not to the column.
 
-/// A hash of an id: numbers are spread by the golden ratio (Knuth).
+/// Fibonacci hashing (Knuth).
 template <class Tag>
 [[nodiscard]] constexpr std::uint64_t hash_of(Id<Tag> id) {
     return static_cast<std::uint64_t>(id.value) * 0x9e3779b97f4a7c15ULL >> 32U;
 }
 
-/// Values of some ids: a hash table with open addressing. Copying copies what is in it. Not for writing from several
-/// threads.
+/// Hash table with open addressing for few ids. Copies are deep; writes are not thread-safe.
 template <class Key, class T>
 class SparseMap {
   public:
     [[nodiscard]] std::size_t size() const { return size_; }
     [[nodiscard]] bool empty() const { return size_ == 0; }
 
-    /// Null where nothing is known of it. Valid until the next `at`.
+    /// Null if absent. Valid until the next `at`.
     [[nodiscard]] const T* find(Key key) const {
         if (size_ == 0) return nullptr;
         const std::size_t slot = slot_of(key);
         return slots_[slot].first == key ? &slots_[slot].second : nullptr;
     }
-    /// The key's value; a T{} that is new where nothing was known. Valid until the next `at`.
+    /// Inserts T{} if absent. Valid until the next `at`.
     [[nodiscard]] T& at(Key key) {
         if (2 * (size_ + 1) > slots_.size()) grow();
         auto& [there, value] = slots_[slot_of(key)];
@@ -299,7 +288,6 @@ class SparseMap {
         }
         return value;
     }
-    /// All keys, rising.
     [[nodiscard]] std::vector<Key> keys() const {
         std::vector<Key> all;
         all.reserve(size_);
@@ -310,7 +298,6 @@ class SparseMap {
     }
 
   private:
-    /// Where the key is, or the free place for it.
     [[nodiscard]] std::size_t slot_of(Key key) const {
         const std::size_t mask = slots_.size() - 1;
         std::size_t slot = hash_of(key) & mask;
@@ -324,11 +311,10 @@ class SparseMap {
             if (key.valid()) slots_[slot_of(key)] = {key, std::move(value)};
     }
 
-    std::vector<std::pair<Key, T>> slots_;  ///< a power of two, at most half of them taken
+    std::vector<std::pair<Key, T>> slots_;  ///< power of two, at most half full
     std::size_t size_ = 0;
 };
 
-/// Some ids.
 template <class Key>
 class SparseSet {
   public:
@@ -339,28 +325,27 @@ class SparseSet {
     SparseMap<Key, std::uint8_t> members_;
 };
 
-/// Values of some ids that are cleared again and again: a hash table with open addressing.
+/// SparseMap with constant-time `clear`.
 template <class Key, class T>
 class ScratchMap {
   public:
-    /// `slots`: a power of two. The table is at most half full, and grows.
+    /// `slots`: a power of two.
     explicit ScratchMap(std::size_t slots = 64) : slots_(slots) {}
 
     [[nodiscard]] std::size_t size() const { return size_; }
-    /// Removes all keys in constant time. The memory stays.
     void clear() {
         size_ = 0;
         if (++stamp_ != 0) return;
-        slots_.assign(slots_.size(), {});  // the stamps have gone round
+        slots_.assign(slots_.size(), {});  // the stamp counter overflowed
         stamp_ = 1;
     }
-    /// The key's value; null if there is none. Valid until the next insertion.
+    /// Null if absent. Valid until the next insertion.
     [[nodiscard]] const T* find(Key key) const {
         const Slot& slot = slots_[slot_of(key)];
         return slot.stamp == stamp_ ? &slot.value : nullptr;
     }
     [[nodiscard]] bool contains(Key key) const { return find(key) != nullptr; }
-    /// The key's value, which is `value` if the key is new. Valid until the next insertion.
+    /// Inserts `value` if absent. Valid until the next insertion.
     T& insert(Key key, const T& value) {
         if (2 * (size_ + 1) > slots_.size()) grow();
         Slot& slot = slots_[slot_of(key)];
@@ -374,10 +359,9 @@ class ScratchMap {
   private:
     struct Slot {
         Key key{std::size_t{0}};
-        std::uint32_t stamp = 0;  ///< another one than the table's: the slot is free
+        std::uint32_t stamp = 0;  ///< free if different from the table's
         [[no_unique_address]] T value{};
     };
-    /// The slot of the key, or the free one for it.
     [[nodiscard]] std::size_t slot_of(Key key) const {
         const std::size_t mask = slots_.size() - 1;
         std::size_t at = hash_of(key) & mask;
@@ -396,14 +380,13 @@ class ScratchMap {
     std::uint32_t stamp_ = 1;
 };
 
-/// Some ids that are cleared again and again.
 template <class Key>
 class ScratchSet {
   public:
     explicit ScratchSet(std::size_t slots = 64) : members_(slots) {}
 
     void clear() { members_.clear(); }
-    /// Returns false if it is there already.
+    /// False if already present.
     bool insert(Key key) {
         const std::size_t before = members_.size();
         members_.insert(key, {});
@@ -415,14 +398,13 @@ class ScratchSet {
     ScratchMap<Key, Nothing> members_;
 };
 
-/// The finaliser of the 64-bit mixer SplitMix64: a permutation of the numbers, each bit depends on all bits.
+/// Finaliser of SplitMix64: a permutation; each output bit depends on all input bits.
 [[nodiscard]] constexpr std::uint64_t mixed_bits(std::uint64_t z) {
     z = (z ^ (z >> 30U)) * 0xbf58476d1ce4e5b9ULL;
     z = (z ^ (z >> 27U)) * 0x94d049bb133111ebULL;
     return z ^ (z >> 31U);
 }
 
-/// A hash of some words.
 template <std::size_t N>
 [[nodiscard]] constexpr std::uint64_t hash_of(const std::array<std::uint64_t, N>& words) {
     std::uint64_t z = 0;
@@ -430,20 +412,19 @@ template <std::size_t N>
     return z;
 }
 
-/// Rows of an array by their keys: a hash table with open addressing. The caller has the keys and compares them.
+/// Hash table of rows, with open addressing. The caller stores and compares the keys.
 class RowTable {
   public:
     static constexpr std::uint32_t none = 0xffffffffU;
 
-    /// Makes an empty table for up to `rows` rows.
     explicit RowTable(std::size_t rows) : slots_(std::bit_ceil(2 * rows + 2), none) {}
 
-    /// Returns the row with this hash that `is_same(row)` accepts, or `none`. For any number of threads.
+    /// Row with this hash that `is_same(row)` accepts, or `none`. Thread-safe.
     template <class IsSame>
     [[nodiscard]] std::uint32_t find(std::uint64_t hash, const IsSame& is_same) const {
         return slots_[slot_of(hash, is_same)];
     }
-    /// Returns that row; if there is none, enters `row` and returns it.
+    /// The same; inserts `row` if there is none.
     template <class IsSame>
     std::uint32_t insert(std::uint64_t hash, std::uint32_t row, const IsSame& is_same) {
         std::uint32_t& slot = slots_[slot_of(hash, is_same)];
@@ -459,10 +440,10 @@ class RowTable {
         return at;
     }
 
-    Buffer<std::uint32_t> slots_;  ///< a power of two, at most half of them taken
+    Buffer<std::uint32_t> slots_;  ///< power of two, at most half full
 };
 
-/// A column some of whose rows are otherwise.
+/// A column with few replaced values.
 template <class Key, class T>
 class Overlay {
   public:
@@ -476,10 +457,10 @@ class Overlay {
         return other ? *other : base_[key];
     }
     void set(Key key, const T& value) { others_.at(key) = value; }
-    /// The rows that were set, rising; some may have their value of before again.
+    /// Ascending; values may equal the base.
     [[nodiscard]] std::vector<Key> set_rows() const { return others_.keys(); }
 
-    /// All of it as a column; the base itself when nothing was set.
+    /// The base itself if no row was set.
     [[nodiscard]] Column<T> column() const {
         if (others_.empty()) return base_;
         Buffer<T> rows(base_.begin(), base_.end());
@@ -492,8 +473,7 @@ class Overlay {
     SparseMap<Key, T> others_;
 };
 
-/// The values of a pure function that were asked for: each is made at the first question, by whichever thread asks.
-/// From several threads; copies share what is known.
+/// Thread-safe cache of a pure function; copies share it.
 template <class Key, class T>
 class Memo {
   public:
@@ -505,7 +485,7 @@ class Memo {
             const std::scoped_lock lock(shard.mutex);
             if (const T* known = shard.values.find(key)) return *known;
         }
-        // Not under the lock: two threads may both make it, and make the same.
+        // Without the lock: two threads may both compute it, with the same result.
         T value = make_(key);
         const std::scoped_lock lock(shard.mutex);
         shard.values.at(key) = value;

@@ -1,4 +1,4 @@
-/// The base of every module: small value types, outcomes, columns, parallel loops, mesh values and their topology.
+/// Base module: value types, outcomes, columns, parallel loops, meshes and topology.
 export module camber.core;
 export import :columns;
 export import :execution;

@@ -1,4 +1,4 @@
-// Elementary functions in double-double arithmetic, the same bits on every machine.
+// Elementary functions in double-double arithmetic, with the same bits on every machine.
 module;
 #include <array>
 #include <bit>
@@ -13,8 +13,8 @@ namespace camber {
 
 namespace {
 
-// Numbers of about 106 bits as sums of two doubles (Dekker 1971, Knuth), for the elementary functions. Without fused
-// operations, which not every processor has.
+// Numbers of about 106 bits as sums of two doubles (Dekker 1971, Knuth). Fused operations are not used, because some
+// processors lack them.
 
 /// high + low, |low| at most about an ulp of high.
 struct DoubleDouble {
@@ -24,18 +24,18 @@ struct DoubleDouble {
     [[nodiscard]] constexpr double rounded() const { return high + low; }
 };
 
-/// a + b without rounding, |a| ≥ |b| or a = 0.
+/// a + b exactly; |a| ≥ |b| or a = 0.
 [[nodiscard]] constexpr DoubleDouble fast_two_sum(double a, double b) {
     const double s = a + b;
     return {s, b - (s - a)};
 }
-/// a + b without rounding.
+/// a + b exactly.
 [[nodiscard]] constexpr DoubleDouble two_sum(double a, double b) {
     const double s = a + b;
     const double t = s - a;
     return {s, (a - (s - t)) + (b - t)};
 }
-/// a b without rounding, |a| and |b| below 2^996, |a b| above 2^−960 or 0.
+/// a b exactly, for |a|, |b| < 2^996, and |a b| > 2^−960 or a b = 0.
 [[nodiscard]] constexpr DoubleDouble two_product(double a, double b) {
     constexpr double splitter = 0x1p27 + 1;
     const double ta = splitter * a, tb = splitter * b;
@@ -60,7 +60,6 @@ struct DoubleDouble {
     const DoubleDouble p = two_product(q, b.high);
     return fast_two_sum(q, (((a.high - p.high) - p.low) + (a.low - q * b.low)) / b.high);
 }
-/// a times a power of two.
 [[nodiscard]] constexpr DoubleDouble scaled(DoubleDouble a, double power) { return {a.high * power, a.low * power}; }
 [[nodiscard]] DoubleDouble square_root(DoubleDouble a) {
     if (a.high <= 0) return {};
@@ -69,7 +68,7 @@ struct DoubleDouble {
     return fast_two_sum(root, (((a.high - p.high) - p.low) + a.low) / (2 * root));
 }
 
-/// 2^n, n within −1022 … 1023.
+/// 2^n, −1022 ≤ n ≤ 1023.
 [[nodiscard]] constexpr double power_of_two(std::int64_t n) {
     return std::bit_cast<double>(static_cast<std::uint64_t>(n + 1023) << 52U);
 }
@@ -81,7 +80,7 @@ constexpr DoubleDouble pi_whole{0x1.921fb54442d18p+1, 0x1.1a62633145c07p-53};
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-constexpr std::uint64_t upper_bits = ~((std::uint64_t{1} << 27U) - 1);  // of a double: its first 26 digits
+constexpr std::uint64_t upper_bits = ~((std::uint64_t{1} << 27U) - 1);  // first 26 digits of a double
 
 // ---------------------------------------------------------------- exponentials
 
@@ -104,7 +103,7 @@ struct OfExponent {
 };
 
 OfExponent reduced(DoubleDouble x) {
-    // ln 2 / 128 in two parts, of which multiples of the first are exact.
+    // ln 2 / 128 in two parts; multiples of the first are exact.
     constexpr double step_high = 0x1.62e42fef80000p-8, step_low = 0x1.1cf79abc9e3b4p-43, to_integer = 0x1.8p52;
     const double shifted = x.high * 0x1.71547652b82fep+7 + to_integer;
     const double n = shifted - to_integer;
@@ -118,7 +117,7 @@ double beyond_linear(double r) {
     return r * r * (0.5 + r * (1.0 / 6 + r * (1.0 / 24 + r * (1.0 / 120 + r * (1.0 / 720)))));
 }
 
-/// m 2^n, 0.5 < m < 4; rounded once more where it is subnormal.
+/// m 2^n, 0.5 < m < 4; subnormal results are rounded once more.
 double with_exponent(double m, std::int32_t n) {
     if (n > -1020 && n < 1020) return m * power_of_two(n);
     if (n >= 1020) return n > 1100 ? infinity : m * 0x1p1000 * power_of_two(n - 1000);
@@ -131,7 +130,7 @@ double exponential(const OfExponent& r) {
     return with_exponent(power.high + (power.low + power.high * grown), r.n >> 7);
 }
 
-/// e^x / 2 for x > 0, which is finite a little longer than e^x.
+/// e^x / 2 for x > 0; finite for slightly larger x than e^x.
 double half_exp(double x) {
     if (x > 711) return infinity;
     OfExponent r = reduced({x, 0});
@@ -157,7 +156,7 @@ DoubleDouble expm1_of(double x) {
 
 // ---------------------------------------------------------------- logarithms
 
-/// For c = 1 + j/128, or half of it from `halved` on: 1/c and ln c, of which `high` has no bits below 2^−42.
+/// 1/c and ln c for c = 1 + j/128, or half of it from `halved` on. `high` has no bits below 2^−42.
 struct OfCentre {
     double inverse, high, low;
 };
@@ -181,7 +180,7 @@ constexpr std::array<OfCentre, 128> make_centres() {
 }
 constexpr auto centres = make_centres();
 
-/// x = 2^times c (1 + r + rest), c the centre next to it.
+/// x = 2^times c (1 + r + rest), c the nearest centre.
 struct NearCentre {
     const OfCentre& centre;
     double times, r, rest;
@@ -201,7 +200,7 @@ NearCentre near_centre(double x) {
     const OfCentre& centre = centres[(nearest >> 45U) & 127U];
     const double c = std::bit_cast<double>((nearest & ~fraction) - exponent);
     const double off = std::bit_cast<double>(bits - exponent) - c;
-    // The first part of r has 26 bits: its square, and its product with c, are exact.
+    // The first part of r has 26 bits, so its square and its product with c are exact.
     const double r = std::bit_cast<double>(std::bit_cast<std::uint64_t>(off * centre.inverse) & upper_bits);
     return {centre, static_cast<double>(n - below), r, (off - r * c) * centre.inverse};
 }
@@ -211,10 +210,10 @@ double beyond_quadratic(double r) {
     return 1.0 / 3 + r * (-0.25 + r * (0.2 + r * (-1.0 / 6 + r * (1.0 / 7 + r * (-0.125 + r * (1.0 / 9))))));
 }
 
-// ln 2 in two parts, of which multiples of the first are exact.
+// ln 2 in two parts; multiples of the first are exact.
 constexpr double ln2_high = 0x1.62e42fefa3800p-1, ln2_low = 0x1.ef35793c76730p-45;
 
-/// ln x for a positive and finite x, within 2^−68 of it.
+/// ln x, x positive and finite; relative error at most 2^−68.
 DoubleDouble log_of(double x) {
     const auto [centre, times, r, rest] = near_centre(x);
     const double whole = r + rest;
@@ -225,14 +224,14 @@ DoubleDouble log_of(double x) {
 }
 DoubleDouble log_of(DoubleDouble x) { return log_of(x.high) + DoubleDouble{x.low / x.high, 0}; }
 
-/// The logarithm where it is not that of a positive and finite number.
+/// ln of zero, negative, infinite and NaN arguments.
 double special_log(double x) {
     if (x == 0) return -infinity;
     return x > 0 ? x : not_a_number;  // +∞
 }
 bool has_log(double x) { return x > 0 && x < infinity; }
 
-/// x^y for positive and finite x, and finite y.
+/// x^y, x > 0, both finite.
 double positive_pow(double x, double y) {
     const DoubleDouble ln = log_of(x);
     const double about = y * ln.high;
@@ -245,7 +244,7 @@ double positive_pow(double x, double y) {
 bool is_integer(double y) { return std::floor(y) == y; }
 bool is_odd(double y) { return is_integer(y) && std::abs(y) < 0x1p53 && !is_integer(y / 2); }
 
-/// x^y of other numbers.
+/// Other cases of x^y.
 double special_pow(double x, double y) {
     if (y == 0 || x == 1) return 1;
     if (std::isnan(x) || std::isnan(y)) return not_a_number;
@@ -282,7 +281,7 @@ double expm1(double x) {
 
 double log(double x) {
     if (!has_log(x)) return special_log(x);
-    const auto [centre, times, r, rest] = near_centre(x);  // as log_of, but for the digits of the square
+    const auto [centre, times, r, rest] = near_centre(x);  // like log_of, with a different treatment of the square
     const double whole = r + rest, square = whole * whole;
     const DoubleDouble linear = fast_two_sum(times * ln2_high + centre.high, r);
     const double low = rest + square * (-0.5 + whole * beyond_quadratic(whole));
@@ -320,7 +319,7 @@ double cbrt(double x) {
         a *= 0x1p-300;
         unit = 0x1p100;
     }
-    // A third of the exponent, then Halley's steps, then one of Newton's with the exact remainder.
+    // Divides the exponent by 3, then Halley iterations, then a Newton iteration with the exact residual.
     auto y = std::bit_cast<double>(std::bit_cast<std::uint64_t>(a) / 3 + 0x2a9f7893782da1ceU);
     for (int i = 0; i < 2; ++i) {
         const double cube = y * y * y;
@@ -398,7 +397,7 @@ struct InQuadrant {
     unsigned n = 0;
 };
 
-/// |x| < 2^20, by π/2 in four parts, of which multiples of the first three are exact (Cody and Waite).
+/// For |x| < 2^20: π/2 in four parts; multiples of the first three are exact (Cody and Waite).
 InQuadrant reduced_by_parts(double x) {
     constexpr std::array part{0x1.921fb54400000p+0, 0x1.0b4611a600000p-34, 0x1.3198a2e000000p-69,
                               0x1.b839a252049c1p-104};
@@ -413,19 +412,19 @@ InQuadrant reduced_by_parts(double x) {
 
 __extension__ typedef unsigned __int128 Product;
 
-/// The bits of 2/π after 64 zeros.
+/// 2/π after 64 zero bits.
 constexpr std::array<std::uint64_t, 20> two_over_pi{
     0x0000000000000000, 0xa2f9836e4e441529, 0xfc2757d1f534ddc0, 0xdb6295993c439041, 0xfe5163abdebbc561,
     0xb7246e3a424dd2e0, 0x06492eea09d1921c, 0xfe1deb1cb129a73e, 0xe88235f52ebb4484, 0xe99c7026b45f7e41,
     0x3991d639835339f4, 0x9c845f8bbdf9283b, 0x1ff897ffde05980f, 0xef2f118b5a0a6d1f, 0x6d367ecf27cb09b7,
     0x4f463f669e5fea2d, 0x7527bac7ebe5f17b, 0x3d0739f78a5292ea, 0x6bfb5fb11f8d5d08, 0x56033046fc7b6bab};
 
-/// |x| ≥ 2^20, by as many digits of 2/π as matter (Payne and Hanek): x 2/π modulo 4 with 190 bits behind the point.
+/// For |x| ≥ 2^20: x 2/π modulo 4 with 190 fractional bits (Payne and Hanek).
 InQuadrant reduced_by_digits(double x) {
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const std::uint64_t mantissa = (bits & ((std::uint64_t{1} << 52U) - 1)) | (std::uint64_t{1} << 52U);
     const auto exponent = static_cast<std::int64_t>((bits >> 52U) & 0x7ffU) - 1075;  // |x| = mantissa 2^exponent
-    const auto first = static_cast<std::size_t>(exponent + 62);                      // in which 2/π has the weight 2
+    const auto first = static_cast<std::size_t>(exponent + 62);                      // in bits of 2/π; it has weight 2
     const auto word = [first](std::size_t i) {
         const std::size_t at = first / 64 + i, shift = first % 64;
         return shift == 0 ? two_over_pi[at] : two_over_pi[at] << shift | two_over_pi[at + 1] >> (64 - shift);
@@ -435,7 +434,7 @@ InQuadrant reduced_by_digits(double x) {
     std::uint64_t top = mantissa * word(0) + static_cast<std::uint64_t>(middle >> 64U);
     auto n = static_cast<unsigned>(top >> 62U);
     const auto upper = static_cast<std::uint64_t>(middle), lower = static_cast<std::uint64_t>(last);
-    // The fraction as a signed number, at most a half.
+    // Fraction as a signed number, at most 1/2.
     top <<= 2U;
     top |= upper >> 62U;
     n += static_cast<unsigned>(top >> 63U);
@@ -463,7 +462,7 @@ struct SineCosine {
     DoubleDouble sine, cosine;
 };
 
-/// Of i/64.
+/// Sine and cosine of i/64.
 constexpr std::array<SineCosine, 52> make_sines() {
     const auto series = [](int first) {  // Σ ± t^k / k!, k from `first` in steps of 2, without the first power
         const DoubleDouble z{-0x1p-12, 0};
@@ -483,7 +482,7 @@ constexpr std::array<SineCosine, 52> make_sines() {
 }
 constexpr auto sines = make_sines();
 
-/// An angle within ±π/4 as a multiple of 1/64 and the rest d: sin d = d + sine, cos d = 1 + cosine.
+/// An angle within ±π/4 as a multiple of 1/64 plus d; sin d = d + sine, cos d = 1 + cosine.
 struct NearMultiple {
     const SineCosine& of;
     double sign, d, sine, cosine;
@@ -519,7 +518,7 @@ DoubleDouble cosine(DoubleDouble r) {
 constexpr std::array<DoubleDouble, 65> make_arcs() {
     std::array<DoubleDouble, 65> out{};
     for (std::size_t i = 0; i + 1 < out.size(); ++i) {
-        // The tangent of the difference of two is t.
+        // t is the tangent of the difference of two consecutive arcs.
         const DoubleDouble t = DoubleDouble{64, 0} / DoubleDouble{static_cast<double>(4096 + i * (i + 1)), 0},
                            z = t * t;
         DoubleDouble sum{};
@@ -530,7 +529,7 @@ constexpr std::array<DoubleDouble, 65> make_arcs() {
 }
 constexpr auto arcs = make_arcs();
 
-/// The angle of (x, y), 0 ≤ y ≤ x.
+/// Angle of (x, y), 0 ≤ y ≤ x.
 DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     const double about = y.high / x.high;
     DoubleDouble t, arc;
@@ -549,7 +548,7 @@ DoubleDouble angle_below_diagonal(DoubleDouble y, DoubleDouble x) {
     return fast_two_sum(sum.high, sum.low + (arc.low + (t.low + series)));
 }
 
-/// The angle of (x, y), y ≥ 0, within 0 … π.
+/// Angle of (x, y), y ≥ 0.
 DoubleDouble angle_above(DoubleDouble y, DoubleDouble x) {
     const bool left = x.high < 0;
     if (left) x = -x;
@@ -606,7 +605,7 @@ double atan(double x) { return atan2(x, 1); }
 double atan2(double y, double x) {
     if (std::isnan(x) || std::isnan(y)) return not_a_number;
     double a = std::abs(y), b = std::abs(x);
-    if (a == b && (a == 0 || a == infinity)) {  // of all directions, those along the axes and the diagonals
+    if (a == b && (a == 0 || a == infinity)) {  // directions along the axes and the diagonals
         const double angle = a == 0 ? 0 : pi_half.high / 2;
         return std::copysign(std::signbit(x) ? (a == 0 ? pi_whole.high : 3 * (pi_half.high / 2)) : angle, y);
     }

@@ -1,5 +1,5 @@
-// camber.core by itself: a mesh is a handful of immutable columns; what follows from it (topology, sums) is made by
-// pure functions that say how they failed, and only an Execution knows of threads.
+// Example of camber.core: a mesh of immutable columns, its topology, and a sum. Pure functions return an Outcome; only
+// an Execution refers to threads.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -10,7 +10,7 @@ import camber.core;
 
 using namespace camber;
 
-/// A regular polygon of n corners on the unit circle, cut into n triangles around its centre (vertex 0).
+/// A regular n-gon on the unit circle, as n triangles around its centre (vertex 0).
 static LinearMesh<2> polygon(std::size_t n) {
     Buffer<Vec<2>> points(n + 1, Vec<2>{});
     Buffer<SimplexVertices<2>> triangles(n);
@@ -20,7 +20,7 @@ static LinearMesh<2> polygon(std::size_t n) {
         triangles[i] = {VertexId(std::size_t{0}), VertexId(i + 1), VertexId((i + 1) % n + 1)};
     }
     LinearMesh<2> mesh;
-    mesh.points = std::move(points);  // a buffer can be written; the column it becomes cannot
+    mesh.points = std::move(points);  // the buffer is mutable, the column is not
     mesh.point_references = Buffer<Reference>(n + 1, 0);
     mesh.elements.vertices = std::move(triangles);
     mesh.elements.references = Buffer<Reference>(n, 1);
@@ -32,9 +32,9 @@ static Outcome<bool> example(const Execution& execution) {
     const LinearMesh<2> mesh = polygon(n);
     const auto edges = unique_edges(mesh, execution);
     if (!edges) return fail(edges.error());
-    const auto around = balls(mesh, execution);  // the elements at each vertex
+    const auto around = balls(mesh, execution);  // elements at each vertex
     if (!around) return fail(around.error());
-    // Chunks do not depend on the threads and are joined in order: the sum has the same bits for any number of them.
+    // Chunks do not depend on the number of threads and are joined in order, so the sum always has the same bits.
     const auto area = reduce_each(
         execution, mesh.elements.size(), 0.0,
         [&](double& sum, std::size_t e) {

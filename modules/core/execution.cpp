@@ -1,4 +1,4 @@
-// Texts of messages, limits of options, errors of failed allocations, and parallel loops.
+// Message texts, option limits, allocation errors, and parallel loops.
 module;
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
@@ -26,7 +26,6 @@ namespace camber {
 
 namespace {
 
-/// True if a byte continues a letter of UTF-8.
 bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
 
 }  // namespace
@@ -50,7 +49,6 @@ std::string in_quotes(std::string_view text) {
 
 namespace {
 
-/// The shortest digits that give the same number back.
 std::string number(double x) {
     if (x == std::round(x) && std::abs(x) < 1e15) return std::to_string(static_cast<long>(x));
     std::array<char, 32> digits{};
@@ -127,7 +125,7 @@ Error out_of_memory(const std::bad_alloc& failure) {
 
 namespace {
 
-/// True if an exception reports that no thread can be started. TBB throws a runtime_error with the name of the call.
+/// True if no thread can be started. TBB throws a runtime_error with the name of the call.
 bool tells_of_threads(const std::runtime_error& error) {
     return dynamic_cast<const std::system_error*>(&error) != nullptr ||
            std::string_view(error.what()).starts_with("pthread_");
@@ -154,18 +152,18 @@ Error out_of_resources() {
 
 namespace {
 
-/// Ticks of one loop, passed on from one thread at a time, in rising order; the last one says that all is done.
+/// Progress of one loop: one thread at a time, ascending; the last report is the total.
 class Ticker {
   public:
     Ticker(const Execution& execution, std::size_t total) : execution_(execution), total_(total) {}
     void add(std::size_t items) {
         done_.fetch_add(items);
         if (!execution_.progress) return;
-        // A tick that finds another under way is dropped, unless it is the last.
+        // A report is dropped if another one is running, unless it is the last.
         std::unique_lock lock(mutex_, std::try_to_lock);
         if (!lock && done_.load() == total_) lock.lock();
         if (!lock) return;
-        // Read under the lock: a count taken before it could be older than one already told.
+        // Read under the lock: an earlier value could be smaller than one already reported.
         const std::size_t done = done_.load();
         if (done == told_) return;
         told_ = done;
@@ -197,7 +195,7 @@ Outcome<Done> run_chunks(const Execution& execution, std::size_t n, std::size_t 
         if (execution.threads == 1 || chunks < 2) {
             for (std::size_t chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
         } else {
-            // More threads than the machine has would not run, but make the library print a warning.
+            // Surplus threads would not run, and the library would print a warning.
             const int threads = std::min(execution.threads, tbb::info::default_concurrency());
             tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);
             arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });

@@ -19,34 +19,31 @@ import :outcome;
 
 export namespace camber {
 
-/// How a stage may run: the one explicit way by which threads, the request to stop, and progress enter.
-/// Only `each` and `tell` read it. Results do not depend on it.
+/// Threads, stop request and progress of a stage. Results do not depend on it.
 struct Execution {
-    /// Threads to use; 0 means all that the machine has.
+    /// 0: all of the machine
     int threads = 0;
-    /// Polled between chunks: a stage that sees it returns ErrorKind::stopped.
+    /// Polled between chunks; leads to ErrorKind::stopped.
     std::stop_token stop = {};
-    /// Called from one thread at a time with what is done and what there is in all: items of a loop, or shares of a
-    /// stage of several (`part_of`).
+    /// Called from one thread at a time, with items of a loop or fractions of several loops (`part_of`).
     std::function<void(std::size_t done, std::size_t total)> progress = {};
 };
 
-/// The same without telling progress: for loops before the one that counts.
+/// For loops whose progress is not reported.
 [[nodiscard]] inline Execution without_progress(Execution execution) {
     execution.progress = {};
     return execution;
 }
 
-/// For loops that `each` does not know.
+/// Reports progress of loops that do not use `each`.
 inline void report_progress(const Execution& execution, std::size_t done, std::size_t total) {
     if (execution.progress) execution.progress(done, total);
 }
 
-/// In so many parts what is made of several loops is told.
+/// Progress resolution of stages with several loops.
 inline constexpr std::size_t parts_told = 1'000'000'000;
 
-/// The same for one of the several loops of what `whole` tells of: that which takes the time between these shares of
-/// it. What the loop tells of itself is told as so much of the whole; parts may be made of parts.
+/// Execution of one of several loops of `whole`, between the fractions `from` and `to` of its progress. May be nested.
 [[nodiscard]] inline Execution part_of(Execution whole, double from, double to) {
     if (whole.progress)
         whole.progress = [tell_whole = std::move(whole.progress), from, to](std::size_t done, std::size_t total) {
@@ -57,17 +54,16 @@ inline constexpr std::size_t parts_told = 1'000'000'000;
     return whole;
 }
 
-/// A wrapper around each step of work that has several, with which a caller keeps clocks and shows progress:
-/// `around(name, body)` must call body once, with the Execution to use.
+/// Wrapper around each step, for timing and progress. `around(name, body)` must call body once, with an Execution.
 using Around =
     std::function<Outcome<Done>(std::string_view step, const std::function<Outcome<Done>(const Execution&)>& body)>;
 
-/// Steps with that execution, and nothing around them.
+/// Runs each step with `execution`, without a wrapper.
 [[nodiscard]] inline Around plainly(const Execution& execution) {
     return [&execution](std::string_view, const auto& body) { return body(execution); };
 }
 
-/// f(execution) → Outcome as the step of that name; at its end the whole is told.
+/// Runs f(execution) → Outcome as the named step, and reports full progress.
 template <class F>
 std::invoke_result_t<F, const Execution&> run_step(const Around& around, std::string_view name, F&& f) {
     std::optional<std::invoke_result_t<F, const Execution&>> made;
@@ -84,25 +80,21 @@ std::invoke_result_t<F, const Execution&> run_step(const Around& around, std::st
 }  // namespace camber
 
 namespace camber {
-/// Runs body(context, begin, end) over [0, n) in chunks of `grain`, in parallel. Errors: stopped; memory, in any
-/// thread.
+/// Runs body(context, begin, end) over [0, n) in parallel chunks. Errors: stopped; memory, in any thread.
 Outcome<Done> run_chunks(const Execution& execution, std::size_t n, std::size_t grain, void* context,
                          void (*body)(void*, std::size_t, std::size_t));
 }  // namespace camber
 
 export namespace camber {
 
-/// Items a chunk holds when the caller does not say: results never depend on it but for rounding in
-/// reductions, so it is fixed.
+/// Default chunk size; fixed, because rounding in reductions depends on it.
 inline constexpr std::size_t default_grain = 256;
 
-/// The error of a stage that heard the request to stop.
 [[nodiscard]] inline auto stopped() { return fail(ErrorKind::stopped, "stopped on request"); }
 
-/// The loops below fail when stopped, and with ErrorKind::memory when f, in whichever thread, or the loop itself finds
-/// no memory.
+/// Errors of the loops below: stopped; memory, in any thread.
 
-/// f(begin, end) for each chunk of [0, n), in parallel; chunks are the same for any number of threads.
+/// Calls f(begin, end) for chunks of [0, n) in parallel. Chunks do not depend on the number of threads.
 template <class F>
 [[nodiscard]] Outcome<Done> each_chunk(const Execution& execution, std::size_t n, F&& f,
                                        std::size_t grain = default_grain) {
@@ -112,7 +104,6 @@ template <class F>
         [](void* context, std::size_t begin, std::size_t end) { (*static_cast<Body*>(context))(begin, end); });
 }
 
-/// f(i) for each i in [0, n), in parallel.
 template <class F>
 [[nodiscard]] Outcome<Done> each(const Execution& execution, std::size_t n, F&& f, std::size_t grain = default_grain) {
     return each_chunk(
@@ -123,7 +114,7 @@ template <class F>
         grain);
 }
 
-/// The buffer of f(i), i in [0, n), computed in parallel.
+/// Buffer of f(i), computed in parallel.
 template <class F>
 [[nodiscard]] auto map_each(const Execution& execution, std::size_t n, F&& f, std::size_t grain = default_grain)
     -> Outcome<Buffer<std::decay_t<decltype(f(std::size_t{}))>>> {
@@ -138,8 +129,8 @@ template <class F>
     });
 }
 
-/// Folds [0, n): each chunk starts from `init` and calls accumulate(value, i); the chunks' values are joined
-/// in order by join(left, right). The same bytes for any number of threads.
+/// Parallel reduction with the same bits for any number of threads. Each chunk starts from `init` and calls
+/// accumulate(value, i); join(left, right) joins chunks in order.
 template <class T, class Accumulate, class Join>
 [[nodiscard]] Outcome<T> reduce_each(const Execution& execution, std::size_t n, T init, Accumulate&& accumulate,
                                      Join&& join, std::size_t grain = 4096) {
@@ -161,19 +152,19 @@ template <class T, class Accumulate, class Join>
     });
 }
 
-// Work on parts of a mesh that overlap, as if it were done piece by piece in a given order, but in parallel: what does
-// not overlap anything before it is done at once. So the result depends on the order alone.
+// Parallel execution of work items on overlapping parts of a mesh, equivalent to sequential execution in a given order.
+// An item runs as soon as it overlaps no earlier item. The result depends only on the order.
 
-/// What a piece of work reads and writes: elements. None: it cannot tell before, and is done alone.
+/// Elements that a work item reads and writes. None: unknown in advance, the item runs alone.
 using Claim = std::optional<std::span<const ElementId>>;
 
-/// Which pieces may be done at once. It has a row for each element of a mesh, and is made once for many rounds.
+/// Selects items that can run concurrently. It has a row for each element of a mesh, and is reused over rounds.
 class Schedule {
   public:
     explicit Schedule(std::size_t elements) : first_(elements, nobody) {}
 
-    /// The positions, rising, of those of n pieces that come before all others which claim one of their elements;
-    /// never empty when n is not 0. `claim(i)`: the elements of the piece at position i. Errors: stopped, memory.
+    /// Ascending positions of the items that precede all others with one of their elements; not empty for n > 0.
+    /// `claim(i)`: elements of item i. Errors: stopped, memory.
     template <class ElementsOf>
     [[nodiscard]] Outcome<std::vector<std::size_t>> disjoint(std::size_t n, ElementsOf&& claim,
                                                              const Execution& execution) {
@@ -207,23 +198,21 @@ class Schedule {
         }
     }
 
-    std::vector<std::uint32_t> first_;  ///< the first position that claims an element; nobody between two calls
+    std::vector<std::uint32_t> first_;  ///< first claim of each element; reset between calls
 };
 
-/// An order in which neighbours in number are far apart, so that many pieces come before all that they overlap (after
-/// Luby). No two ids have the same rank.
+/// Pseudo-random order (after Luby): most items then precede all items that they overlap. Ranks are unique.
 template <class Tag>
 [[nodiscard]] constexpr std::uint64_t spread_rank(Id<Tag> id) {
     return mixed_bits((id.index() + 1) * 0x9e3779b97f4a7c15ULL);
 }
 
-/// So many items are looked at in a round: rounds cost this at most, however many items wait and however few are
-/// chosen.
+/// Maximum number of items examined in a round.
 inline constexpr std::size_t round_window = 8192;
 
-/// All items, in rounds of such as may be done at once: `round(items)` does those, in their order, and says whether to
-/// go on. Items that are `needless` when their round comes are left out. `claim(item)`: see Claim; it must not change
-/// while the item waits. Progress tells of the items that are done with. Errors: those of `round`, stopped.
+/// Processes items in rounds of concurrent ones. `round(items)` processes them in order; false ends the loop. Items
+/// that are `needless` in their round are skipped. `claim(item)`: see Claim; fixed while the item waits. Errors: those
+/// of `round`, stopped.
 template <class Item, class Needless, class ClaimOf, class Round>
 [[nodiscard]] Outcome<Done> in_rounds(Schedule& schedule, std::vector<Item> items, const Execution& execution,
                                       Needless&& needless, ClaimOf&& claim, Round&& round) {
@@ -231,7 +220,7 @@ template <class Item, class Needless, class ClaimOf, class Round>
     const std::size_t all = items.size();
     std::vector<Item> front, now;
     for (std::size_t begin = 0; true;) {
-        // The first items, up to one that is done alone.
+        // The first items, up to one that must run alone.
         front.clear();
         std::size_t end = begin;
         bool alone = false;
@@ -250,7 +239,7 @@ template <class Item, class Needless, class ClaimOf, class Round>
         } else {
             const auto chosen = schedule.disjoint(front.size(), [&](std::size_t i) { return *claim(front[i]); }, quiet);
             if (!chosen) return fail(chosen.error());
-            // What waits goes back to just before what was not looked at.
+            // Waiting items are stored directly before the items not yet examined.
             std::size_t next = chosen->size();
             for (std::size_t i = front.size(); i-- > 0;) {
                 if (next > 0 && (*chosen)[next - 1] == i)

@@ -1,4 +1,4 @@
-// The general mesh: to and from meshes of simplices, its edges and faces, straight nodes of a degree.
+// Conversion between general and simplicial meshes, unique edges and faces, straight nodes of a degree.
 module;
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ Simplices<K> simplices_of(Cells<simplex<K>> cells) {
             std::move(cells.entities)};
 }
 
-/// "3 prisms, 2 hexahedra": all elements and facets that are no simplices; empty where all are.
+/// "3 prisms, 2 hexahedra": non-simplices among elements and facets.
 template <int D>
 std::string list_others(const Mesh<D>& mesh) {
     std::array<std::size_t, 7> counts{};
@@ -116,10 +116,9 @@ Outcome<QuadraticMesh<D>> as_quadratic(Mesh<D> mesh) {
 
 namespace {
 
-// Unique edges and faces: each cell lists its own; those with the same vertices are one.
+// Unique edges and faces: entities of cells with the same vertices are merged.
 
-/// An edge or a face of a cell: its vertices but the lowest one as one number that sorts as they do, and its slot among
-/// all that cells list.
+/// An edge or face of a cell without its lowest vertex, and its slot in the list of all cells.
 template <std::size_t N>
 struct Listed {
     std::array<VertexId, N - 1> others;
@@ -135,14 +134,14 @@ struct Listed {
     [[nodiscard]] std::uint64_t pair() const { return std::uint64_t{others[0].value} << 32U | others[1].value; }
 };
 
-/// The unique entities, sorted by their vertices, and the id for each slot.
+/// Sorted by vertices; `ids`: by slot.
 template <std::size_t N>
 struct UniqueEntities {
     Buffer<std::array<VertexId, N>> vertices;
     Buffer<std::uint32_t> ids;
 };
 
-/// `visit(f)` calls f(slot, vertices) for each slot, in parallel; vertices begin with the lowest one.
+/// `visit(f)` calls f(slot, vertices) for each slot in parallel, lowest vertex first.
 template <std::size_t N, class Visit>
 Outcome<UniqueEntities<N>> unique_entities(std::size_t slots, std::size_t points, Visit&& visit,
                                            const Execution& execution) {
@@ -164,7 +163,7 @@ Outcome<UniqueEntities<N>> unique_entities(std::size_t slots, std::size_t points
         item.slot = static_cast<std::uint32_t>(slot);
     });
     if (!done) return fail(done.error());
-    Buffer<std::uint32_t> first(points + 1, 0);  // unique entities of lower vertices
+    Buffer<std::uint32_t> first(points + 1, 0);  // number of unique entities with a lower first vertex
     done = each(execution, points, [&](std::size_t v) {
         const auto begin = listed.begin() + offsets[v], end = listed.begin() + offsets[v + 1];
         std::sort(begin, end, [](const auto& a, const auto& b) { return a.precedes(b); });
@@ -196,7 +195,7 @@ void each_list(const Mesh<D>& mesh, F&& f) {
     if constexpr (D == 3) f.template operator()<Shape::line>(mesh.edges);
 }
 
-/// Refuses cells that name a vertex twice, where they have no edge, or one that the mesh has not.
+/// Rejects cells with a repeated vertex (a degenerate edge) or an invalid vertex.
 template <int D>
 Outcome<Done> check_vertices(const Mesh<D>& mesh, const Execution& execution) {
     Outcome<Done> result = Done{};
@@ -285,7 +284,7 @@ Outcome<Done> add_edges(Mesh<D>& mesh, const Execution& execution) {
     return done;
 }
 
-/// The faces of a cell of a 3D mesh: of a solid, or itself.
+/// Number of faces of a cell in 3D: of a solid, or 1 for a 2D cell.
 template <Shape shape>
 constexpr int face_count_of = shape_table<shape>.dimension == 3   ? shape_table<shape>.face_count
                               : shape_table<shape>.dimension == 2 ? 1
@@ -298,7 +297,7 @@ constexpr ShapeFace face_at(int f) {
         return {shape, {0, 1, 2, 3}};
 }
 
-/// Of each face of a cell the number of faces of that shape before it; in the end their number.
+/// For each face of a cell: number of earlier faces of the same shape; then the total.
 template <Shape shape, Shape face>
 constexpr auto face_ranks = [] {
     std::array<int, 7> ranks{};
@@ -306,7 +305,6 @@ constexpr auto face_ranks = [] {
     return ranks;
 }();
 
-/// Gives the faces of one shape their ids.
 template <Shape face>
 Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& execution) {
     constexpr std::size_t corners = shape_table<face>.corner_count;
@@ -370,9 +368,7 @@ Outcome<Buffer<ShapeVertices<face>>> add_faces(Mesh<3>& mesh, const Execution& e
     return std::move(faces->vertices);
 }
 
-// Straight nodes.
-
-/// The linear functions of the corners at each node of an element; those of a pyramid are of the collapsed hexahedron.
+/// Linear corner functions at each node of an element; for pyramids, those of the collapsed hexahedron.
 template <Shape shape, int degree>
 constexpr auto corner_weights = [] {
     constexpr int corners = shape_table<shape>.corner_count;
@@ -380,7 +376,7 @@ constexpr auto corner_weights = [] {
     for (std::size_t n = 0; n < weights.size(); ++n) {
         std::array<double, 3> x{};
         for (int d = 0; d < 3; ++d) x[d] = static_cast<double>(lagrange_nodes<shape, degree>[n][d]) / degree;
-        const double rest = shape == Shape::pyramid ? 1 - x[2] : 1;  // of the cross-section
+        const double rest = shape == Shape::pyramid ? 1 - x[2] : 1;  // size of the cross-section
         for (int c = 0; c < corners; ++c) {
             const auto& at = shape_table<shape>.coordinates[c];
             double& w = weights[n][c] = 1;
@@ -401,7 +397,7 @@ constexpr auto corner_weights = [] {
     return weights;
 }();
 
-/// Writes the inner nodes of cells, one row of vertices each, from `first` on.
+/// Writes the inner nodes of cells from index `first` on.
 template <Shape shape, int degree, int D, class Rows>
 Outcome<Done> place_inner(const Mesh<D>& mesh, const Rows& rows, std::size_t first, Buffer<Vec<D>>& nodes,
                           const Execution& execution) {

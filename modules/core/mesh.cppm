@@ -7,7 +7,7 @@ module;
 #include <tuple>
 #include <type_traits>
 #include <utility>
-/// Meshes of degree 1 to 5 with elements of several shapes.
+/// Meshes of degree 1 to 5 with several element shapes.
 export module camber.core:mesh;
 import :columns;
 import :execution;
@@ -18,10 +18,9 @@ import :tensors;
 
 export namespace camber {
 
-/// The highest degree of a mesh.
 inline constexpr int max_degree = 5;
 
-/// Calls f.operator()<shape>() for each shape of dimension K, in the order of `Shape`.
+/// Calls f.operator()<shape>() for shapes of dimension K.
 template <int K, class F>
 constexpr void each_shape(F&& f) {
     static_assert(K >= 1 && K <= 3);
@@ -38,7 +37,7 @@ constexpr void each_shape(F&& f) {
     }
 }
 
-/// One value T<shape> for each shape of dimension K.
+/// One T<shape> for each shape of dimension K.
 template <int K, template <Shape> class T>
 class ByShape {
   public:
@@ -61,79 +60,77 @@ class ByShape {
     typename Values::type values_;
 };
 
-/// The corners of a cell, in the order of `shape_table`.
+/// In the order of `shape_table`.
 template <Shape shape>
 using ShapeVertices = std::array<VertexId, shape_table<shape>.corner_count>;
 
-/// Cells of one shape, column by column: what `Simplices` has of simplices.
+/// See `Simplices`.
 template <Shape shape>
 struct Cells {
     Column<ShapeVertices<shape>> vertices;
-    Column<Reference> references;     ///< one a cell
-    Column<std::uint32_t> required;   ///< indices of those that must not change
+    Column<Reference> references;     ///< one per cell
+    Column<std::uint32_t> required;   ///< indices of fixed cells
     Column<Reference> entities = {};  ///< see Simplices
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const Cells&, const Cells&) = default;
 };
 
-/// The unique edges of cells of one shape, in the order of `shape_table`; no rows in a mesh of degree 1.
+/// Unique edges of cells, in the order of `shape_table`. Empty for degree 1.
 template <Shape shape>
 struct EdgesOfCells {
     Column<std::array<EdgeId, shape_table<shape>.edge_count>> ids;
     friend bool operator==(const EdgesOfCells&, const EdgesOfCells&) = default;
 };
 
-/// The unique faces of cells of one shape in 3D: of solids in the order of `shape_table`; of a triangle or a
-/// quadrilateral itself. A face whose shape has no nodes of its own at the mesh's degree has an invalid id; no rows
-/// where that holds for all faces.
+/// Unique faces of cells in 3D: faces of a solid in the order of `shape_table`, or the 2D cell itself. Invalid for
+/// shapes without inner nodes at the mesh's degree; empty if no face has any.
 template <Shape shape>
 struct FacesOfCells {
     Column<std::array<FaceId, shape_table<shape>.dimension == 2 ? 1 : shape_table<shape>.face_count>> ids;
     friend bool operator==(const FacesOfCells&, const FacesOfCells&) = default;
 };
 
-/// The unique edges and faces that have nodes of their own. Their nodes go from the first corner on: along an edge to
-/// the second; on a triangle first towards the second corner, then towards the third; on a quadrilateral first towards
-/// the second, then towards the fourth. How an element sees them follows from its own vertices.
+/// Unique edges and faces with inner nodes. Nodes start at the first corner. On an edge they go to the second. On a
+/// triangle they go first towards the second corner, then towards the third; on a quadrilateral towards the second,
+/// then the fourth. Elements derive orientations from their vertices.
 template <int D>
 struct MeshEntities {
-    Column<std::array<VertexId, 2>> edges;           ///< lower vertex first, rising; from degree 2 on
-    Column<std::array<VertexId, 3>> triangles;       ///< vertices rise, and rows; 3D, from degree 3 on
-    Column<std::array<VertexId, 4>> quadrilaterals;  ///< round the rim: lowest vertex first, then its lower neighbour,
-                                                     ///< rows rise; 3D, from degree 2 on
+    Column<std::array<VertexId, 2>> edges;           ///< lower vertex first, sorted; from degree 2 on
+    Column<std::array<VertexId, 3>> triangles;       ///< ascending vertices, sorted rows; 3D, from degree 3 on
+    Column<std::array<VertexId, 4>> quadrilaterals;  ///< cyclic order: lowest vertex first, then its lower neighbour;
+                                                     ///< sorted rows; 3D, from degree 2 on
     ByShape<D, EdgesOfCells> edges_of_elements;
     ByShape<D - 1, EdgesOfCells> edges_of_facets;
-    Column<EdgeId> edges_of_edges;  ///< of feature edges (3D)
+    Column<EdgeId> edges_of_edges;
     ByShape<D, FacesOfCells> faces_of_elements;
     ByShape<D - 1, FacesOfCells> faces_of_facets;
 
     friend bool operator==(const MeshEntities&, const MeshEntities&) = default;
 };
 
-/// A mesh of one degree from 1 to 5 whose elements have any shapes of dimension D: an immutable value of columns.
-/// Nodes are equispaced in the reference element (points on the curves, no control points), each stored once, with the
-/// vertex, edge, face or element that it is inside of; which an element has follows from its vertices, the ids of
-/// its edges and faces, and constant tables. So elements that share an edge or a face share its nodes. (That sides of
-/// elements which meet are equal faces is a matter of the vertices: a check of soundness.) Elements are numbered shape
-/// by shape.
+/// A mesh of one degree from 1 to 5 with elements of any shapes of dimension D: an immutable value of columns. Nodes
+/// are points on the geometry, equispaced in the reference element. Each is stored once, with the vertex, edge, face or
+/// element whose interior it is in, so that elements share nodes. The nodes of an element follow from its vertices and
+/// the ids of its edges and faces. Elements are numbered shape by shape. camber.soundness checks that adjacent faces
+/// match.
 ///
-/// The nodes of edges have the type of `QuadraticMesh::mid_nodes`, so that meshes of degree 2 share the column.
+/// Edge nodes have the type of `QuadraticMesh::mid_nodes`, so that the column can be shared.
 template <int D>
 struct Mesh {
     static constexpr int dimension = D;
 
-    int degree = 1;                      ///< from 1 to max_degree
-    Column<Vec<D>> points;               ///< of vertices
-    Column<LagrangeNode<D>> edge_nodes;  ///< degree − 1 an edge
-    Column<Vec<D>> face_nodes;           ///< 3D: of the triangles, then of the quadrilaterals
-    Column<Vec<D>> inner_nodes;          ///< element by element, in the order of `lagrange_nodes`
-    Column<Reference> point_references;  ///< one a vertex
-    Column<VertexId> corners;            ///< vertices where curves break
+    int degree = 1;
+    Column<Vec<D>> points;               ///< vertex coordinates
+    Column<LagrangeNode<D>> edge_nodes;  ///< degree − 1 per edge
+    Column<Vec<D>> face_nodes;           ///< 3D: triangles, then quadrilaterals
+    Column<Vec<D>> inner_nodes;          ///< by element, in the order of `lagrange_nodes`
+    Column<Reference> point_references;  ///< one per vertex
+    Column<VertexId> corners;            ///< corners of curves
     Column<VertexId> required_vertices;
     ByShape<D, Cells> elements;
-    ByShape<D - 1, Cells> facets;  ///< of the boundary, and between materials
-    Cells<Shape::line> edges;      ///< feature edges in 3D; none in 2D, where facets are the edges
+    ByShape<D - 1, Cells> facets;  ///< boundary and material interfaces
+    Cells<Shape::line> edges;      ///< feature edges (3D)
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or the facets (2D)
     GivenGeometry<D> geometry;
     Column<Group> groups = {};
@@ -142,7 +139,6 @@ struct Mesh {
     friend bool operator==(const Mesh&, const Mesh&) = default;
 };
 
-/// Number of all elements.
 template <int D>
 [[nodiscard]] std::size_t count_elements(const Mesh<D>& mesh) {
     std::size_t count = 0;
@@ -150,7 +146,7 @@ template <int D>
     return count;
 }
 
-/// Whether the mesh is a surface in space and no more: see the same function of LinearMesh.
+/// See the overload for LinearMesh.
 template <int D>
 [[nodiscard]] bool is_surface_alone(const Mesh<D>& mesh) {
     std::size_t facets = 0;
@@ -158,32 +154,30 @@ template <int D>
     return D == 3 && count_elements(mesh) == 0 && facets > 0;
 }
 
-/// Number of all nodes.
 template <int D>
 [[nodiscard]] std::size_t count_nodes(const Mesh<D>& mesh) {
     return mesh.points.size() + mesh.edge_nodes.size() + mesh.face_nodes.size() + mesh.inner_nodes.size();
 }
 
-// Between the general mesh and those of simplices. All columns are shared; nothing is copied.
+// Conversion between general and simplicial meshes. All columns are shared, without copies.
 
 template <int D>
 [[nodiscard]] Mesh<D> as_mesh(LinearMesh<D> mesh);
 template <int D>
 [[nodiscard]] Mesh<D> as_mesh(QuadraticMesh<D> mesh);
 
-/// Errors: the degree is not 1, elements or facets are no simplices (ErrorKind::unsupported).
+/// Errors (unsupported): the degree is not 1, or there are non-simplices.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> as_linear(Mesh<D> mesh);
-/// Errors: the degree is not 2, elements or facets are no simplices (ErrorKind::unsupported).
+/// Errors (unsupported): the degree is not 2, or there are non-simplices.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> as_quadratic(Mesh<D> mesh);
 
-/// The simplices of a mesh of any degree by their vertices alone; cells of other shapes are not in it.
+/// Simplices of a mesh of any degree, without other shapes.
 template <int D>
 [[nodiscard]] LinearMesh<D> straight_simplices(Mesh<D> mesh);
 
-/// f(mesh) with the mesh as LinearMesh or QuadraticMesh, by its degree: for code that takes simplices of degrees 1 and
-/// 2; f returns an Outcome. Errors: a higher degree, elements or facets that are no simplices (ErrorKind::unsupported).
+/// Calls f(mesh) → Outcome with a LinearMesh or QuadraticMesh. Errors (unsupported): a higher degree, or non-simplices.
 template <int D, class F>
 [[nodiscard]] auto on_simplices(Mesh<D> mesh, F&& f) -> decltype(f(LinearMesh<D>{})) {
     if (mesh.degree > 2)
@@ -199,14 +193,12 @@ template <int D, class F>
     return f(std::move(*linear));
 }
 
-/// The same mesh of degree 1 in another degree, with its edges and faces: nodes are where the linear functions of a
-/// cell's vertices have them (on pyramids: those of the collapsed hexahedron), so no point of any element moves.
-/// Errors: the mesh is not of degree 1, the degree is not from 1 to 5 (ErrorKind::usage), a cell that names a vertex
-/// twice or one that does not exist (ErrorKind::input), too many edges or faces (ErrorKind::unsupported), stopped.
+/// Raises the degree of a linear mesh without a change of its geometry, and adds its edges and faces. Nodes are values
+/// of the linear corner functions (pyramids: of the collapsed hexahedron). Errors: usage (not of degree 1, or `degree`
+/// not from 1 to 5), input (a cell with a repeated or invalid vertex), unsupported (too many edges or faces), stopped.
 template <int D>
 [[nodiscard]] Outcome<Mesh<D>> elevate(Mesh<D> mesh, int degree, const Execution& execution);
 
-/// The same mesh with f(node) in the place of each node.
 template <int D, class F>
 [[nodiscard]] Mesh<D> map_nodes(Mesh<D> mesh, F&& f) {
     const auto map = [&](Column<Vec<D>>& column) {
@@ -223,7 +215,7 @@ template <int D, class F>
     return mesh;
 }
 
-/// The nodes of a cell in the order of `lagrange_nodes`: what kernels gather.
+/// In the order of `lagrange_nodes`.
 template <Shape shape, int degree, int D>
 struct Element {
     std::array<Vec<D>, element_nodes<shape, degree>> nodes;
@@ -234,8 +226,8 @@ struct Element {
 
 namespace camber {
 
-/// The orientation of a face within its unique face, as a number: of a triangle which of its vertices are lower than
-/// which, of a quadrilateral the position of the lowest one and on which side of it the lower neighbour is.
+/// Orientation relative to the unique face. Triangle: bits of 0 < 1, 0 < 2, 1 < 2. Quadrilateral: twice the position of
+/// the lowest vertex, plus 1 if the next is its lower neighbour.
 [[nodiscard]] constexpr int orientation_of(const std::array<VertexId, 3>& v) {
     return (v[0] < v[1] ? 1 : 0) + (v[0] < v[2] ? 2 : 0) + (v[1] < v[2] ? 4 : 0);
 }
@@ -246,7 +238,7 @@ namespace camber {
     return 2 * lowest + (v[(lowest + 1) % 4] < v[(lowest + 3) % 4] ? 1 : 0);
 }
 
-/// Returns the positions of a face's vertices in the order of the unique face.
+/// Positions of a face's vertices in the unique face's order.
 [[nodiscard]] constexpr std::array<int, 4> corners_by_orientation(Shape shape, int orientation) {
     if (shape == Shape::quadrilateral) {
         const int first = orientation / 2, step = orientation % 2 == 1 ? 1 : 3;
@@ -261,7 +253,7 @@ namespace camber {
     return at;
 }
 
-/// Positions of a face's inner nodes among the nodes of the unique face, for each orientation.
+/// Positions of a face's inner nodes among those of the unique face.
 template <Shape shape, int degree>
 inline constexpr auto nodes_by_orientation = [] {
     constexpr int count = inner_node_count(shape, degree);
@@ -296,7 +288,7 @@ inline constexpr auto nodes_by_orientation = [] {
     return nodes;
 }();
 
-/// Appends the inner nodes of a unique face as a face with these vertices has them.
+/// Appends inner face nodes in the order of `vertices`.
 template <Shape face, int degree, int D, std::size_t N>
 void append_face(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, FaceId id, Vec<D>*& out) {
     constexpr std::size_t count = inner_node_count(face, degree);
@@ -309,14 +301,14 @@ void append_face(const Mesh<D>& mesh, const std::array<VertexId, N>& vertices, F
     }
 }
 
-/// Appends the inner nodes of a unique edge from vertex a to vertex b.
+/// Appends inner edge nodes from a to b.
 template <int degree, int D>
 void append_edge(const Mesh<D>& mesh, VertexId a, VertexId b, EdgeId id, Vec<D>*& out) {
     const std::size_t first = id.index() * (degree - 1);
     for (int n = 0; n < degree - 1; ++n) *out++ = mesh.edge_nodes[first + (a < b ? n : degree - 2 - n)].point;
 }
 
-/// Cell i of a list, with the edges and faces of the same list.
+/// Cell i of a list with its `edges`, `faces` and first inner node.
 template <Shape shape, int degree, int D>
 [[nodiscard]] Element<shape, degree, D> gather(const Mesh<D>& mesh, const Cells<shape>& cells,
                                                const EdgesOfCells<shape>& edges, const FacesOfCells<shape>& faces,
@@ -353,7 +345,7 @@ template <Shape shape, int degree, int D>
     return element;
 }
 
-/// Calls f.operator()<degree>() for a degree from 1 to max_degree; others end the program.
+/// Aborts for a degree outside 1 to max_degree.
 template <class F>
 auto at_degree(int degree, F&& f) {
     switch (degree) {
@@ -370,7 +362,7 @@ auto at_degree(int degree, F&& f) {
 
 export namespace camber {
 
-/// The elements, the facets or, in 3D, the feature edges of a mesh that have one shape; refers to the mesh.
+/// Cells of one shape and dimension; refers to the mesh.
 template <Shape shape_, int degree_, int D>
 class CellBlock {
   public:
@@ -380,7 +372,7 @@ class CellBlock {
     CellBlock(const Mesh<D>& mesh, std::size_t first, std::size_t inner) : mesh_(&mesh), first_(first), inner_(inner) {}
 
     [[nodiscard]] std::size_t size() const { return cells().size(); }
-    /// The number of its first cell among all elements (or facets) of the mesh.
+    /// Number of the first cell among all of its dimension.
     [[nodiscard]] std::size_t first() const { return first_; }
     [[nodiscard]] const Cells<shape>& cells() const {
         if constexpr (dimension == D)
@@ -390,7 +382,6 @@ class CellBlock {
         else
             return mesh_->edges;
     }
-    /// The nodes of cell i of the block.
     [[nodiscard]] Element<shape, degree, D> operator[](std::size_t i) const {
         const MeshEntities<D>& of = mesh_->entities;
         if constexpr (dimension == D) {
@@ -415,9 +406,8 @@ class CellBlock {
     std::size_t first_, inner_;
 };
 
-/// Calls f(block) for the elements (K = D), the facets (K = D − 1) or the feature edges (K = 1 in 3D) of each shape
-/// that the mesh has, with a CellBlock of its degree: so kernels are templates on shape and degree, and are chosen once
-/// a block.
+/// Calls f(block) for each shape in the mesh: elements (K = D), facets (K = D − 1) or feature edges (K = 1 in 3D).
+/// Shape and degree are template parameters of kernels.
 template <int K, int D, class F>
 void each_block_of(const Mesh<D>& mesh, F&& f) {
     static_assert(K == D || K == D - 1 || K == 1);

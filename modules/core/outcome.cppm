@@ -15,42 +15,39 @@ module;
 #include <type_traits>
 #include <utility>
 #include <vector>
-/// Outcomes and errors; options of commands; words of enumerations.
+/// Outcomes and errors, descriptions of options, words of enumerations.
 export module camber.core:outcome;
 
-/// Texts of the input in messages, which stay short whatever the input is.
 export namespace camber {
 
-/// Bytes of a text of the input that a message has place for.
+/// Maximum bytes of input text in messages.
 constexpr std::size_t longest_quote = 80;
 
-/// A text of at most `longest` bytes: of a longer one the beginning and the end, with "…" between. Letters of UTF-8 are
-/// whole.
+/// A text of at most `longest` bytes: its beginning, "…" and its end. UTF-8 characters are not split.
 [[nodiscard]] std::string shortened(std::string_view text, std::size_t longest = longest_quote);
 
-/// A text of the input between quotation marks, shortened, with "?" for control characters.
+/// Shortened text in quotation marks, with "?" for control characters.
 [[nodiscard]] std::string in_quotes(std::string_view text);
 
-/// What went wrong, coarsely: the shell maps it to an exit code.
+/// Error category; mapped to an exit code.
 enum class ErrorKind {
-    usage,        ///< a wrong option or config: exit code 2
-    input,        ///< a bad input file or mesh: 3
-    unsupported,  ///< well-formed, but not something that Camber can hold: 3
-    write,        ///< an output could not be written: 3
-    stopped,      ///< the caller asked to stop: 130
-    memory,       ///< not enough memory: 4
-    internal,     ///< a broken promise of Camber itself: 4
+    usage,        ///< invalid option or config: exit code 2
+    input,        ///< invalid input file or mesh: 3
+    unsupported,  ///< valid, but not supported by Camber: 3
+    write,        ///< an output cannot be written: 3
+    stopped,      ///< stopped on request: 130
+    memory,       ///< out of memory: 4
+    internal,     ///< internal error: 4
 };
 
-/// A mesh entity as its file numbers it (from 1): `tetrahedron 1234`.
+/// A mesh entity, with its file number from 1: `tetrahedron 1234`.
 struct Entity {
     std::string kind;
     std::uint64_t number = 0;
 };
 
-/// Why a stage gave no value. `what` is one sentence without a full stop; `where` is a file with its
-/// place (line or byte) or a JSON path; `remedy` says what the user can do. Printed by `describe`.
-/// Its constructors are not inline: each function that returns an Outcome contains several.
+/// `what`: a sentence without a full stop; `where`: file with line or byte, or JSON path; `remedy`: advice. The
+/// constructors are not inline, because each function that returns an Outcome contains several.
 struct Error {
     ErrorKind kind = ErrorKind::internal;
     std::string what;
@@ -68,27 +65,24 @@ struct Error {
     ~Error();
 };
 
-/// A value, or why there is none.
 template <class T>
 using Outcome = tl::expected<T, Error>;
 
-/// The value of a successful stage that returns nothing else.
+/// Value without data.
 struct Done {};
 
-/// An outcome without a value.
 [[nodiscard]] tl::unexpected<Error> fail(Error error);
 
-/// The same from the parts of an Error.
 [[nodiscard]] tl::unexpected<Error> fail(ErrorKind kind, std::string what, std::string where = {},
                                          std::optional<Entity> entity = {}, std::string remedy = {});
 
-/// One line: `where: entity: what (remedy)`. Each part is at most 4096 bytes long, as paths are.
+/// `where: entity: what (remedy)`. Parts have at most 4096 bytes, the maximum path length.
 [[nodiscard]] std::string describe(const Error& e);
 
-// How a struct of options describes its members, once for all who read, check, write or explain them: a static
-// function `options()` that returns a tuple of `Option`. A default is the member's own initialiser.
+// Description of the members of a struct of options, for parsing, checks, output and help. The struct has a static
+// function `options()` that returns a tuple of `Option`. The default is the member's initialiser.
 
-/// What an option may hold beyond its type; of an array: its items and their number.
+/// Range of a value; for an array: of its items, and their number.
 struct Limits {
     double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();
     bool low_open = false, high_open = false;
@@ -97,14 +91,14 @@ struct Limits {
     [[nodiscard]] constexpr bool hold(double x) const {
         return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
     }
-    /// "at least 0 and below 1"; empty without limits.
+    /// "at least 0 and below 1", or empty.
     [[nodiscard]] std::string text() const;
     /// "[0, 1)", "(0, inf)".
     [[nodiscard]] std::string interval() const;
 };
 
-/// A member of S (or of a base of it) as an option: its name in a config, a sentence without a full stop, the unit in
-/// words (empty: none), and its limits. Texts live as long as the program.
+/// A member of S or its base as an option: config name, sentence without a full stop, unit in words (may be empty),
+/// limits. Texts have static lifetime.
 template <class S, class T>
 struct Option {
     using Value = T;
@@ -130,13 +124,13 @@ struct Option {
         o.limits.max_count = most;
         return o;
     }
-    /// It has no default that could be meant.
+    /// Marks an option without a meaningful default.
     [[nodiscard]] constexpr Option required() const {
         Option o = *this;
         o.is_required = true;
         return o;
     }
-    /// The same option as a member of another struct that hands it on.
+    /// Returns the same option for a member of another struct.
     template <class R>
     [[nodiscard]] constexpr Option<R, T> as(T R::* other) const {
         return {name, other, sentence, unit_name, limits, is_required};
@@ -162,18 +156,17 @@ template <class S, class T>
     return {.name = name, .member = member, .sentence = sentence};
 }
 
-/// A struct that describes its options.
 template <class S>
 concept HasOptions = requires { std::tuple_size<decltype(S::options())>::value; };
 
-/// f(option) for each option of S, in the order in which S lists them.
+/// Calls f(option) in order.
 template <HasOptions S, class F>
 constexpr void each_option(F&& f) {
     constexpr auto options = S::options();
     std::apply([&](const auto&... o) { (f(o), ...); }, options);
 }
 
-/// What S says of a member. That the member is no option does not compile.
+/// Does not compile for a member that is not an option.
 template <HasOptions S, class T>
 [[nodiscard]] consteval Option<S, T> option_of(T S::* member) {
     Option<S, T> found;
@@ -188,10 +181,10 @@ template <HasOptions S, class T>
 /// "must be at least 0 and below 1, got 2".
 [[nodiscard]] std::string out_of_limits(const Limits& limits, std::string_view got);
 
-/// Whether a number is finite and within the limits of its option. Errors (usage): it is not; by the option's name.
+/// Errors (usage): the value is not finite or not within the limits.
 [[nodiscard]] Outcome<Done> check_limits(std::string_view name, double value, const Limits& limits);
 
-/// The same of all numbers among the options of a struct; the first that is not is told.
+/// Checks all numeric options.
 template <HasOptions S>
 [[nodiscard]] Outcome<Done> check_limits(const S& options) {
     Outcome<Done> result = Done{};
@@ -203,10 +196,9 @@ template <HasOptions S>
     return result;
 }
 
-// Words of enumerations, bound to their enumerators by name. Beside an enumeration E stands
+// Words of enumerations, bound to enumerators by name. Declare beside an enumeration E:
 //     constexpr auto words(E) { return words_of(Word{E::a, "a"}, Word{E::b, "b"}); }
 
-/// One enumerator and its word.
 template <class E>
 struct Word {
     E value;
@@ -215,7 +207,7 @@ struct Word {
 template <class E>
 Word(E, std::string_view) -> Word<E>;
 
-/// Whether a value of an enumeration has a name there. clang and gcc print one that has not as a cast: (E)7.
+/// True for enumerators. clang and gcc print other values as a cast: (E)7.
 template <auto Value>
 [[nodiscard]] consteval bool is_enumerator() {
     const std::string_view text = __PRETTY_FUNCTION__;  // … [Value = space::E::name]
@@ -223,7 +215,6 @@ template <auto Value>
     return first != '-' && (first < '0' || first > '9');
 }
 
-/// How many names an enumeration of one byte has.
 template <class E>
     requires(sizeof(E) == 1)
 [[nodiscard]] consteval std::size_t enumerator_count() {
@@ -232,8 +223,7 @@ template <class E>
     }(std::make_index_sequence<256>{});
 }
 
-/// The words of an enumeration, in this order wherever they are listed. An enumerator without a word, with two, or a
-/// word of two enumerators does not compile.
+/// Words of an enumeration, in listing order. Does not compile unless each enumerator has one unique word.
 template <class E, std::same_as<Word<E>>... Others>
 [[nodiscard]] consteval std::array<Word<E>, 1 + sizeof...(Others)> words_of(Word<E> first, Others... others) {
     const std::array all{first, others...};
@@ -244,11 +234,9 @@ template <class E, std::same_as<Word<E>>... Others>
     return all;
 }
 
-/// An enumeration with words.
 template <class E>
 concept HasWords = std::is_enum_v<E> && requires(E e) { words(e); };
 
-/// The word of a value.
 template <HasWords E>
 [[nodiscard]] constexpr std::string_view word_of(E value) {
     for (const auto& w : words(E{}))
@@ -256,7 +244,6 @@ template <HasWords E>
     return {};
 }
 
-/// All words.
 template <HasWords E>
 [[nodiscard]] std::vector<std::string> all_words() {
     std::vector<std::string> all;
@@ -264,15 +251,14 @@ template <HasWords E>
     return all;
 }
 
-/// The error of an allocation that failed. Of an array in a file it is the system's reason: a full disk, a limit of the
-/// size of files (kind write).
+/// Error of a failed allocation; for an array in a file, kind `write` with the system's reason.
 [[nodiscard]] Error out_of_memory(const std::bad_alloc& failure);
 
-/// The error of the exception that is being handled if memory or a thread is not to be had. Throws others again.
+/// Converts the current exception if memory or a thread is not available; rethrows others.
 [[nodiscard]] Error out_of_resources();
 
-/// Runs f() → Outcome at a module's face: memory or a thread that is not to be had becomes an error of kind memory.
-/// Other exceptions are broken promises and pass.
+/// Runs f() → Outcome at a module's interface, with lack of memory or threads as an error (out_of_resources). Other
+/// exceptions are internal errors.
 template <class F>
 [[nodiscard]] auto guarded(F&& f) -> decltype(f()) {
     try {

@@ -4,25 +4,24 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
-/// Element shapes: one constant table for each, and the numbers of their nodes by degree.
+/// Element shapes: constant tables, and numbers of nodes by degree.
 export module camber.core:shape;
 
 export namespace camber {
 
 enum class Shape : std::uint8_t { line, triangle, quadrilateral, tetrahedron, prism, pyramid, hexahedron };
 
-/// A face of a solid by its corners, counter-clockwise as seen from outside.
+/// Corners counter-clockwise seen from outside.
 struct ShapeFace {
     Shape shape = Shape::triangle;
     std::array<int, 4> corners{};
 };
 
-/// Table of a shape. Only the first rows of each array are used, as many as the counts say. Shapes of dimension 1 and 2
-/// have no faces: a face is a part of a solid's boundary.
+/// Rows beyond the counts are not used. Only shapes of dimension 3 have faces.
 struct ShapeTable {
     int dimension = 0, corner_count = 0, edge_count = 0, face_count = 0;
-    std::array<std::array<int, 3>, 8> coordinates{};  ///< of the corners in the reference element: 0 or 1
-    std::array<std::array<int, 2>, 12> edges{};       ///< corners, from first to second
+    std::array<std::array<int, 3>, 8> coordinates{};  ///< of corners: 0 or 1
+    std::array<std::array<int, 2>, 12> edges{};
     std::array<ShapeFace, 6> faces{};
 };
 
@@ -30,7 +29,7 @@ struct ShapeTable {
 
 namespace camber {
 
-/// Makes a table from words of digits: coordinates of each corner, corners of each edge and of each face.
+/// Arguments: digits of corner coordinates, and of the corners of edges and faces, separated by spaces.
 constexpr ShapeTable table_from(int dimension, std::string_view corners, std::string_view edges,
                                 std::string_view faces) {
     const auto each_word = [](std::string_view words, auto read) {
@@ -59,9 +58,8 @@ constexpr ShapeTable table_from(int dimension, std::string_view corners, std::st
 
 export namespace camber {
 
-/// The table of a shape. Corners and edges of simplices have the order of `SimplexVertices` and `local_edges`; other
-/// solids have a bottom, counter-clockwise as seen from above, and a top. The apex of the reference pyramid is over
-/// corner 0; a shear moves it anywhere.
+/// Simplices have the order of `SimplexVertices` and `local_edges`. Other solids have a bottom, counter-clockwise seen
+/// from above, and a top. The apex of the reference pyramid is above corner 0; a shear moves it to any position.
 template <Shape shape>
 inline constexpr ShapeTable shape_table = [] {
     switch (shape) {
@@ -79,13 +77,12 @@ inline constexpr ShapeTable shape_table = [] {
     }
 }();
 
-/// The simplex of dimension K.
 template <int K>
 inline constexpr Shape simplex = K == 1   ? Shape::line
                                  : K == 2 ? Shape::triangle
                                           : Shape::tetrahedron;
 
-/// The name of a shape in messages, and its plural.
+/// Name in messages, and its plural.
 [[nodiscard]] constexpr const char* name_of(Shape shape) {
     constexpr std::array names{"edge", "triangle", "quadrilateral", "tetrahedron", "prism", "pyramid", "hexahedron"};
     return names[static_cast<std::size_t>(shape)];
@@ -95,12 +92,11 @@ inline constexpr Shape simplex = K == 1   ? Shape::line
     return names[static_cast<std::size_t>(shape)];
 }
 
-/// True for lines, triangles and tetrahedra.
 [[nodiscard]] constexpr bool is_simplex(Shape shape) {
     return shape == Shape::line || shape == Shape::triangle || shape == Shape::tetrahedron;
 }
 
-/// Number of equispaced nodes inside an element of degree k ≥ 1, not on its boundary.
+/// Number of equispaced interior nodes, degree k ≥ 1.
 [[nodiscard]] constexpr int inner_node_count(Shape shape, int k) {
     const int n = k - 1;
     switch (shape) {
@@ -115,7 +111,7 @@ inline constexpr Shape simplex = K == 1   ? Shape::line
     return 0;
 }
 
-/// Number of all nodes of a complete element of degree k ≥ 1.
+/// Number of nodes of the complete element, k ≥ 1.
 template <Shape shape, int k>
 inline constexpr int element_nodes = [] {
     constexpr ShapeTable table = shape_table<shape>;
@@ -125,9 +121,8 @@ inline constexpr int element_nodes = [] {
     return count;
 }();
 
-/// Nodes of the complete Lagrange element, as reference coordinates times the degree: the corners, then the inner nodes
-/// of the edges (from first to second corner), of the faces (first along the face's first edge, then along its last),
-/// and of the element (the first coordinate changes fastest).
+/// Nodes of the complete Lagrange element, as reference coordinates times the degree. Order: corners; edges, from first
+/// to second corner; faces, along the first edge, then along the last; interior, first coordinate fastest.
 template <Shape shape, int degree>
 inline constexpr auto lagrange_nodes = [] {
     using Node = std::array<int, 3>;

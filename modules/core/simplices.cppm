@@ -17,16 +17,13 @@ import :tensors;
 
 export namespace camber {
 
-/// The vertices of one K-simplex.
 template <int K>
 using SimplexVertices = std::array<VertexId, K + 1>;
 
-/// Edges of a K-simplex.
 template <int K>
 inline constexpr int edges_per_simplex = K * (K + 1) / 2;
 
-/// The end vertices of the local edges of a K-simplex, K = 1, 2, 3, in the order of GMF and VTK:
-/// e01 e12 e20 e03 e13 e23.
+/// Local edges, K = 1, 2, 3, in the order of GMF and VTK: e01 e12 e20 e03 e13 e23.
 template <int K>
 inline constexpr auto local_edges = [] {
     std::array<std::array<int, 2>, edges_per_simplex<K>> edges{};
@@ -34,8 +31,7 @@ inline constexpr auto local_edges = [] {
     return edges;
 }();
 
-/// The local vertices of the face of a K-simplex opposite local vertex i, ordered so that its normal points
-/// outwards of a positively oriented simplex (for K = 2: counter-clockwise).
+/// Face opposite local vertex i. Its normal is outward for positive orientation (K = 2: counter-clockwise).
 template <int K>
 [[nodiscard]] constexpr std::array<int, K> face_opposite(int i) {
     if constexpr (K == 2) {
@@ -46,28 +42,26 @@ template <int K>
     }
 }
 
-/// K-simplices of a mesh, column by column.
 template <int K>
 struct Simplices {
     Column<SimplexVertices<K>> vertices;
-    Column<Reference> references;    ///< one a simplex
-    Column<std::uint32_t> required;  ///< indices of those that must not change
-    /// The entity of dimension K of the geometry that each lies on, as the mesh's maker counts them; 0: not known; no
-    /// rows: of none.
+    Column<Reference> references;    ///< one per simplex
+    Column<std::uint32_t> required;  ///< indices of fixed simplices
+    /// Geometric entity of dimension K, numbered by the mesh generator. 0: unknown; empty: no associations.
     Column<Reference> entities = {};
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const Simplices&, const Simplices&) = default;
 };
 
-/// A vertex and the row, from 0, of a table of directions.
+/// `row`: index into the table of directions.
 struct DirectionRow {
     VertexId vertex;
     std::uint32_t row = 0;
     friend bool operator==(const DirectionRow&, const DirectionRow&) = default;
 };
-/// Directions given at vertices, as a table and who has which of its rows: several vertices may share a row, and a
-/// vertex has several where a surface or a curve breaks. They are directions only: of any length, either way round.
+/// Directions at vertices, as a table. Vertices may share a row, and have several where a surface or a curve is not
+/// smooth. Length and sign have no meaning.
 template <int D>
 struct DirectionsAtVertices {
     Column<Vec<D>> table;
@@ -75,132 +69,126 @@ struct DirectionsAtVertices {
     friend bool operator==(const DirectionsAtVertices&, const DirectionsAtVertices&) = default;
 };
 
-/// An item of the mesh (a vertex; edges and facets can be others) on an entity of the geometry that the mesh stands
-/// for: a point (G = 0), a curve (1) or a surface (2) of a CAD model, or of what a mesher classifies its nodes by.
+/// Associates a mesh item with a point (G = 0), curve (1) or surface (2) of a CAD model or of a generator's
+/// classification.
 template <int G, class Item = VertexId>
 struct Association {
     Item item;
-    Reference entity = 0;  ///< its number among those of dimension G, as the mesh's maker counts them
-    /// Where on it, in the entity's own parametrisation: t of a curve, (u, v) of a surface. None: not known; a point
-    /// has none.
+    Reference entity = 0;  ///< numbered by the mesh generator within dimension G
+    /// Own parameters: t of a curve, (u, v) of a surface. None: unknown, or a point.
     std::optional<std::array<double, G>> parameters = {};
-    std::optional<double> distance = {};  ///< of the item from that place (model units); none: not known
+    std::optional<double> distance = {};  ///< of the item from that position (model units); none: unknown
     friend bool operator==(const Association&, const Association&) = default;
 };
 
-/// What the mesh's maker says of the geometry beyond the simplices, kept from input to output. `camber.surface` takes
-/// normals and tangents where they agree with the mesh; associations are for whoever has the geometry they speak of. An
-/// item may have several: a vertex on a curve has a place on each surface that meets there.
+/// Geometry data of the mesh file, preserved from input to output. `camber.surface` uses normals and tangents if they
+/// agree with the mesh. Associations are for callers with the geometry. An item may have several: a vertex on a curve
+/// also has positions on adjacent surfaces.
 template <int D>
 struct GivenGeometry {
-    DirectionsAtVertices<D> normals;   ///< of the surface (in 2D: of the boundary)
-    DirectionsAtVertices<D> tangents;  ///< of curves: ridges in 3D, the boundary in 2D
+    DirectionsAtVertices<D> normals;   ///< of the surface (2D: boundary)
+    DirectionsAtVertices<D> tangents;  ///< of ridges (2D: boundary)
     Column<Association<0>> on_points;
     Column<Association<1>> on_curves;
     Column<Association<2>> on_surfaces;
     friend bool operator==(const GivenGeometry&, const GivenGeometry&) = default;
 };
 
-/// A name for the simplices of one dimension that share a reference: Gmsh's physical group, a boundary condition or a
-/// marker of a flow solver. Simplices in several groups have a reference with several names.
+/// Name of a dimension and reference: physical group of Gmsh, boundary condition or solver marker. Simplices in several
+/// groups have a reference with several names.
 struct Group {
-    int dimension = 0;  ///< of the simplices; 0: vertices
+    int dimension = 0;  ///< 0: vertices
     Reference reference = 0;
     std::string name;
     friend bool operator==(const Group&, const Group&) = default;
 };
 
-/// A straight mesh of D-simplices in D dimensions: an immutable value of columns. Elements are positively
-/// oriented in a sound mesh; `facets` are boundary and interface facets (triangles in 3D, edges in 2D);
-/// `edges` are the feature edges of a 3D mesh (always empty in 2D, where facets are the edges).
+/// A straight mesh of D-simplices: an immutable value of columns. Sound meshes have positive elements. `facets`:
+/// boundary and interfaces (triangles in 3D, edges in 2D); `edges`: feature edges in 3D, empty in 2D.
 template <int D>
 struct LinearMesh {
     static constexpr int dimension = D;
 
-    Column<Vec<D>> points;               ///< vertex coordinates
-    Column<Reference> point_references;  ///< one a vertex
-    Column<VertexId> corners;            ///< vertices where curves break
+    Column<Vec<D>> points;
+    Column<Reference> point_references;  ///< one per vertex
+    Column<VertexId> corners;            ///< corners of curves
     Column<VertexId> required_vertices;
     Simplices<D> elements;
     Simplices<D - 1> facets;
     Simplices<1> edges;
     Column<std::uint32_t> ridges;  ///< indices into `edges` (3D) or `facets` (2D)
     GivenGeometry<D> geometry;
-    Column<Group> groups = {};  ///< of several with one dimension and reference the first is the main one
+    Column<Group> groups = {};  ///< the first of a dimension and reference is the main one
 
     friend bool operator==(const LinearMesh&, const LinearMesh&) = default;
 };
 
-/// Whether the mesh is a surface in space and no more: what is judged of it, and what a field on it is over, are its
-/// triangles, in the order of its facets, and an ElementId of either is the number of one.
+/// True for a standalone surface mesh. Checks and fields then use its facets, and an ElementId is a facet's index.
 template <int D>
 [[nodiscard]] inline bool is_surface_alone(const LinearMesh<D>& mesh) {
     return D == 3 && mesh.elements.size() == 0 && mesh.facets.size() > 0;
 }
 
-/// The unique edges of a mesh, sorted by (lower vertex, higher vertex), and the edges of each simplex in the order
-/// of `local_edges`.
+/// Unique edges, sorted by (lower vertex, higher vertex); edges of simplices in the order of `local_edges`.
 template <int D>
 struct EdgeSet {
-    Column<std::array<VertexId, 2>> vertices;  ///< lower vertex first
+    Column<std::array<VertexId, 2>> vertices;
     Column<std::array<EdgeId, edges_per_simplex<D>>> of_elements;
     Column<std::array<EdgeId, edges_per_simplex<D - 1>>> of_facets;
-    Column<EdgeId> of_edges;  ///< of the feature edges (3D)
+    Column<EdgeId> of_edges;
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
     friend bool operator==(const EdgeSet&, const EdgeSet&) = default;
 };
 
-/// The node of a P2 edge that lies on the curve, at t = 1/2. Its Bézier counterpart (camber.bezier: ControlPoint) does
-/// not lie on it; the two must not be mixed up (P_11 = (4 P^l − P_20 − P_02)/2), so each has its type.
+/// Point of a P2 edge at t = 1/2. The Bézier control point (camber.bezier: ControlPoint) is another point and type
+/// (P_11 = (4 P^l − P_20 − P_02)/2).
 template <int D>
 struct LagrangeNode {
     Vec<D> point;
     friend bool operator==(const LagrangeNode&, const LagrangeNode&) = default;
 };
 
-/// A quadratic (P2) mesh: the straight one, its unique edges, and one **Lagrange** node (a point on the curve at
-/// t = 1/2) an edge. Conformity of the mid nodes is by construction.
+/// A quadratic (P2) mesh: straight mesh, unique edges, and a **Lagrange** node per edge. Conforming by construction.
 template <int D>
 struct QuadraticMesh {
     static constexpr int dimension = D;
 
     LinearMesh<D> linear;
     EdgeSet<D> edges;
-    Column<LagrangeNode<D>> mid_nodes;  ///< one an edge of `edges`
+    Column<LagrangeNode<D>> mid_nodes;  ///< one per edge of `edges`
 
     friend bool operator==(const QuadraticMesh&, const QuadraticMesh&) = default;
 };
 
-/// Where an edge lies, and so how its node may move.
+/// Location of an edge, which determines how its node may move.
 enum class EdgeKind : std::uint8_t {
-    volume,   ///< free in the volume
-    surface,  ///< on a smooth piece of the boundary or of an interface
-    ridge,    ///< on a curve where the boundary or an interface breaks
-    fixed,    ///< not to be moved: on the boundary of a cavity, shared with elements outside
+    volume,   ///< free, in the volume
+    surface,  ///< on a smooth part of a boundary or interface
+    ridge,    ///< on a curve where these are not smooth
+    fixed,    ///< on the boundary of a cavity, shared with elements outside
 };
 
-/// What became of an edge's node on the way from the straight mesh to the committed one.
+/// Last change of an edge node before the commit.
 enum class EdgeChange : std::uint8_t {
-    straight,      ///< still at the middle of the chord
-    projected,     ///< put onto the geometry
-    optimised,     ///< put where the metric wants it
-    relaxed,       ///< moved back towards the middle, or elsewhere, so that its elements become valid
-    straightened,  ///< moved back all the way to the middle
+    straight,      ///< chord midpoint
+    projected,     ///< projected onto the geometry
+    optimised,     ///< optimal for the metric
+    relaxed,       ///< moved to make elements valid, mostly towards the midpoint
+    straightened,  ///< moved back to the midpoint
 };
 
-/// New places for the vertices and the mid nodes of a mesh: planned against the mesh, judged by `validate`, repaired by
-/// `relax` and `repair`, and made the mesh's own by `commit`.
+/// Proposed vertices and mid nodes: checked by `validate`, repaired by `relax` and `repair`, applied by `commit`.
 template <int D>
 struct Proposal {
-    Column<Vec<D>> points;              ///< one a vertex; the mesh's own column where no vertex moves
-    Column<LagrangeNode<D>> mid_nodes;  ///< one an edge
-    Column<EdgeKind> kinds;             ///< one an edge
-    Column<EdgeChange> changes;         ///< one an edge
+    Column<Vec<D>> points;              ///< shared with the mesh if no vertex moves
+    Column<LagrangeNode<D>> mid_nodes;  ///< one per edge
+    Column<EdgeKind> kinds;
+    Column<EdgeChange> changes;
     friend bool operator==(const Proposal&, const Proposal&) = default;
 };
 
-/// The mesh as the proposal would have it, to look at: what is to last is made by `commit`. Shares all columns.
+/// For inspection only; use `commit` to apply a proposal. Shares all columns.
 template <int D>
 [[nodiscard]] inline QuadraticMesh<D> apply_proposal(QuadraticMesh<D> mesh, const Proposal<D>& proposal) {
     mesh.linear.points = proposal.points;
@@ -208,17 +196,16 @@ template <int D>
     return mesh;
 }
 
-/// What messages call a K-simplex.
 template <int K>
 inline constexpr const char* simplex_name = name_of(simplex<K>);
 
-// The Lagrange functions of degree 2 on a K-simplex, by barycentric coordinates.
+// Lagrange functions of degree 2 on a K-simplex in barycentric coordinates.
 
-/// Of a vertex's node: ξ (2ξ − 1).
+/// Function of a vertex node: ξ (2ξ − 1).
 [[nodiscard]] constexpr double vertex_shape(double xi) { return xi * (2 * xi - 1); }
 
-/// Of the node of local edge e: 4 ξ_i ξ_j. It is also what that node adds, by how far it is from the middle of its
-/// chord, to the linear function of the vertices.
+/// Function of the node of local edge e: 4 ξ_i ξ_j. Times the node's offset from the chord midpoint, it is the
+/// deviation from the linear map.
 template <int K>
 [[nodiscard]] constexpr double edge_shape(const std::array<double, K + 1>& xi, int e) {
     const auto [i, j] = local_edges<K>[e];
@@ -234,9 +221,9 @@ constexpr void add_edge_derivatives(const std::array<double, K + 1>& xi, int e, 
     partial[j] += (4 * xi[i]) * value;
 }
 
-// What a file says must not change (GMF's Required entities).
+// Entities that must not change (Required entities of GMF).
 
-/// One mark an edge: 1 for a required one, and for the edges of required facets and elements.
+/// Marks required feature edges, and edges of required facets and elements.
 template <int D>
 [[nodiscard]] inline Buffer<std::uint8_t> required_edges(const QuadraticMesh<D>& mesh) {
     Buffer<std::uint8_t> marks(mesh.edges.size(), 0);
@@ -249,7 +236,7 @@ template <int D>
     return marks;
 }
 
-/// One mark a vertex: 1 for a required one, and for the vertices of required edges, facets and elements.
+/// Marks required vertices, and vertices of required edges, facets and elements.
 template <int D>
 [[nodiscard]] inline Buffer<std::uint8_t> required_vertices(const LinearMesh<D>& mesh) {
     Buffer<std::uint8_t> marks(mesh.points.size(), 0);
@@ -264,13 +251,13 @@ template <int D>
     return marks;
 }
 
-/// Whether edges of the boundary are held where they are required, or those of the volume alone.
+/// `keep`: all required edges are fixed; `geometry`: only those in the volume.
 enum class RequiredBoundary : std::uint8_t { keep, geometry };
 [[nodiscard]] constexpr auto words(RequiredBoundary) {
     return words_of(Word{RequiredBoundary::keep, "keep"}, Word{RequiredBoundary::geometry, "geometry"});
 }
 
-/// The kinds with the required edges `fixed`: their nodes stay.
+/// Sets required edges to `fixed`.
 template <int D>
 [[nodiscard]] inline Column<EdgeKind> held_kinds(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                  RequiredBoundary boundary) {
@@ -282,7 +269,6 @@ template <int D>
     return Column<EdgeKind>(std::move(held));
 }
 
-/// The mesh without what it requires of its facets, feature edges and elements.
 template <int D>
 [[nodiscard]] inline QuadraticMesh<D> without_required(QuadraticMesh<D> mesh) {
     mesh.linear.elements.required = {};
@@ -291,7 +277,7 @@ template <int D>
     return mesh;
 }
 
-/// 1 for vertices on the boundary: at an end of an edge that is not of the volume.
+/// Marks ends of edges that are not volume edges.
 template <int D>
 [[nodiscard]] inline Buffer<std::uint8_t> boundary_vertices(const QuadraticMesh<D>& mesh,
                                                             const Column<EdgeKind>& kinds) {
@@ -302,20 +288,19 @@ template <int D>
     return marks;
 }
 
-// The range of lengths that Camber computes with, in model units. Products of four lengths (determinants of triangles'
-// derivatives, squared areas) and of three and their rounding errors, and squares of a metric's entries, are then
-// numbers with all their digits, also for elements far thinner than they are long. From 1e-77 and 1e77 on they are
-// not.
+// Range of lengths in computations, in model units. Within it, products of four lengths (determinants of triangles'
+// derivatives, squared areas), products of three with their rounding errors, and squares of metric entries have full
+// precision, also for very thin elements. Below 1e-77 and above 1e77 they do not.
 
-/// Elements and facets are at least as large as this in some coordinate; sizes of metrics are no smaller.
+/// Minimum size of elements and facets in some coordinate, and of metric sizes.
 inline constexpr double min_length = 1e-60;
-/// Coordinates are no larger than this, neither are sizes of metrics.
+/// Maximum of coordinates and metric sizes.
 inline constexpr double max_length = 1e60;
 
-/// For each key (a vertex, an edge …) the items that touch it, in rising order; compressed rows.
+/// Items at each key (vertex, edge …), ascending; compressed rows.
 template <class Item>
 struct Incidence {
-    Column<std::uint32_t> offsets;  ///< keys + 1
+    Column<std::uint32_t> offsets;  ///< number of keys + 1
     Column<Item> items;
 
     [[nodiscard]] std::size_t size() const { return offsets.empty() ? 0 : offsets.size() - 1; }
@@ -328,47 +313,43 @@ struct Incidence {
     }
 };
 
-/// The element across the face opposite each local vertex; an invalid id where there is none.
+/// Element across the face opposite each local vertex, or an invalid id.
 template <int D>
 using Neighbours = Column<std::array<ElementId, D + 1>>;
 
-/// A face of an element: that opposite local vertex `opposite`.
 struct ElementFace {
     ElementId element;
     std::uint32_t opposite = 0;
     friend bool operator==(const ElementFace&, const ElementFace&) = default;
 };
 
-/// Derived data of the functions below, for meshes whose vertex ids are in range. Errors: more than two elements on a
-/// face (`neighbours`), a simplex that names a vertex twice (`unique_edges`), more incidences than 32 bits count;
-/// stopped.
+/// Topology; vertex ids must be in range. Errors: more than two elements on a face (`neighbours`), a repeated vertex in
+/// a simplex (`unique_edges`), more than 2^32 incidences; stopped.
 
-/// Elements around each vertex.
 template <int D>
 [[nodiscard]] Outcome<Incidence<ElementId>> balls(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Facets around each vertex.
 template <int D>
 [[nodiscard]] Outcome<Incidence<FacetId>> facet_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Feature edges around each vertex, by their index in LinearMesh::edges.
+/// Indices into LinearMesh::edges.
 template <int D>
 [[nodiscard]] Outcome<Incidence<EdgeId>> feature_edge_balls(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// A face of an element, named by its lowest vertex and the others, which rise.
+/// An element face without its lowest vertex; others ascending.
 template <int D>
 struct FaceAround {
     std::array<VertexId, D - 1> others;
     ElementFace face;
 };
 
-/// The faces of which v is the lowest vertex, of all elements of its ball: equal ones side by side, by rising element.
-/// Faces that name a vertex twice are left out.
+/// All element faces with lowest vertex v. Equal faces are adjacent, by ascending elements. Faces with a repeated
+/// vertex are skipped.
 template <int D>
 void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, VertexId v,
                   std::vector<FaceAround<D>>& faces);
 
-/// visit(faces) with all elements on a face, for each face, in parallel; needs the balls of the same mesh.
+/// Calls visit(all elements on a face) for each face in parallel. `balls`: of the same mesh.
 template <int D, class Visit>
 [[nodiscard]] Outcome<Done> each_face(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                       const Execution& execution, Visit&& visit) {
@@ -384,28 +365,26 @@ template <int D, class Visit>
     });
 }
 
-/// The element across each face; needs the balls of the same mesh.
 template <int D>
 [[nodiscard]] Outcome<Neighbours<D>> neighbours(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                 const Execution& execution);
 
-/// Faces of elements without a neighbour, by rising element.
+/// Sorted by element.
 template <int D>
 [[nodiscard]] Buffer<ElementFace> boundary_faces(const Neighbours<D>& neighbours);
 
-/// Unique edges of elements, facets and feature edges (those of a surface-only mesh included).
+/// Includes edges of facets and feature edges, also for a surface mesh.
 template <int D>
 [[nodiscard]] Outcome<EdgeSet<D>> unique_edges(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// The shell of each edge: its elements.
+/// Elements around each edge.
 template <int D>
 [[nodiscard]] Outcome<Incidence<ElementId>> shells(const EdgeSet<D>& edges, const Execution& execution);
 
-/// Facets around each edge.
 template <int D>
 [[nodiscard]] Outcome<Incidence<FacetId>> facet_shells(const EdgeSet<D>& edges, const Execution& execution);
 
-/// The edge between two vertices, or an invalid id: binary search in the sorted set.
+/// Returns an invalid id if there is none. Binary search.
 template <int D>
 [[nodiscard]] EdgeId find_edge(const EdgeSet<D>& edges, VertexId a, VertexId b);
 

@@ -5,17 +5,17 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <utility>
-// With CAMBER_BASELINE_INSTRUCTIONS a build has the baseline's kernels alone: sanitizers take minutes for each copy of
-// a large one.
+// CAMBER_BASELINE_INSTRUCTIONS builds baseline kernels only, because sanitizer builds take minutes for each copy of a
+// large kernel.
 #if defined(__x86_64__) && !defined(CAMBER_BASELINE_INSTRUCTIONS)
 #define CAMBER_WIDER_INSTRUCTIONS
 #endif
-/// Vectors, symmetric tensors, cubic forms, elementary functions and packs of numbers.
+/// Vectors, tensors, cubic forms, elementary functions and packs of numbers.
 export module camber.core:tensors;
 
 export namespace camber {
 
-/// A point or a vector of D coordinates (model units). A plain value; operators are component-wise.
+/// A point or vector (model units), with component-wise operators.
 template <int D>
 struct Vec {
     std::array<double, D> c{};
@@ -86,7 +86,7 @@ template <int D>
 [[nodiscard]] inline double distance(const Vec<D>& a, const Vec<D>& b) {
     return norm(a - b);
 }
-/// a / |a|; the zero vector stays zero.
+/// a / |a|; zero for the zero vector.
 template <int D>
 [[nodiscard]] inline Vec<D> normalised(const Vec<D>& a) {
     const double n = norm(a);
@@ -95,10 +95,9 @@ template <int D>
 /// (a + b)/2.
 template <int D>
 [[nodiscard]] constexpr Vec<D> midpoint(const Vec<D>& a, const Vec<D>& b) {
-    // (a + b) / 2 is exact where a and b agree: planes stay planes to the last bit.
+    // Exact if a and b are equal, so planes stay exactly planar.
     return (a + b) * 0.5;
 }
-/// No coordinate is infinite or NaN.
 template <int D>
 [[nodiscard]] inline bool is_finite(const Vec<D>& a) {
     for (int i = 0; i < D; ++i)
@@ -113,11 +112,11 @@ template <int D>
 /// a_x b_y − a_y b_x: twice the signed area of (0, a, b).
 [[nodiscard]] constexpr double cross(const Vec<2>& a, const Vec<2>& b) { return a[0] * b[1] - a[1] * b[0]; }
 
-/// Determinant of the matrix whose columns are the arguments.
+/// Determinant of the matrix with these columns.
 [[nodiscard]] constexpr double det(const Vec<2>& a, const Vec<2>& b) { return cross(a, b); }
 [[nodiscard]] constexpr double det(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c) { return dot(a, cross(b, c)); }
 
-/// Axis-aligned box; empty until something is included.
+/// Axis-aligned box; initially empty.
 template <int D>
 struct Box {
     Vec<D> low, high;
@@ -145,13 +144,13 @@ struct Box {
             if (p[i] < low[i] || p[i] > high[i]) return false;
         return true;
     }
-    /// The boxes have a point in common.
+    /// True for a common point.
     [[nodiscard]] constexpr bool meets(const Box& b) const {
         for (int i = 0; i < D; ++i)
             if (b.high[i] < low[i] || b.low[i] > high[i]) return false;
         return true;
     }
-    /// Squared distance from p to the box; 0 inside.
+    /// Squared distance; 0 inside.
     [[nodiscard]] constexpr double distance_squared(const Vec<D>& p) const {
         double s = 0;
         for (int i = 0; i < D; ++i) {
@@ -163,12 +162,10 @@ struct Box {
     [[nodiscard]] inline double diagonal() const { return low[0] > high[0] ? 0.0 : distance(low, high); }
 };
 
-/// Number of independent entries of a symmetric D × D matrix.
 template <int D>
 inline constexpr int sym_size = D * (D + 1) / 2;
 
-/// A symmetric D × D matrix by its lower triangle, row after row: xx, xy, yy, xz, yz, zz
-/// (the order of GMF solution files).
+/// Symmetric matrix by lower triangle rows: xx, xy, yy, xz, yz, zz (order of GMF solutions).
 template <int D>
 struct Sym {
     std::array<double, sym_size<D>> c{};
@@ -250,7 +247,7 @@ template <int D>
     return s;
 }
 
-/// A D × D matrix by its columns.
+/// Columns of a matrix.
 template <int D>
 struct Mat {
     std::array<Vec<D>, D> column{};
@@ -285,14 +282,12 @@ template <int D>
         for (int j = 0; j < D; ++j) r(i, j) = a(j, i);
     return r;
 }
-/// aᵀ v, without forming the transpose.
 template <int D>
 [[nodiscard]] constexpr Vec<D> transposed_times(const Mat<D>& a, const Vec<D>& v) {
     Vec<D> r;
     for (int j = 0; j < D; ++j) r[j] = dot(a.column[j], v);
     return r;
 }
-/// Determinant of the columns.
 template <int D>
 [[nodiscard]] constexpr double det(const Mat<D>& a) {
     if constexpr (D == 2)
@@ -300,7 +295,7 @@ template <int D>
     else
         return det(a.column[0], a.column[1], a.column[2]);
 }
-/// Rows of a⁻¹ times det a (the comatrix's columns): well defined for singular matrices too.
+/// Rows of a⁻¹ times det a (cofactor columns); also for singular matrices.
 template <int D>
 [[nodiscard]] constexpr std::array<Vec<D>, D> cofactors(const Mat<D>& a) {
     if constexpr (D == 2)
@@ -308,7 +303,7 @@ template <int D>
     else
         return {cross(a.column[1], a.column[2]), cross(a.column[2], a.column[0]), cross(a.column[0], a.column[1])};
 }
-/// a⁻¹; entries are infinite or NaN when a is singular.
+/// a⁻¹; infinite or NaN entries for singular a.
 template <int D>
 [[nodiscard]] constexpr Mat<D> inverse(const Mat<D>& a) {
     const auto rows = cofactors(a);
@@ -332,12 +327,10 @@ template <int D>
     return out;
 }
 
-/// Number of independent entries of a symmetric tensor of third order in D dimensions.
 template <int D>
 inline constexpr int cubic_size = D * (D + 1) * (D + 2) / 6;
 
-/// A symmetric tensor of third order, as third derivatives are: its entries ijk with i ≥ j ≥ k, the last fastest:
-/// xxx, yxx, yyx, yyy, zxx, zyx, zyy, zzx, zzy, zzz.
+/// Symmetric third-order tensor. Entries i ≥ j ≥ k, last fastest: xxx, yxx, yyx, yyy, zxx, zyx, zyy, zzx, zzy, zzz.
 template <int D>
 struct CubicForm {
     std::array<double, cubic_size<D>> c{};
@@ -406,11 +399,10 @@ template <int D>
     return std::sqrt(sum);
 }
 
-// Elementary functions with defined rounding. Those of the C library choose their code by the processor, and their
-// last digit with it: a mesh would depend on the machine. These use IEEE additions, multiplications, divisions and
-// square roots only, in one order, so that they return the same bytes on every processor. Special values are those of
-// C (IEEE 754, annex F), without errno. `tests/core/elementary.cpp` tests each against a wider type; the error is
-// below 0.6 ulp, below 1 ulp for subnormal results.
+// Elementary functions with the same result on every processor. C library functions select code by processor, so a mesh
+// would depend on the machine. These functions use only IEEE additions, multiplications, divisions and square roots, in
+// a fixed order. Special values are those of C (IEEE 754, annex F), without errno. The error is below 0.6 ulp (below 1
+// ulp for subnormal results); `tests/core/elementary.cpp` compares with a wider type.
 
 [[nodiscard]] double exp(double x);
 [[nodiscard]] double exp2(double x);
@@ -421,10 +413,10 @@ template <int D>
 [[nodiscard]] double log10(double x);
 /// ln(1 + x).
 [[nodiscard]] double log1p(double x);
-/// x^y; exactly x·x rounded for y = 2.
+/// x^y; for y = 2, x·x correctly rounded.
 [[nodiscard]] double pow(double x, double y);
 [[nodiscard]] double cbrt(double x);
-/// √(x² + y²) without overflow on the way.
+/// √(x² + y²) without intermediate overflow.
 [[nodiscard]] double hypot(double x, double y);
 
 [[nodiscard]] double sinh(double x);
@@ -440,52 +432,50 @@ template <int D>
 [[nodiscard]] double asin(double x);
 [[nodiscard]] double acos(double x);
 [[nodiscard]] double atan(double x);
-/// The angle of (x, y), within ±π.
+/// Angle of (x, y), within ±π.
 [[nodiscard]] double atan2(double y, double x);
 
-// Kernels over packs: eight numbers that go through the same operations, in whatever registers the processor has. A
-// kernel uses IEEE operations, selections by lane and the functions below, and nothing across lanes: so each lane has
-// the same bytes with every set of instructions, alone and beside any other.
+// Kernels over packs of eight numbers. A kernel uses only IEEE operations, selection by lane and the functions below,
+// and no operation across lanes. The result of a lane does not depend on the instruction set or on other lanes.
 //
-// What works on packs is always inlined into the function that was made for a set of instructions
-// (`with_instructions`): compiled by itself it would pass packs in other registers than its caller does.
+// Pack functions must be inlined into the function compiled for an instruction set (`with_instructions`). Compiled
+// separately, they would pass packs in other registers than the caller.
 
-/// How many numbers a pack has, for every set of instructions.
+/// The same for every instruction set.
 inline constexpr int pack_size = 8;
 
 using Pack = double __attribute__((ext_vector_type(8)));
-/// Lanes: −1 where true, 0 where false.
+/// Per lane −1 (true) or 0 (false).
 using Mask = std::int64_t __attribute__((ext_vector_type(8)));
 
 [[nodiscard, gnu::always_inline]] inline Pack packed(double x) { return Pack(x); }
-/// Where mask, a; elsewhere b.
+/// a where `mask` is true, else b.
 [[nodiscard, gnu::always_inline]] inline Pack select(Mask mask, Pack a, Pack b) { return mask ? a : b; }
 [[nodiscard, gnu::always_inline]] inline Pack abs(Pack x) { return __builtin_elementwise_abs(x); }
 [[nodiscard, gnu::always_inline]] inline Pack sqrt(Pack x) { return __builtin_elementwise_sqrt(x); }
 /// |x| with the sign of y.
 [[nodiscard, gnu::always_inline]] inline Pack copysign(Pack x, Pack y) { return __builtin_elementwise_copysign(x, y); }
-/// b where a is not a number.
+/// b if a is NaN.
 [[nodiscard, gnu::always_inline]] inline Pack min(Pack a, Pack b) { return a < b ? a : b; }
 [[nodiscard, gnu::always_inline]] inline Pack max(Pack a, Pack b) { return a > b ? a : b; }
 [[nodiscard, gnu::always_inline]] inline bool any(Mask mask) { return __builtin_reduce_or(mask) != 0; }
 
-/// The bits of a pack, and a pack of bits.
 [[nodiscard, gnu::always_inline]] inline Mask bits_of(Pack x) { return __builtin_bit_cast(Mask, x); }
 [[nodiscard, gnu::always_inline]] inline Pack of_bits(Mask bits) { return __builtin_bit_cast(Pack, bits); }
 
-/// e^x within 1.5 ulp. Beyond ±708 that of ±708: no infinities and no subnormals come of finite numbers.
+/// e^x within 1.5 ulp, x limited to ±708: no infinities or subnormals from finite arguments.
 [[nodiscard, gnu::always_inline]] inline Pack exp(Pack x) {
     constexpr double log2e = 0x1.71547652b82fep+0;
-    // ln 2 in two parts, of which multiples of the first are exact (Cody and Waite).
+    // ln 2 in two parts; multiples of the first are exact (Cody and Waite).
     constexpr double ln2_high = 0x1.62e42fee00000p-1;
     constexpr double ln2_low = 0x1.a39ef35793c76p-33;
-    constexpr double to_integer = 0x1.8p52;  // x + this − this is x rounded
+    constexpr double to_integer = 0x1.8p52;  // x + to_integer − to_integer rounds x
     x = x < -708 ? packed(-708) : x;
     x = x > 708 ? packed(708) : x;
     const Pack shifted = x * log2e + to_integer;
     const Pack n = shifted - to_integer;
     const Pack r = (x - n * ln2_high) - n * ln2_low;  // |r| ≤ ln 2 / 2
-    // Taylor: the next term is below 5e-18.
+    // Taylor series; the next term is below 5e-18.
     Pack p = packed(1.0 / 6227020800.0);
     p = p * r + 1.0 / 479001600.0;
     p = p * r + 1.0 / 39916800.0;
@@ -499,11 +489,11 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
     p = p * r + 1.0 / 6.0;
     p = p * r + 0.5;
     const Pack e = 1 + (r + r * r * p);
-    // The low bits of `shifted` are the integer: added to the exponent.
+    // The low bits of `shifted` are the integer n, added to the exponent.
     return of_bits(bits_of(e) + (bits_of(shifted) << 52));
 }
 
-/// ln x within 2 ulp, x > 0 and normal; not a number elsewhere.
+/// ln x within 2 ulp for normal x > 0; NaN for x ≤ 0 and NaN.
 [[nodiscard, gnu::always_inline]] inline Pack log(Pack x) {
     constexpr double ln2_high = 0x1.62e42fee00000p-1;
     constexpr double ln2_low = 0x1.a39ef35793c76p-33;
@@ -531,14 +521,13 @@ using Mask = std::int64_t __attribute__((ext_vector_type(8)));
     return x > 0 ? ln : packed(__builtin_nan(""));
 }
 
-/// The registers that a kernel is compiled for.
 enum class Instructions : std::uint8_t {
-    baseline,  ///< what the program as a whole is compiled for (SSE2 on x86-64)
+    baseline,  ///< of the build (SSE2 on x86-64)
     avx2,
     avx512,
 };
 
-/// Whether this processor has them, and this build kernels for them.
+/// True if the processor and the build support the set.
 [[nodiscard]] inline bool has(Instructions set) {
 #ifdef CAMBER_WIDER_INSTRUCTIONS
     switch (set) {
@@ -549,7 +538,6 @@ enum class Instructions : std::uint8_t {
 #endif
     return set == Instructions::baseline;
 }
-/// The widest that it has.
 [[nodiscard]] inline Instructions widest_instructions() {
     static const Instructions widest = has(Instructions::avx512) ? Instructions::avx512
                                        : has(Instructions::avx2) ? Instructions::avx2
@@ -568,13 +556,14 @@ template <class Kernel>
 }
 #endif
 
-/// A function of its own too, so that a caller of several kernels is not all of them.
+/// Not inlined, to keep callers of several kernels small.
 template <class Kernel>
 [[gnu::noinline]] void with_baseline(const Kernel& kernel) {
     kernel();
 }
 
-/// kernel(), compiled for that set; kernel: `[&]() __attribute__((always_inline)) { … }`. The processor must have it.
+/// Runs kernel() compiled for that set, which the processor must support. Kernel: `[&]() __attribute__((always_inline))
+/// { … }`.
 template <class Kernel>
 void with_instructions([[maybe_unused]] Instructions set, const Kernel& kernel) {
 #ifdef CAMBER_WIDER_INSTRUCTIONS

@@ -15,7 +15,7 @@ namespace camber {
 
 namespace {
 
-/// Inverts `rows` (item → its keys) by a counting sort; each key's items come out in rising order.
+/// Inverts `rows` (item → keys) by counting sort; items of a key are ascending.
 template <class Item, class Key, std::size_t N>
 Outcome<Incidence<Item>> inverted(const Column<std::array<Key, N>>& rows, std::size_t keys,
                                   const Execution& execution) {
@@ -47,7 +47,6 @@ std::array<VertexId, N> sorted_vertices(std::array<VertexId, N> v) {
     return v;
 }
 
-/// The simplices of every kind around each vertex, to collect edges from.
 template <int D>
 struct Around {
     Incidence<ElementId> elements;
@@ -55,7 +54,7 @@ struct Around {
     Incidence<EdgeId> edges;
 };
 
-/// A vertex that a simplex names twice, or an invalid id.
+/// Returns a repeated vertex, or an invalid id.
 template <std::size_t N>
 VertexId named_twice(const std::array<VertexId, N>& v) {
     for (std::size_t a = 0; a < N; ++a)
@@ -64,7 +63,7 @@ VertexId named_twice(const std::array<VertexId, N>& v) {
     return {};
 }
 
-/// Refuses simplices that name a vertex twice: they have no edge there.
+/// Rejects simplices with a repeated vertex (a degenerate edge).
 template <int K>
 Outcome<Done> check_distinct(const Simplices<K>& simplices, const Execution& execution) {
     const std::size_t n = simplices.size();
@@ -81,10 +80,10 @@ Outcome<Done> check_distinct(const Simplices<K>& simplices, const Execution& exe
                 Entity{simplex_name<K>, *first + 1}, "remove it");
 }
 
-/// Up to this many neighbours a look at all that are there is the cheapest way to leave out who is named again.
+/// Number of neighbours up to which linear duplicate search is fastest.
 constexpr std::size_t few = 64;
 
-/// Appends the vertices above v of a simplex; of the first few each once.
+/// Appends the simplex's vertices above v, without duplicates while the list is short.
 template <std::size_t N>
 void append_higher(const std::array<VertexId, N>& simplex, VertexId v, std::vector<VertexId>& higher) {
     for (const VertexId w : simplex)
@@ -92,7 +91,7 @@ void append_higher(const std::array<VertexId, N>& simplex, VertexId v, std::vect
             higher.push_back(w);
 }
 
-/// The vertices above v that share a simplex with it, rising and each once.
+/// Vertices above v that share a simplex with it, sorted.
 template <int D>
 void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, std::vector<VertexId>& higher) {
     higher.clear();
@@ -103,11 +102,10 @@ void higher_neighbours(const LinearMesh<D>& mesh, const Around<D>& around, Verte
     higher.erase(std::unique(higher.begin(), higher.end()), higher.end());
 }
 
-/// The edges of each element.
 template <int D>
 using ElementEdges = Buffer<std::array<EdgeId, edges_per_simplex<D>>>;
 
-/// Writes into the elements around v, for their edges up from v, which of `higher` these lead to.
+/// For edges upwards from v, stores the index of the other end in `higher` into the elements.
 template <int D>
 void rank_edges(const LinearMesh<D>& mesh, const Around<D>& around, VertexId v, const std::vector<VertexId>& higher,
                 ElementEdges<D>& ranks) {
@@ -170,7 +168,7 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
     faces.clear();
     for (const ElementId e : balls[v]) {
         const auto& corners = mesh.elements.vertices[e];
-        // The face opposite to a corner is v's if v is on it once and all others are higher.
+        // The face opposite a corner belongs to v if it contains v once and all its other vertices are higher.
         int own = 0, higher = 0;
         for (const VertexId corner : corners) {
             own += corner == v;
@@ -189,7 +187,7 @@ void faces_around(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, 
             faces.push_back(face);
         }
     }
-    // One number of both vertices: comparing arrays takes as long as all the rest.
+    // Both vertices as one number, because array comparison doubles the total time.
     const auto key = [](const FaceAround<D>& face) {
         if constexpr (D == 2)
             return face.others[0].value;
@@ -254,7 +252,7 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
     if (!features) return fail(features.error());
     const Around<D> around{std::move(*elements), std::move(*facets), std::move(*features)};
 
-    // One walk: each vertex's higher neighbours, kept chunk by chunk, and the edges of elements by their rank there.
+    // One pass: computes the higher neighbours of each vertex by chunks, and ranks the edges of elements among them.
     constexpr std::size_t grain = 4096;
     const std::size_t n = mesh.points.size();
     Buffer<std::uint32_t> first(n + 1);
@@ -275,7 +273,7 @@ Outcome<EdgeSet<D>> collect_edges(const LinearMesh<D>& mesh, const Execution& ex
         },
         grain);
     if (!found) return fail(found.error());
-    std::size_t total = 0;  // in 64 bits: elements that share no edge have six each
+    std::size_t total = 0;  // 64 bits, because elements without common edges have six each
     for (std::size_t v = 0; v < n; ++v) {
         total += first[v + 1];
         first[v + 1] += first[v];

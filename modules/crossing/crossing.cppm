@@ -1,5 +1,4 @@
-/// Walls that pass through each other: whether two P2 facets cross, all pairs of a mesh's facets that do, a grid of
-/// facets that come and go; and elements that overlap.
+/// Crossing facets: pair tests, all facets of a mesh, a dynamic grid; overlapping elements.
 export module camber.crossing;
 export import :crossings;
 import :net;

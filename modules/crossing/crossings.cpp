@@ -1,4 +1,4 @@
-// Crossings of the facets of a mesh, and a grid of facets that come and go.
+// Facet crossings of a mesh, and a dynamic grid of facets.
 module;
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ namespace camber {
 
 namespace {
 
-/// The least e with cells of 2^e larger than the box, but not so small that their numbers pass 2⁵⁰.
+/// Minimum e with cells 2^e larger than the box and cell numbers up to 2⁵⁰.
 template <int D>
 int exponent_for(const Box<D>& box) {
     double widest = 0, farthest = 0;
@@ -33,7 +33,7 @@ int exponent_for(const Box<D>& box) {
 
 template <int D>
 typename FacetGrid<D>::Cell FacetGrid<D>::cell_of(const Vec<D>& p, int exponent) {
-    // Beyond what the cells' own facets reach numbers are cut off: no facet is there.
+    // Clamped numbers are beyond all cells with facets.
     Cell cell;
     for (int c = 0; c < D; ++c)
         cell[c] = static_cast<std::int64_t>(std::floor(std::clamp(std::ldexp(p[c], -exponent), -0x1p60, 0x1p60)));
@@ -95,7 +95,7 @@ void FacetGrid<D>::look_into(const Grid& grid, const Box<D>& box, std::vector<Fa
     Cell low = cell_of(box.low, grid.exponent);
     double cells = 1;
     for (int c = 0; c < D; ++c) {
-        --low[c];  // facets reach into the next cell
+        --low[c];  // facets can extend into the next cell
         cells *= static_cast<double>(high[c] - low[c] + 1);
     }
     if (cells > static_cast<double>(grid.members.size())) {
@@ -126,12 +126,12 @@ void FacetGrid<D>::meeting(const Box<D>& box, std::vector<FacetId>& found) const
 
 namespace {
 
-/// Two facets that more work may tell of; the same twice: one of itself.
+/// An undecided pair to repeat. Equal ids: a facet with itself.
 struct OpenPair {
     FacetId first, second;
 };
 
-/// What was found, what is open, and room for the facets near one, made once for many.
+/// `others`: reused buffer for neighbours.
 struct Looking {
     Crossings all = {};
     std::vector<OpenPair> open = {};
@@ -153,13 +153,12 @@ struct Looking {
     }
 };
 
-/// `NodalOf`: the nodes of the facet with an id.
 template <int D, class NodalOf>
 class Facets {
   public:
     Facets(const NodalOf& nodal, std::span<const Box<D>> boxes) : nodal_(nodal), boxes_(boxes), tree_(boxes) {}
 
-    /// Facet f with itself and with all that come after it.
+    /// Tests f with itself and with all later facets.
     void look_at(std::size_t f, int effort, Looking& looking) const {
         auto& [all, open, others] = looking;
         const NodalFacet<D> facet = nodal(FacetId(f));
@@ -188,12 +187,11 @@ class Facets {
     BoxTree<D> tree_;
 };
 
-/// Pairs of pieces of the first look, and by how much more each later one is.
+/// In pairs of pieces; then the growth factor.
 constexpr int first_effort = 4;
 constexpr std::size_t growth = 8;
 
-/// Looks at what is open with more and more effort, as long as there is work to share out. Shares are of counts that
-/// are the same for any number of threads.
+/// Repeats open pairs with increasing effort, within `work`. Shares depend on counts only, not on threads.
 template <class AllFacets>
 Outcome<Looking> look_closer(const AllFacets& facets, Looking looking, std::size_t work, const Execution& execution) {
     std::size_t effort = first_effort;
@@ -213,7 +211,7 @@ Outcome<Looking> look_closer(const AllFacets& facets, Looking looking, std::size
     return looking;
 }
 
-/// Counts, and all pairs by rising facets: what is still open is undecided.
+/// Counts and sorts; open pairs are undecided.
 Crossings told(Looking looking) {
     Crossings all = std::move(looking.all);
     all.cut_short = looking.open.size();

@@ -14,8 +14,7 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A P2 facet in D dimensions (a triangle in space, an edge in the plane) by the mesh's Lagrange nodes: its vertices,
-/// then the mid nodes in the order of `local_edges`.
+/// A P2 facet (3D: triangle, 2D: edge) by Lagrange nodes: vertices, then mid nodes in the order of `local_edges`.
 template <int D>
 struct NodalFacet {
     static constexpr int nodes_of_facet = quadratic_nodes<D - 1>;
@@ -23,7 +22,6 @@ struct NodalFacet {
     friend bool operator==(const NodalFacet&, const NodalFacet&) = default;
 };
 
-/// The facet of these vertices with its nodes at the middle of the chords.
 template <int D>
 [[nodiscard]] inline NodalFacet<D> straight_facet(const std::array<Vec<D>, D>& vertices) {
     NodalFacet<D> facet;
@@ -35,7 +33,7 @@ template <int D>
     return facet;
 }
 
-/// Facet f of the mesh, with other places of points and mid nodes: those of a proposal.
+/// With other positions, such as those of a proposal.
 template <int D>
 [[nodiscard]] inline NodalFacet<D> nodal_facet(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
                                                std::span<const LagrangeNode<D>> mid_nodes, FacetId f) {
@@ -46,14 +44,13 @@ template <int D>
     return facet;
 }
 
-/// Facet f of the mesh.
 template <int D>
 [[nodiscard]] inline NodalFacet<D> nodal_facet(const QuadraticMesh<D>& mesh, FacetId f) {
     return nodal_facet<D>(mesh, mesh.linear.points.view(), mesh.mid_nodes.view(), f);
 }
 
-/// A box that holds the whole facet, rounding included: of its Bézier points, which err by less than
-/// 4 u of the largest coordinate; empty where a node is not finite.
+/// Box of the Bézier points, enlarged by their rounding error (below 4 u of the largest coordinate). Empty if a node is
+/// not finite.
 template <int D>
 [[nodiscard]] inline Box<D> box_of(const NodalFacet<D>& facet) {
     Box<D> box;
@@ -75,15 +72,14 @@ template <int D>
     return box;
 }
 
-/// Do two facets cross?
+/// Verdict on a pair of facets.
 enum class Crossing : std::uint8_t {
-    disjoint,  ///< proved: they have nothing in common but what they share
+    disjoint,  ///< proved: only shared vertices and edges in common
     crossing,  ///< proved: they pass through each other
-    touching,  ///< proved: they have more in common than they share, and do not pass through each other: contact
-    undecided  ///< nearer to each other than the work or rounding allow to tell
+    touching,  ///< proved contact: other common points, but not crossing
+    undecided  ///< too close for the effort or for rounding
 };
 
-/// "disjoint", "crossing", "touching", "undecided".
 [[nodiscard]] constexpr std::string_view word(Crossing crossing) {
     switch (crossing) {
         case Crossing::disjoint: return "disjoint";
@@ -94,21 +90,19 @@ enum class Crossing : std::uint8_t {
     return "undecided";
 }
 
-/// Pairs of pieces that are looked at before two facets are left undecided.
+/// Maximum pairs of pieces per pair of facets.
 inline constexpr int default_effort = 4000;
 
-/// Whether two P2 facets have points in common other than what they share by right: vertices at the same place, and
-/// edges of which all three nodes are. Facets of which all nodes are at the same places are one (the two sides of a
-/// slit), and disjoint. Proofs hold for the nodes as they are stored, rounding included; facets whose mid nodes are
-/// `midpoint` of their edges' ends are straight, and two of them are always decided (those without area are not), in
-/// integers if need be. Facets in one plane do not pass through each other: they are disjoint or touch. Nodes that are
+/// Tests two P2 facets for common points except shared ones: vertices at the same position, and edges with all three
+/// nodes at the same positions. If all nodes are, the facets are the sides of a slit, and disjoint. Proofs hold for the
+/// stored nodes, rounding included. Facets are straight if their mid nodes equal `midpoint`; two straight facets with
+/// nonzero area are always decided, if necessary in integers. Coplanar facets are disjoint or touching. Nodes that are
 /// not finite: undecided.
 template <int D>
 [[nodiscard]] Crossing crossing_of(const NodalFacet<D>& first, const NodalFacet<D>& second,
                                    int effort = default_effort);
 
-/// Whether a facet has a point twice. A curve in the plane has none unless it turns back on itself, where it is not
-/// regular: disjoint.
+/// Tests a facet for self-intersection. A regular plane curve has none: disjoint.
 template <int D>
 [[nodiscard]] Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort = default_effort);
 
@@ -116,14 +110,13 @@ template <int D>
 
 namespace camber {
 
-/// A verdict, and what it took.
 struct Judgement {
     Crossing verdict = Crossing::undecided;
-    int steps = 0;           ///< pairs of pieces that were looked at
-    bool cut_short = false;  ///< undecided for want of effort: more of it may tell
+    int steps = 0;           ///< pairs of pieces
+    bool cut_short = false;  ///< undecided because of limited effort
 };
 
-/// `crossing_of` and `crossing_of_itself`, with what they took.
+/// `crossing_of` and `crossing_of_itself` with the effort.
 template <int D>
 [[nodiscard]] Judgement judge_pair(const NodalFacet<D>& first, const NodalFacet<D>& second, int effort);
 template <int D>
@@ -133,15 +126,13 @@ template <int D>
 
 export namespace camber {
 
-/// Boxes of facets that come and go: which of them meet a box? A grid for each size of facets, its cells twice as large
-/// from one to the next; a facet is in the cell of its lowest corner on the grid whose cells are just larger than its
-/// box. A value; the answers depend on what is in it alone, not on the order in which it came.
+/// Dynamic set of facet boxes. Cell sizes are powers of two, each with a grid; a facet is in the cell of its lower
+/// corner, on the grid with cells just larger than its box. Results do not depend on the insertion order.
 template <int D>
 class FacetGrid {
   public:
-    /// A facet that is there already gets the new box. Coordinates must be finite.
+    /// Replaces an existing box. Coordinates must be finite.
     void insert(FacetId facet, const Box<D>& box);
-    /// Nothing happens where it is not there.
     void remove(FacetId facet);
 
     [[nodiscard]] std::size_t size() const { return size_; }
@@ -150,7 +141,7 @@ class FacetGrid {
     }
     [[nodiscard]] const Box<D>& box(FacetId facet) const { return entries_[facet.index()].box; }
 
-    /// The facets whose boxes meet the box (touching is meeting), in rising order, in place of what `found` held.
+    /// Sets `found` to the facets that meet the closed box, ascending.
     void meeting(const Box<D>& box, std::vector<FacetId>& found) const;
 
   private:
@@ -166,15 +157,15 @@ class FacetGrid {
             return h;
         }
     };
-    /// The facets of one cell are a list through the entries.
+    /// In a cell's linked list.
     struct Entry {
         Box<D> box;
         std::uint32_t grid = nowhere;
         std::uint32_t before = nowhere, after = nowhere;
-        std::uint32_t place = 0;  ///< in the grid's `members`
+        std::uint32_t place = 0;  ///< index in `members`
     };
     struct Grid {
-        int exponent = 0;  ///< cells are 2^exponent wide
+        int exponent = 0;  ///< cell size 2^exponent
         std::unordered_map<Cell, std::uint32_t, CellHash> first;
         std::vector<std::uint32_t> members;
     };
@@ -188,40 +179,38 @@ class FacetGrid {
     std::size_t size_ = 0;
 };
 
-/// Two facets that are not disjoint; one that is not of itself.
+/// A pair, or a facet with itself, that is not disjoint.
 struct FacetCrossing {
-    FacetId first, second;  ///< the lower one first; the same twice: of itself
+    FacetId first, second;  ///< first ≤ second
     Crossing verdict = Crossing::undecided;
     friend bool operator==(const FacetCrossing&, const FacetCrossing&) = default;
 };
 
-/// Pairs of pieces that a mesh's open pairs of facets may take in all.
+/// Maximum pairs of pieces for all open pairs of a mesh.
 [[nodiscard]] constexpr std::size_t max_steps(std::size_t facets) { return 100'000 + 16 * facets; }
 
-/// What became of all pairs of a mesh's facets.
 struct Crossings {
-    std::size_t pairs = 0;  ///< whose boxes meet, and that were looked at; the others are disjoint by their boxes
+    std::size_t pairs = 0;  ///< with overlapping boxes; others are disjoint
     std::size_t crossing = 0, touching = 0, undecided = 0;
-    std::size_t cut_short = 0;              ///< of the undecided: for want of work; more of it might have told
-    std::size_t steps = 0;                  ///< the work: pairs of pieces that were looked at
-    std::vector<FacetCrossing> found = {};  ///< those that are not disjoint, by rising facets
+    std::size_t cut_short = 0;              ///< undecided because of limited effort
+    std::size_t steps = 0;                  ///< pairs of pieces
+    std::vector<FacetCrossing> found = {};  ///< not disjoint, sorted
 
     [[nodiscard]] bool all_disjoint() const { return found.empty(); }
     friend bool operator==(const Crossings&, const Crossings&) = default;
 };
 
-/// Whether the mesh's facets (boundary and interfaces) cross each other or themselves. Elements may all be valid and
-/// walls yet pass through each other: det J > 0 speaks of each element alone. Every pair has a first look; what that
-/// leaves open shares `max_steps`. Time: n log n and what pairs of near facets take. Errors: memory, stopped.
+/// Tests boundary and interface facets for crossings and self-intersections, which valid elements (det J > 0) do not
+/// exclude. After a first test of all pairs, open pairs share `max_steps`. Time: n log n plus close pairs. Errors:
+/// memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, const Execution& execution);
 
-/// The same with other places of vertices and mid nodes: those of a proposal.
+/// With other positions, such as those of a proposal.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const QuadraticMesh<D>& mesh, std::span<const Vec<D>> points,
                                                 std::span<const LagrangeNode<D>> mid_nodes, const Execution& execution);
 
-/// The same of a straight mesh.
 template <int D>
 [[nodiscard]] Outcome<Crossings> find_crossings(const LinearMesh<D>& mesh, const Execution& execution);
 
@@ -229,7 +218,7 @@ template <int D>
 
 namespace camber {
 
-/// A vector, and the sum of its components' absolute values: not below its length.
+/// A vector and its 1-norm, a bound of its length.
 template <int D>
 struct Side {
     Vec<D> along;
@@ -242,11 +231,11 @@ template <int D>
     return side;
 }
 
-/// Error of a product of two or three vectors, as a share of the product of their sizes: each component of a difference
-/// of nodes is exact to a rounding, and fewer than 40 roundings follow.
+/// Relative error of a product of two or three vectors, by their sizes. Node differences have one rounding per
+/// component; fewer than 40 roundings follow.
 inline constexpr double product_error = 0x1p-46;
 
-/// Sign of a product where rounding leaves no doubt, else 0.
+/// Sign of a product, or 0 if rounding makes it uncertain.
 [[nodiscard]] inline int certain_sign(double product, double sizes) {
     const double error = product_error * sizes;
     return product > error ? 1 : product < -error ? -1 : 0;
@@ -255,7 +244,7 @@ inline constexpr double product_error = 0x1p-46;
     return certain_sign(a.along[0] * b.along[1] - a.along[1] * b.along[0], a.size * b.size);
 }
 
-/// A triangle's normal, and the product of the sizes of its sides.
+/// Normal of a triangle; product of its side sizes.
 struct Normal {
     Vec<3> direction;
     double size = 0;
@@ -263,13 +252,13 @@ struct Normal {
 [[nodiscard]] inline Normal normal_of(const Side<3>& a, const Side<3>& b) {
     return {cross(a.along, b.along), a.size * b.size};
 }
-/// The side of the triangle's plane on which a point lies, seen from a corner of the triangle.
+/// Side of a plane; `to`: vector from a corner of the triangle.
 [[nodiscard]] inline int sign_of(const Normal& n, const Side<3>& to) {
     return certain_sign(dot(n.direction, to.along), n.size * to.size);
 }
 [[nodiscard]] inline bool are_equal_signs(int a, int b) { return a != 0 && a == b; }
 
-/// The vertices of a straight facet, those first that both have.
+/// Vertices, shared ones first.
 template <int D>
 struct SharedFirst {
     std::array<Vec<D>, D> first, second;
@@ -296,15 +285,15 @@ template <int D>
     return both;
 }
 
-/// Two triangles with a common corner, by their sides there: true if a line through it, seen along the normal of the
-/// first, has them on different sides.
+/// For triangles with sides a, b and c, d at a common corner: true if a line through it separates their projections
+/// along the normal of the first.
 [[nodiscard]] inline bool are_apart_along(const Normal& n, const Side<3>& a, const Side<3>& b, const Side<3>& c,
                                           const Side<3>& d) {
     const auto turn = [&](const Side<3>& x, const Side<3>& y) {
         return certain_sign(dot(n.direction, cross(x.along, y.along)), n.size * x.size * y.size);
     };
     const int ac = turn(a, c), ad = turn(a, d), bc = turn(b, c), bd = turn(b, d);
-    if ((ac < 0 && ad < 0) || (bc > 0 && bd > 0)) return true;  // b is on the left of a
+    if ((ac < 0 && ad < 0) || (bc > 0 && bd > 0)) return true;  // b is to the left of a
     const int cd = turn(c, d);
     return (are_equal_signs(cd, ac) && are_equal_signs(cd, bc)) ||
            (are_equal_signs(cd, -ad) && are_equal_signs(cd, -bd));
@@ -350,41 +339,38 @@ template <int D>
 
 export namespace camber {
 
-/// A quick test of straight facets, of which only the vertices are read: true if they are proved to have nothing in
-/// common but vertices and edges at the same places. It takes about 10 ns; false leaves the pair to `crossing_of`.
+/// Fast test (about 10 ns) of straight facets by their vertices. True: proved disjoint except for shared vertices and
+/// edges.
 template <int D>
 [[nodiscard]] inline bool are_surely_disjoint(const NodalFacet<D>& first, const NodalFacet<D>& second) {
     return are_apart(shared_first(first, second));
 }
 
-/// Two elements with interior points in common.
+/// Two elements with common interior points.
 template <int D>
 struct ElementOverlap {
-    ElementId first, second;  ///< the lower one first; equal if one of them alone certainly contains the point
-    Vec<D> point;             ///< a point inside both, where they are straight (model units)
+    ElementId first, second;  ///< first < second; equal if only one certainly contains the point
+    Vec<D> point;             ///< inside both, if straight (model units)
     friend bool operator==(const ElementOverlap&, const ElementOverlap&) = default;
 };
 
-/// The places where elements of a mesh overlap.
 template <int D>
 struct Overlaps {
-    bool looked_at = false;       ///< false: no elements, or a boundary that is not closed
-    std::size_t walls = 0;        ///< connected parts of the boundary along which nothing else touches it
-    std::size_t undecided = 0;    ///< parts for which no certified answer was found
-    std::size_t overlapping = 0;  ///< pairs of facets that touch, and parts of the boundary, inside other elements
-    /// One pair of elements for each of the `overlapping`, without repetitions, by rising elements.
+    bool looked_at = false;       ///< false: no elements, or open boundary
+    std::size_t walls = 0;        ///< connected boundary parts without other contacts
+    std::size_t undecided = 0;    ///< without a certified result
+    std::size_t overlapping = 0;  ///< touching facet pairs and boundary parts, inside other elements
+    /// A pair of elements for each of the `overlapping`, unique and sorted.
     std::vector<ElementOverlap<D>> found = {};
 
     friend bool operator==(const Overlaps&, const Overlaps&) = default;
 };
 
-/// Finds elements that overlap although no walls cross: bodies with sides in common planes, one body inside the
-/// elements of another, a mesh that covers a region twice. Every answer is certified, rounding included. Method and
-/// completeness: docs/algorithms/crossing.md.
+/// Finds overlapping elements even if no walls cross: bodies with coplanar sides, a body inside another, a region
+/// meshed twice. Results are certified, rounding included. Method and completeness: docs/algorithms/crossing.md.
 ///
-/// `mesh` lists all boundary faces, its elements are numbered with positive orientation, and no element or facet occurs
-/// twice; `crossings` is the result of `find_crossings` for the same mesh. Time: linear in elements, n log n in
-/// boundary facets. Errors: memory, stopped.
+/// `mesh`: all boundary faces listed, positive elements, no duplicate elements or facets. `crossings`: from
+/// `find_crossings`. Time: linear in elements, n log n in boundary facets. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Overlaps<D>> find_overlaps(const QuadraticMesh<D>& mesh, const Crossings& crossings,
                                                  const Execution& execution);
@@ -393,7 +379,7 @@ template <int D>
 [[nodiscard]] Outcome<Overlaps<D>> find_overlaps(const LinearMesh<D>& mesh, const Crossings& crossings,
                                                  const Execution& execution);
 
-/// The same with the search for crossings.
+/// Also computes the crossings.
 template <int D>
 [[nodiscard]] Outcome<Overlaps<D>> find_overlaps(const QuadraticMesh<D>& mesh, const Execution& execution);
 

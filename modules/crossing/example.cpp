@@ -1,4 +1,4 @@
-// camber.crossing: two curves in the plane whose chords are apart, and which bow through each other.
+// Example of camber.crossing: two plane curves that cross although their chords do not.
 #include <cstdio>
 #include <vector>
 
@@ -16,7 +16,7 @@ int main() {
     const Crossing curves = crossing_of(lower, upper);
     std::printf("chords: %s, curves: %s\n", word(chords).data(), word(curves).data());
 
-    // A grid of boxes that come and go finds the partners.
+    // A dynamic grid of boxes finds candidate pairs.
     FacetGrid<2> grid;
     grid.insert(FacetId(0), box_of(lower));
     std::vector<FacetId> near;

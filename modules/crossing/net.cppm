@@ -12,33 +12,32 @@ import camber.core;
 import camber.bezier;
 import :crossings;
 
-/// A piece of a facet by its Bézier points, in coordinates of the pair that is looked at, and what it shares with the
-/// pieces of the other facet.
+/// A piece of a facet: Bézier points in coordinates of the facet pair, and features shared with pieces of the other
+/// facet.
 namespace camber {
 
-/// The pieces of a pair of facets have a common origin near to both and a unit such that no Bézier point has a
-/// coordinate above 1. What rounding does to a coordinate, u = 2⁻⁵³: a node minus the origin errs by u/4 (nodes are
-/// below 1/4), a Bézier point by 2 u, and each division adds at most 4 u, for it takes means, which do not magnify
-/// errors, of two and two. At most `max_divisions` of them make less than 128 u.
+/// Pieces of a pair have an origin close to both facets, and a unit such that Bézier coordinates are at most 1.
+/// Rounding errors, u = 2⁻⁵³: node minus origin u/4 (nodes are below 1/4), Bézier point 2 u, each division at most 4 u,
+/// because means of two do not amplify errors. The total is below 128 u for `max_divisions`.
 inline constexpr int max_divisions = 24;
 inline constexpr double coordinate_blur = 0x1p-46;
 
-/// Edges are divided at this share from their first end: not in the middle, where facets that someone has thought up
-/// like to cross, so that no piece would ever have the crossing in its inside. Both shares are exact.
+/// Exact division fractions of edges. Not the midpoint: constructed inputs often cross there, and no piece would have
+/// the crossing in its interior.
 inline constexpr double first_share = 69.0 / 128, second_share = 59.0 / 128;
 
-/// Names of points that pieces share; 0: of none.
+/// Id of a shared point; 0: none.
 using SharedPoint = std::uint64_t;
 
-/// The part of a shared edge that an edge of a piece is.
+/// Part of a shared edge.
 struct SharedPart {
     std::uint32_t edge = 0;  ///< 0: none
-    std::uint32_t part = 1;  ///< 1: all of it; of part p the first is 2 p, the second 2 p + 1
-    bool against = false;    ///< the piece's edge runs against the shared one
+    std::uint32_t part = 1;  ///< 1: all; part p is divided into 2 p and 2 p + 1
+    bool against = false;    ///< opposite orientation
 
     [[nodiscard]] SharedPoint division() const { return edge == 0 ? 0 : SharedPoint{edge} << 32U | part; }
     [[nodiscard]] bool same_as(const SharedPart& o) const { return edge != 0 && edge == o.edge && part == o.part; }
-    /// Its part at the piece's first or second end of the edge.
+    /// Part at an end of the piece's edge.
     [[nodiscard]] SharedPart at_end(int end) const {
         return {edge, 2 * part + ((end == 1) != against ? 1U : 0U), against};
     }
@@ -51,7 +50,7 @@ struct Net {
 
     std::array<Vec<D>, quadratic_nodes<K>> control{};  ///< vertices, then edges in the order of `local_edges`
     std::array<SharedPoint, K + 1> corner{};
-    std::array<SharedPart, edges> part{};  ///< from the edge's first local vertex to its second
+    std::array<SharedPart, edges> part{};  ///< from the first to the second local vertex
     int divisions = 0;
 
     [[nodiscard]] const Vec<D>& middle(int e) const { return control[K + 1 + e]; }
@@ -72,8 +71,8 @@ template <int D>
     return box;
 }
 
-/// How far a piece may be from the straight simplex of its corners, parameter by parameter: the difference is
-/// Σ 2 ξ_i ξ_j (P_ij − (P_i + P_j)/2), and Σ 2 ξ_i ξ_j is at most 1/2 on an edge, 2/3 on a triangle. Rounding included.
+/// Bound of the distance from the straight simplex at equal parameters: Σ 2 ξ_i ξ_j (P_ij − (P_i + P_j)/2), with Σ 2
+/// ξ_i ξ_j at most 1/2 on an edge, 2/3 on a triangle. Includes rounding.
 template <int D>
 [[nodiscard]] inline double sag(const Net<D>& net) {
     double most = 0;
@@ -84,7 +83,7 @@ template <int D>
     return (D == 2 ? 0.5 : 2.0 / 3) * most * (1 + 0x1p-40) + 8 * coordinate_blur;
 }
 
-/// Where an edge between two corners is divided: the corners' weights.
+/// Corner weights of an edge's division point.
 struct Division {
     double first, second;
     explicit Division(const SharedPart& part)
@@ -95,7 +94,6 @@ struct Division {
     }
 };
 
-/// The two parts of a curve.
 [[nodiscard]] inline std::array<Net<2>, 2> pieces(const Net<2>& n) {
     const auto& [a, b, c] = n.control;
     const Division at(n.part[0]);
@@ -105,14 +103,14 @@ struct Division {
     return {first, second};
 }
 
-/// The edge of a triangle opposite corner i, in `local_edges`.
+/// Edge opposite corner i, in `local_edges`.
 inline constexpr std::array<int, 3> opposite_edge{1, 2, 0};
 
-/// The four parts of a triangle: at its corners, and the one between them, whose corner i is on the edge opposite
-/// corner i. Bézier points of parts are values of the blossom f(a, b), linear in each: f(V_i, V_j) = P_ij.
+/// Three corner pieces and an inner piece, whose corner i is on the edge opposite corner i. Their Bézier points are
+/// values of the bilinear blossom f(a, b), f(V_i, V_j) = P_ij.
 [[nodiscard]] inline std::array<Net<3>, 4> pieces(const Net<3>& n) {
     const std::array<Division, 3> at{Division(n.part[0]), Division(n.part[1]), Division(n.part[2])};
-    std::array<std::array<Vec<3>, 3>, 3> row{};  // f(M_e, V_k), M_e the point at which edge e is divided
+    std::array<std::array<Vec<3>, 3>, 3> row{};  // f(M_e, V_k), with M_e the division point of edge e
     for (int e = 0; e < 3; ++e)
         for (int k = 0; k < 3; ++k) {
             const auto [i, j] = local_edges<2>[e];
@@ -140,7 +138,7 @@ inline constexpr std::array<int, 3> opposite_edge{1, 2, 0};
         piece.corner[i] = n.corner[i];
         piece.control[3 + opposite_edge[i]] = inner.control[3 + opposite_edge[i]];
         for (const int other : {j, k}) {
-            const int e = opposite_edge[j + k - other];  // between corners i and `other`
+            const int e = opposite_edge[j + k - other];
             piece.control[other] = inner.control[j + k - other];
             piece.corner[other] = inner.corner[j + k - other];
             piece.control[3 + e] = row[e][i];
@@ -150,12 +148,12 @@ inline constexpr std::array<int, 3> opposite_edge{1, 2, 0};
     return out;
 }
 
-/// The facets in the pair's coordinates, and what they share: vertices at one place, and edges of which all nodes are
-/// (places, not numbers: so the two sides of a slit share what they have in common). None where a node is not finite.
+/// Facets in the pair's coordinates. Shared vertices and edges are found by positions, not ids, because of slits. None
+/// if a node is not finite.
 template <int D>
 struct NetPair {
     Net<D> first, second;
-    bool same = false;  ///< they share everything
+    bool same = false;  ///< all nodes are shared
 };
 
 template <int D>
@@ -170,7 +168,7 @@ template <int D>
     return net;
 }
 
-/// A power of two that brings nodes below 1/4; none where they are not finite or all at one place.
+/// Power of two that scales nodes below 1/4. None if not finite or all equal.
 template <int D>
 [[nodiscard]] inline std::optional<double> unit_for(const NodalFacet<D>& first, const NodalFacet<D>& second,
                                                     const Vec<D>& origin) {
@@ -187,7 +185,7 @@ template <int D>
 
 template <int D>
 [[nodiscard]] inline std::optional<NetPair<D>> net_pair(const NodalFacet<D>& first, const NodalFacet<D>& second) {
-    std::array<int, D> twin{};  // of each vertex of the first: the second's at its place
+    std::array<int, D> twin{};  // per vertex of the first: the second's vertex at the same position
     twin.fill(-1);
     int shared = 0, shared_edges = 0;
     Vec<D> origin = first.nodes[0];
@@ -220,11 +218,10 @@ template <int D>
 
 }  // namespace camber
 
-/// Planes between Bézier nets. A direction is looked for without care (Gilbert, Johnson, Keerthi 1988); what it proves
-/// is looked at with it.
+/// Separating planes of Bézier nets: approximate search (Gilbert, Johnson, Keerthi 1988), rigorous proof.
 namespace camber {
 
-/// What n · (P − Q) must exceed in units of |n|_1: both coordinates err by `coordinate_blur`, and the sums round.
+/// Minimum of n · (P − Q) relative to |n|_1: two errors `coordinate_blur`, and rounding of sums.
 inline constexpr double separation_margin = 4 * coordinate_blur;
 
 template <int D>
@@ -234,15 +231,15 @@ template <int D>
     return sum;
 }
 
-/// Points whose hull's place nearest to the origin is looked for.
+/// Simplex of the GJK search.
 template <int D>
 struct Corral {
     std::array<Vec<D>, D + 1> points{};
     std::size_t size = 0;
 };
 
-/// The weights of `others` in the point nearest to the origin of the plane through `last` and them; none where they do
-/// not span one.
+/// Weights of `others` in the point closest to the origin of the affine hull of `last` and `others`. None if they are
+/// dependent.
 template <int D>
 [[nodiscard]] inline std::optional<std::array<double, D>> nearest_weights(const Vec<D>& last,
                                                                           std::span<const Vec<D>> others) {
@@ -266,8 +263,8 @@ template <int D>
     return weights;
 }
 
-/// The place nearest to the origin in the hull of the points, of which the last came in last; keeps those that it is
-/// made of. None: the hull holds the origin.
+/// Point of the hull closest to the origin. The last point is the newest; keeps only supporting points. None: contains
+/// the origin.
 template <int D>
 [[nodiscard]] inline std::optional<Vec<D>> nearest_place(Corral<D>& corral) {
     const Vec<D> last = corral.points[corral.size - 1];
@@ -301,19 +298,19 @@ template <int D>
     return nearest;
 }
 
-/// A direction that has a positive product with every point of a set, tried from `start`: `lowest(n)` is the point of
-/// the least product with n, and `proves(n)` looks whether the direction does.
+/// Searches a direction with positive products with a set of points. `lowest(n)`: point with the minimum product.
+/// `proves(n)`: rigorous test.
 template <int D, class Lowest, class Proves>
 [[nodiscard]] inline bool finds_direction(Vec<D> start, Lowest&& lowest, Proves&& proves) {
     constexpr int max_tries = 12;
     Corral<D> corral;
     Vec<D> n = start;
     for (int i = 0; i < max_tries; ++i) {
-        // So products with n do not vanish.
+        // Products with a smaller n underflow.
         if (!(norm_squared(n) > 0)) return false;
         if (proves(n)) return true;
         const Vec<D> point = lowest(n);
-        // Not nearer than before: the hull touches the origin as far as these numbers can tell.
+        // No progress: the hull contains the origin within rounding.
         if (i > 0 && dot(n, point) >= (1 - 0x1p-30) * norm_squared(n)) return false;
         corral.points[corral.size++] = point;
         const auto nearest = nearest_place(corral);
@@ -323,8 +320,7 @@ template <int D, class Lowest, class Proves>
     return false;
 }
 
-/// Directions across the straight simplices of the corners: those of their normals, and of what is across an edge of
-/// each. Where the gap is thin they tell what the search above is too coarse for.
+/// Tries normals of the straight simplices and cross products of their edges, for gaps too thin for the search above.
 template <class Try>
 [[nodiscard]] inline bool some_normal(const Net<2>& first, const Net<2>& second, Try&& works) {
     const auto normal = [](const Net<2>& net) {
@@ -343,7 +339,7 @@ template <class Try>
     return false;
 }
 
-/// A plane lies between two nets: then the pieces have no point in common.
+/// True if a plane separates the nets.
 template <int D>
 [[nodiscard]] inline bool separated(const Net<D>& first, const Net<D>& second) {
     const auto lowest_of = [](const Net<D>& net, const Vec<D>& n) {
@@ -361,9 +357,8 @@ template <int D>
            });
 }
 
-/// A plane through the only point that the nets share, their corners i and j, has all other Bézier points of the one
-/// net on its one side and those of the other on the other: n · F has Bernstein coefficients 0 at the point and
-/// positive ones elsewhere, and is positive off the point. So they meet there alone.
+/// True if a plane through the only shared point (corners i and j) separates all other Bézier points. n · F has
+/// Bernstein coefficients 0 there and positive ones elsewhere, so the pieces meet only there.
 template <int D>
 [[nodiscard]] inline bool separated_at(const Net<D>& first, int i, const Net<D>& second, int j) {
     constexpr std::size_t n_vectors = 2 * (quadratic_nodes<D - 1> - 1);
@@ -390,25 +385,23 @@ template <int D>
 
 }  // namespace camber
 
-/// Pieces that are seen one to one from some side: one triangle, or two with a common edge.
+/// Injectivity of one triangle, or two with a common edge.
 namespace camber {
 
-/// One triangle, its corners named: the edge from `from` to `to` and the apex; on which side of the edge it is laid
-/// out.
+/// A triangle with base `from`–`to`; `side`: of the base in the parameter plane.
 struct Sheet {
     const Net<3>* net = nullptr;
     int from = 0, to = 1, apex = 2;
     double side = 1;
 };
 
-/// dF/ds and dF/dt at the three corners, where the triangle is laid out with its edge from (−1, 0) to (1, 0) and its
-/// apex at (lean, ±1), all lengths along s and t then multiplied by numbers of our choice. dF is affine, so in between
-/// it is a mean of these.
+/// dF/ds and dF/dt at the corners, for parameters with base (−1, 0) to (1, 0) and apex (lean, ±1), up to factors along
+/// s and t. dF is affine: other values are means.
 struct SheetSlopes {
     std::array<Vec<3>, 3> s{}, t{};
 };
 
-/// The triangle alone, on its longest edge.
+/// The triangle on its longest edge.
 [[nodiscard]] inline Sheet sheet_of(const Net<3>& net) {
     Sheet longest{&net, 0, 1, 2, 1};
     for (int i = 1; i < 3; ++i) {
@@ -432,10 +425,10 @@ struct SheetSlopes {
 
 [[nodiscard]] inline Vec<3> mean(const std::array<Vec<3>, 3>& v) { return (v[0] + v[1] + v[2]) / 3.0; }
 
-/// What is left of v without its part along the unit vector n; v where n is 0.
+/// Removes the component along the unit vector n; v if n is 0.
 [[nodiscard]] inline Vec<3> seen_along(const Vec<3>& n, const Vec<3>& v) { return v - dot(n, v) * n; }
 
-/// The rows of A, and what they are weighed with.
+/// Weighted rows of the matrix A.
 struct Layout {
     Vec<3> along, across;
     double length = 0, weight = 1;
@@ -443,8 +436,8 @@ struct Layout {
     bool fits = false;
 };
 
-/// Chooses lengths, leans (which it takes off the slopes) and rows for the sheets as they are seen in the direction
-/// `view`; from nowhere if it is 0. What it chooses is good or bad, not right or wrong.
+/// Chooses lengths, leans (subtracted from the slopes) and rows of A in the projection along `view` (0: none). A bad
+/// choice only makes the proof fail.
 [[nodiscard]] inline Layout laid_out(std::span<SheetSlopes> slopes, const Vec<3>& view) {
     Layout out;
     for (const SheetSlopes& d : slopes) out.along += seen_along(view, mean(d.s));
@@ -473,7 +466,7 @@ struct Layout {
     return out;
 }
 
-/// A dF + (A dF)ᵀ is positive definite at all corners, rounding included: a slope is a sum of at most six Bézier
+/// True if A dF + (A dF)ᵀ is positive definite at all corners, rounding included. Slopes are sums of at most six Bézier
 /// points.
 [[nodiscard]] inline bool is_definite(std::span<const SheetSlopes> slopes, const Layout& layout) {
     const auto& [along, across, length, weight, heights, fits] = layout;
@@ -492,7 +485,7 @@ struct Layout {
     return true;
 }
 
-/// The direction in which slopes differ most from their means: that in which the sheets are bent.
+/// Direction of maximum deviation of slopes from their means.
 [[nodiscard]] inline Vec<3> bent_direction(std::span<const SheetSlopes> slopes) {
     Vec<3> most;
     for (const SheetSlopes& d : slopes)
@@ -504,10 +497,10 @@ struct Layout {
     return normalised(most);
 }
 
-/// Whether the sheets, laid out side by side, are mapped one to one. Together they fill a convex domain, for |lean|
-/// ≤ 1. Between any two points x, y of it (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x), which is positive if A dF +
-/// (A dF)ᵀ is positive definite everywhere; dF being affine, at the corners. A, of two rows, is free: along the edge,
-/// and across it, weighed against each other. (The sheets need the same Bézier points on their common edge.)
+/// Proves that the map F of adjacent sheets is injective. Their parameter domain is convex, for |lean| ≤ 1. For points
+/// x, y of it, (y − x)·A (F(y) − F(x)) = ∫ (y − x)·A dF (y − x), which is positive if A dF + (A dF)ᵀ is positive
+/// definite. dF is affine, so the corners suffice. A is arbitrary, with weighted rows along and across the base. The
+/// sheets need equal Bézier points on their common edge.
 [[nodiscard]] inline bool is_graph(std::span<const Sheet> sheets) {
     std::array<SheetSlopes, 2> slopes{}, leaning{};
     for (std::size_t k = 0; k < sheets.size(); ++k) slopes[k] = upright_slopes(sheets[k]);
@@ -523,15 +516,14 @@ struct Layout {
 
 }  // namespace camber
 
-/// Pieces that certainly pass through each other. Their straight simplices do, and so far from the rim of each that
-/// bending them, by no more than the sags of both, never brings rim and piece together: what a motion without that
-/// cannot undo is the number of crossings with sign, here ±1.
+/// Proof of crossing: the straight simplices cross, at a distance from each rim above the sum of the sags. Bending them
+/// then moves no rim through a piece, which preserves the signed number of crossings, ±1.
 namespace camber {
 
-/// Roundings of sums of products of differences of doubles, by the product of their lengths.
+/// Relative error of sums of products of coordinate differences, by the product of lengths.
 inline constexpr double product_blur = 0x1p-48;
 
-/// Points p and q lie on two sides of the line through a and b, further from it than `reach`.
+/// True if p and q are on opposite sides of the line a–b, at distances above `reach`.
 [[nodiscard]] inline bool apart_across(const Vec<2>& p, const Vec<2>& q, const Vec<2>& a, const Vec<2>& b,
                                        double reach) {
     const Vec<2> along = b - a;
@@ -550,8 +542,8 @@ inline constexpr double product_blur = 0x1p-48;
     return apart_across(p[0], p[1], q[0], q[1], reach) && apart_across(q[0], q[1], p[0], p[1], reach);
 }
 
-/// The segment p–q goes through the triangle, its ends further from the plane than `reach`, its line further from the
-/// lines of the triangle's edges.
+/// True if the segment p–q intersects the triangle, with distances of its ends from the plane and of its line from edge
+/// lines above `reach`.
 [[nodiscard]] inline bool pierces(const Vec<3>& p, const Vec<3>& q, const std::array<Vec<3>, 3>& triangle,
                                   double reach) {
     reach *= 1 + 0x1p-40;
@@ -591,11 +583,11 @@ inline constexpr double product_blur = 0x1p-48;
 
 }  // namespace camber
 
-/// The other side of a curve: a curve of degree 2 lies on a parabola, and tells by its equation what else does not.
-/// Arcs one inside the other are told apart by it at once, however much thinner than they bow the gap between them is.
+/// Separation by parabolas: the equation of a quadratic curve's parabola gives the side of other points. It separates
+/// nested arcs without division, even if their gap is much smaller than their sag.
 namespace camber {
 
-/// Corners that two pieces have in common.
+/// Common corners of two pieces.
 template <int D>
 struct Common {
     int count = 0;
@@ -614,13 +606,13 @@ template <int D>
     return common;
 }
 
-/// A point's barycentric coordinates in the control triangle of a curve, times twice its area: of the ends, and of the
-/// middle. On the parabola middle² = 4 first second.
+/// Barycentric coordinates in a curve's control triangle, times twice its area: ends and middle. On the parabola,
+/// middle² = 4 first second.
 struct Areas {
     double first = 0, middle = 0, second = 0;
 };
 
-/// What rounding does to an area: two products of differences below 2, which err by 2 `coordinate_blur` each.
+/// Error of an area: two products of differences below 2, with error 2 `coordinate_blur` each.
 inline constexpr double area_blur = 20 * coordinate_blur;
 
 [[nodiscard]] inline Areas areas_at(const Net<2>& curve, const Vec<2>& p) {
@@ -628,7 +620,7 @@ inline constexpr double area_blur = 20 * coordinate_blur;
     return {cross(m - p, b - p), cross(b - p, a - p), cross(a - p, m - p)};
 }
 
-/// A number and what it may err by.
+/// A number with an error bound.
 struct Blurred {
     double value = 0, error = 0;
     [[nodiscard]] int sign() const { return value > error ? 1 : value < -error ? -1 : 0; }
@@ -636,7 +628,7 @@ struct Blurred {
     friend Blurred operator*(double s, const Blurred& a) { return {s * a.value, std::abs(s) * a.error}; }
 };
 
-/// The polar form of middle² − 4 first second.
+/// Polar form of middle² − 4 first second.
 [[nodiscard]] inline Blurred polar(const Areas& p, const Areas& q) {
     const double size = std::abs(p.middle) + std::abs(q.middle) +
                         2 * (std::abs(p.first) + std::abs(q.first) + std::abs(p.second) + std::abs(q.second));
@@ -644,8 +636,8 @@ struct Blurred {
             1.1 * area_blur * (size + 8 * area_blur)};
 }
 
-/// Whether the curve lies on one side of the other's parabola, ends that are the other's too left out: the equation is
-/// a quartic along it, whose Bernstein coefficients have one sign. At a common end the first or last of them is 0.
+/// True if the curve is on one side of the other's parabola, except at common ends. The equation is a quartic; its
+/// Bernstein coefficients must have equal signs. At a common end, the first or last is 0.
 [[nodiscard]] inline bool beside_parabola(const Net<2>& curve, const Net<2>& other,
                                           const std::array<bool, 2>& is_common) {
     const Areas a = areas_at(other, curve.control[0]), m = areas_at(other, curve.control[2]),

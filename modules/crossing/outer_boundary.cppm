@@ -20,12 +20,12 @@ import :crossings;
 import :net;
 import :planar;
 
-/// The faces of a mesh that one element only has, and the number of elements on their inner sides.
+/// Outer boundary of a mesh, and element counts at its inner sides.
 namespace camber {
 
 inline constexpr std::uint32_t no_boundary_row = 0xffffffffU;
 
-/// A face of one element only, with its normal outwards.
+/// A face of one element, with outward normal.
 template <int D>
 struct OuterFacet {
     NodalFacet<D> nodes;
@@ -33,7 +33,7 @@ struct OuterFacet {
     ElementId element;
 };
 
-/// The facet with the opposite normal.
+/// Reverses the normal.
 template <int D>
 [[nodiscard]] inline NodalFacet<D> turned(NodalFacet<D> facet) {
     std::swap(facet.nodes[0], facet.nodes[1]);
@@ -41,14 +41,13 @@ template <int D>
     return facet;
 }
 
-/// The items in rising order.
 template <std::size_t N, class Item>
 [[nodiscard]] inline std::array<Item, N> sorted(std::array<Item, N> items) {
     std::sort(items.begin(), items.end());
     return items;
 }
 
-/// The parity of the permutation that sorts the items: true if it is odd.
+/// True if the permutation that sorts the items is odd.
 template <std::size_t N, class Item>
 [[nodiscard]] inline bool is_odd(const std::array<Item, N>& items) {
     int inversions = 0;
@@ -57,7 +56,7 @@ template <std::size_t N, class Item>
     return inversions % 2 == 1;
 }
 
-/// Returns how two facets of the boundary touch; none for curved ones that are not in one plane.
+/// Returns none for curved facets that are not coplanar.
 [[nodiscard]] inline std::optional<Contact> contact_of(const NodalFacet<2>& first, const NodalFacet<2>& second) {
     return is_straight(first) && is_straight(second) ? contact_of_straight(first, second) : std::nullopt;
 }
@@ -71,7 +70,7 @@ template <std::size_t N, class Item>
     return of_first == of_second ? Contact::inside : Contact::opposite;
 }
 
-/// The point of a facet with these barycentric coordinates, and the normal there (of any size).
+/// Point at barycentric coordinates; normal of any length.
 template <int D>
 struct PointOnFacet {
     Vec<D> point, normal;
@@ -84,7 +83,7 @@ struct PointOnFacet {
 }
 [[nodiscard]] inline PointOnFacet<3> point_on(const NodalFacet<3>& facet, const std::array<double, 3>& w) {
     Vec<3> point{};
-    std::array<Vec<3>, 3> slope{};  // by each barycentric coordinate
+    std::array<Vec<3>, 3> slope{};  // by barycentric coordinate
     for (int i = 0; i < 3; ++i) {
         point += w[i] * (2 * w[i] - 1) * facet.nodes[i];
         slope[i] += (4 * w[i] - 1) * facet.nodes[i];
@@ -98,7 +97,7 @@ struct PointOnFacet {
     return {point, cross(slope[1] - slope[0], slope[2] - slope[0])};
 }
 
-/// Barycentric coordinates of witness points: no simple ratios, so that rays seldom meet edges of regular meshes.
+/// Irregular barycentric coordinates of witness points, so that rays rarely hit mesh edges.
 template <int D>
 inline constexpr std::array<std::array<double, D>, 3> witness_weights = [] {
     if constexpr (D == 2)
@@ -107,20 +106,19 @@ inline constexpr std::array<std::array<double, D>, 3> witness_weights = [] {
         return std::array<std::array<double, 3>, 3>{
             {{0.3517, 0.3089, 0.3394}, {0.5309, 0.2711, 0.198}, {0.1873, 0.2416, 0.5711}}};
 }();
-/// Distances from a facet at which rays start, in sizes of the facet: the nearer, the better a curved one is resolved.
+/// Distances of ray starts, in facet sizes. Smaller ones resolve curved facets better.
 inline constexpr std::array witness_distances{0x1p-7, 0x1p-13, 0x1p-19};
-/// Facets of a wall on which a witness is tried.
+/// Maximum facets per wall.
 inline constexpr std::size_t max_trials = 4;
 
-/// A point next to a facet, on its inner side, and how many elements contain it.
+/// A point at a facet's inner side, and the number of elements with it.
 template <int D>
 struct Witness {
-    int covers = 0;  ///< 0: not decided
+    int covers = 0;  ///< 0: undecided
     std::uint32_t facet = no_boundary_row;
     Vec<D> point{};
 };
 
-/// The outer facets of a mesh, and how many elements cover their inner sides.
 template <int D>
 class OuterBoundary {
   public:
@@ -133,8 +131,8 @@ class OuterBoundary {
     [[nodiscard]] bool is_cancelled(std::size_t f) const { return is_cancelled_[f] != 0; }
     [[nodiscard]] const std::vector<std::array<std::uint32_t, 2>>& overlapping() const { return overlapping_; }
 
-    /// Facets at one place with opposite normals bound nothing: the two sides of a slit or of a wall between two
-    /// bodies. Those with the same normal belong to elements that overlap.
+    /// Removes facets at the same position with opposite normals: sides of a slit, or of a wall between bodies. Equal
+    /// normals belong to overlapping elements.
     void cancel() {
         std::vector<std::uint32_t> order(facets_.size());
         std::iota(order.begin(), order.end(), 0U);
@@ -148,8 +146,7 @@ class OuterBoundary {
         }
     }
 
-    /// Records the pairs of facets that are not disjoint; `rows` are the boundary's facets of the mesh's, or
-    /// no_boundary_row.
+    /// Records pairs. `rows`: boundary row of each mesh facet, or no_boundary_row.
     void mark(const Crossings& crossings, std::span<const std::uint32_t> rows) {
         for (const FacetCrossing& pair : crossings.found) {
             const std::uint32_t f = rows[pair.first.index()], g = rows[pair.second.index()];
@@ -168,10 +165,9 @@ class OuterBoundary {
         std::sort(opposite_.begin(), opposite_.end());
     }
 
-    /// Parts of the boundary that are connected by edges (2D: vertices) of exactly two facets, and are touched by
-    /// nothing: along each of them the number of elements that cover the inner side is the same. A facet that others
-    /// touch is a part by itself; one that crosses others, or is known to lie inside other elements, is in none. None
-    /// if the boundary is not closed.
+    /// Boundary parts connected by edges (2D: vertices) of exactly two facets without other contacts. The element count
+    /// at the inner side is constant on a part. A touched facet is its own part. Facets that cross others, or are known
+    /// to be inside other elements, are excluded. None if the boundary is open.
     [[nodiscard]] std::optional<std::vector<std::vector<std::uint32_t>>> walls() const {
         std::vector<std::uint32_t> parent(facets_.size());
         std::iota(parent.begin(), parent.end(), 0U);
@@ -206,7 +202,7 @@ class OuterBoundary {
         return parts;
     }
 
-    /// Builds the tree that `witness` needs.
+    /// Builds the tree for `witness`.
     void index() {
         std::vector<Box<D>> boxes;
         for (std::uint32_t f = 0; f < facets_.size(); ++f) {
@@ -217,7 +213,7 @@ class OuterBoundary {
         tree_ = BoxTree<D>(std::span<const Box<D>>(boxes));
     }
 
-    /// Counts the elements that cover the inner side of a wall, next to one of its facets.
+    /// Counts the elements at the inner side of a wall.
     [[nodiscard]] Witness<D> witness(const std::vector<std::uint32_t>& wall) const {
         const std::size_t step = std::max<std::size_t>(1, wall.size() / max_trials);
         for (std::size_t trial = 0; trial < max_trials && trial * step < wall.size(); ++trial)
@@ -230,7 +226,7 @@ class OuterBoundary {
     }
 
   private:
-    /// An edge of a facet (2D: a vertex), by places.
+    /// A facet's edge (2D: vertex), by position ids.
     struct Rim {
         std::array<std::uint32_t, D - 1> key{};
         std::uint32_t facet = 0;
@@ -243,7 +239,7 @@ class OuterBoundary {
         is_touched_[f] = is_touched_[g] = judged;
     }
 
-    /// Vertices at the same coordinates have one place.
+    /// One id for each distinct vertex position.
     void find_places() {
         places_.resize(facets_.size());
         RowTable table(D * facets_.size());
@@ -258,7 +254,7 @@ class OuterBoundary {
 
     [[nodiscard]] const Vec<D>& mid_node(std::uint32_t f, int e) const { return facets_[f].nodes.nodes[D + e]; }
 
-    /// True if facets with the same vertices have the same mid nodes, too.
+    /// For facets with equal vertices: true for equal mid nodes.
     [[nodiscard]] bool have_same_nodes(std::uint32_t f, std::uint32_t g) const {
         for (int e = 0; e < edges_per_simplex<D - 1>; ++e)
             for (int k = 0; k < edges_per_simplex<D - 1>; ++k) {
@@ -312,8 +308,8 @@ class OuterBoundary {
         return std::binary_search(opposite_.begin(), opposite_.end(), std::array{f, g});
     }
 
-    /// Counts the elements that cover the inner side of the facet at a point of it: 1, for the facet itself, and the
-    /// hits beyond it of a ray that starts at a distance on the inner side and leads outwards.
+    /// Counts the elements at the facet's inner side: 1 for the facet, plus the signed hits of an outward ray beyond
+    /// it.
     [[nodiscard]] Witness<D> try_witness(std::uint32_t f, const std::array<double, D>& weights, double distance) const {
         const NodalFacet<D>& facet = facets_[f].nodes;
         const auto [p, normal] = point_on(facet, weights);
@@ -335,7 +331,7 @@ class OuterBoundary {
         tree_.meeting(along, [&](std::size_t item) {
             const std::uint32_t g = of_tree_[item];
             if (g == f || !beyond.certain) return;
-            // A facet in contact is at the same distance, and on the outer side.
+            // A facet in contact has the same distance and counts as beyond.
             beyond = beyond + caster.hits(facets_[g].nodes, are_opposite(f, g) ? RayRange{} : at);
         });
         if (!beyond.certain || 1 + beyond.count < 1) return {};
@@ -348,7 +344,7 @@ class OuterBoundary {
     std::vector<std::uint8_t> is_cancelled_, is_touched_;
     std::vector<std::array<std::uint32_t, 2>> overlapping_, opposite_;
     BoxTree<D> tree_;
-    std::vector<std::uint32_t> of_tree_;  ///< the facet of each item of the tree
+    std::vector<std::uint32_t> of_tree_;  ///< facet of each tree item
 };
 
 }  // namespace camber

@@ -20,12 +20,12 @@ namespace camber {
 
 namespace {
 
-/// The elements that have a facet as a face: their number, and the last of them.
+/// Number of elements at a facet, and the last one.
 struct FacetSides {
     std::uint32_t count = 0, element = no_boundary_row;
-    int opposite = 0;  ///< local vertex
+    int opposite = 0;
 };
-/// The vertices of a facet in rising order, as words.
+/// Ascending vertices as words.
 template <std::size_t N>
 std::array<std::uint64_t, N> key_of(const std::array<VertexId, N>& facet) {
     std::array<std::uint64_t, N> key{};
@@ -70,7 +70,6 @@ std::vector<FacetSides> sides_of_facets(const LinearMesh<D>& mesh) {
     return sides;
 }
 
-/// A mesh of degree 1 or 2 by its nodes.
 template <int D>
 class MeshNodes {
   public:
@@ -83,7 +82,7 @@ class MeshNodes {
         return quadratic_ ? nodal_facet(*quadratic_, f) : straight_facet<D>(corners(linear_.facets.vertices[f]));
     }
 
-    /// The faces of an element, with their normals outwards.
+    /// Faces of an element, with outward normals.
     [[nodiscard]] std::array<NodalFacet<D>, D + 1> faces(ElementId e) const {
         std::array<NodalFacet<D>, D + 1> faces;
         for (int i = 0; i <= D; ++i) {
@@ -106,7 +105,6 @@ class MeshNodes {
         for (int i = 0; i < D; ++i) corners[i] = linear_.points[vertices[i]];
         return corners;
     }
-    /// The mid node of the edge between two local vertices of an element.
     [[nodiscard]] Vec<D> mid_node(ElementId e, int a, int b) const {
         int edge = 0;
         while (std::minmax(local_edges<D>[edge][0], local_edges<D>[edge][1]) != std::minmax(a, b)) ++edge;
@@ -117,7 +115,7 @@ class MeshNodes {
     const QuadraticMesh<D>* quadratic_ = nullptr;
 };
 
-/// Elements of a mesh by the points that they contain.
+/// Point location.
 template <int D>
 class Elements {
   public:
@@ -128,7 +126,7 @@ class Elements {
         tree_ = BoxTree<D>(std::span<const Box<D>>(boxes));
     }
 
-    /// The elements that certainly contain p, by rising numbers.
+    /// Elements that certainly contain p, ascending.
     [[nodiscard]] std::vector<ElementId> containing(const Vec<D>& p) const {
         std::vector<ElementId> found;
         tree_.containing(p, [&](std::size_t e) {
@@ -154,7 +152,7 @@ class Elements {
     BoxTree<D> tree_;
 };
 
-/// x with A x = b, by elimination with pivots; none where A is singular.
+/// Solves A x = b by elimination with pivoting; none if A is singular.
 template <std::size_t N>
 std::optional<std::array<double, N>> solved(std::array<std::array<double, N>, N> a, std::array<double, N> b) {
     for (std::size_t i = 0; i < N; ++i) {
@@ -175,8 +173,8 @@ std::optional<std::array<double, N>> solved(std::array<std::array<double, N>, N>
     return b;
 }
 
-/// The point deepest inside two straight elements: that of the largest distance from all their faces. It is where D + 1
-/// of these distances agree, and all such points are tried.
+/// Maximises the distance from all faces of two straight elements. There, D + 1 distances are equal; all such points
+/// are tried.
 template <int D>
 Vec<D> deepest_point(const MeshNodes<D>& mesh, ElementId first, ElementId second) {
     constexpr int count = 2 * (D + 1);
@@ -220,7 +218,7 @@ ElementOverlap<D> overlap_of(ElementId a, ElementId b, const Vec<D>& point) {
     return {std::min(a, b), std::max(a, b), point};
 }
 
-/// The boundary of the mesh, and its rows by the mesh's facets.
+/// `rows`: boundary row of each mesh facet.
 template <int D>
 struct RowsOfBoundary {
     std::vector<OuterFacet<D>> facets;
@@ -245,7 +243,6 @@ RowsOfBoundary<D> boundary_of(const MeshNodes<D>& mesh) {
     return boundary;
 }
 
-/// One pair of elements for each overlap that was found.
 template <int D>
 std::vector<ElementOverlap<D>> overlapping_elements(const MeshNodes<D>& mesh, const OuterBoundary<D>& boundary,
                                                     std::span<const Witness<D>> witnesses) {

@@ -1,4 +1,4 @@
-// Verdicts of pairs of facets: quadratic ones by division, straight ones in integers.
+// Verdicts on facet pairs: quadratic facets by division, straight ones in integers.
 module;
 #include <algorithm>
 #include <array>
@@ -17,7 +17,6 @@ namespace camber {
 
 namespace {
 
-/// What is left when one look has not told.
 template <int D>
 Judgement search_pair(const NetPair<D>& pair, int effort, int steps, bool cut_short) {
     Search<D> search(effort);
@@ -83,8 +82,8 @@ Crossing crossing_of_itself(const NodalFacet<D>& facet, int effort) {
 
 }  // namespace camber
 
-// Doubles are whole multiples of a power of two; that of an axis may be taken out, since a stretched axis leaves what
-// meets and what does not as it is.
+// Coordinates as integers: doubles are multiples of a power of two. Each axis has its own power, because scaling of an
+// axis preserves intersections.
 namespace camber {
 
 namespace {
@@ -136,7 +135,7 @@ std::optional<std::array<Simplex<D>, 2>> simplices(const NodalFacet<D>& first, c
     return out;
 }
 
-/// Twice the area of p q r in the plane of the axes x and y, with sign.
+/// Twice the signed area in the plane of axes x and y.
 template <int D>
 Integer area(const Point<D>& p, const Point<D>& q, const Point<D>& r, int x, int y) {
     return (q[x] - p[x]) * (r[y] - p[y]) - (q[y] - p[y]) * (r[x] - p[x]);
@@ -153,13 +152,13 @@ int common_vertices(const Simplex<D>& a, const Simplex<D>& b) {
     return count;
 }
 
-/// above/below, below > 0.
+/// Fraction above/below with below > 0.
 struct Ratio {
     Integer above, below = 1;
     friend bool operator<(const Ratio& a, const Ratio& b) { return a.above * b.below < b.above * a.below; }
 };
 
-/// What of a line a facet takes, by one coordinate.
+/// Interval on a line, by one coordinate.
 struct Stretch {
     std::optional<Ratio> low = {}, high = {};
 
@@ -178,7 +177,7 @@ Overlap overlap(const Stretch& a, const Stretch& b) {
     return low < high ? Overlap::stretch : high < low ? Overlap::none : Overlap::point;
 }
 
-/// Which sides of a line or plane the vertices are on.
+/// Signed vertex heights over a line or plane.
 template <std::size_t N>
 struct Sides {
     std::array<Integer, N> heights;
@@ -197,7 +196,7 @@ struct Sides {
     }
 };
 
-/// Where a facet meets the line or plane that its heights are of.
+/// Intersection with the line or plane of the heights.
 template <int D>
 Stretch section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
     Stretch s;
@@ -214,13 +213,13 @@ Stretch section(const Simplex<D>& t, const Sides<D>& sides, int axis) {
     return s;
 }
 
-/// Common points are those that are shared, or more.
+/// Touching for common points except shared vertices.
 Crossing contact(Overlap overlap, int common) {
     const bool is_shared = overlap == Overlap::point ? common > 0 : common == 2;
     return overlap == Overlap::none || is_shared ? Crossing::disjoint : Crossing::touching;
 }
 
-/// An axis along which a vector does not vanish.
+/// An axis with a nonzero component.
 template <int D>
 int axis_of(const Point<D>& v) {
     int axis = 0;
@@ -228,18 +227,17 @@ int axis_of(const Point<D>& v) {
     return axis;
 }
 
-/// An axis along which the common line of two planes with these normals runs.
+/// An axis along the intersection of two planes.
 int axis_of_line(const Point<3>& n, const Point<3>& m) {
     return axis_of<3>({n[1] * m[2] - n[2] * m[1], n[2] * m[0] - n[0] * m[2], n[0] * m[1] - n[1] * m[0]});
 }
 
-/// An edge of a triangle in the plane of the axes x and y, from p to q.
+/// A triangle's edge in the plane of axes x and y.
 struct EdgeInPlane {
     Point<3> p, q;
-    bool is_left = false;  ///< the triangle lies on the left of it
-    Sides<3> other;        ///< the vertices of the other triangle, positive on the left
+    bool is_left = false;  ///< the triangle is on the left
+    Sides<3> other;        ///< other triangle's vertices, positive on the left
 };
-/// The edges of both triangles.
 std::array<EdgeInPlane, 6> edges_in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
     std::array<EdgeInPlane, 6> edges;
     for (int i = 0; i < 6; ++i) {
@@ -253,8 +251,8 @@ std::array<EdgeInPlane, 6> edges_in_plane(const Simplex<3>& a, const Simplex<3>&
     return edges;
 }
 
-/// Triangles in the plane of the axes x and y: convex, so that they overlap unless the line of an edge lies between
-/// them; along that line they touch.
+/// Triangles in the plane of axes x and y are convex, so they overlap unless an edge line separates them; on that line
+/// they may touch.
 Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int common) {
     bool overlap_everywhere = true;
     Crossing found = Crossing::disjoint;
@@ -273,7 +271,7 @@ Crossing in_plane(const Simplex<3>& a, const Simplex<3>& b, int x, int y, int co
     return overlap_everywhere ? Crossing::touching : found;
 }
 
-/// Heights of the vertices over the plane through a point, in units of the normal's length.
+/// Heights over the plane through `at`, times the normal's length.
 Sides<3> sides_of(const Simplex<3>& t, const Point<3>& normal, const Point<3>& at) {
     Sides<3> s;
     for (int i = 0; i < 3; ++i)
@@ -284,14 +282,14 @@ Sides<2> sides_of(const Simplex<2>& t, const Simplex<2>& line) {
     return {{area<2>(line[0], line[1], t[0], 0, 1), area<2>(line[0], line[1], t[1], 0, 1)}};
 }
 
-/// Triangles in the plane of the axes x and y have an area in common.
+/// True if the triangles have a common area in the plane of axes x and y.
 bool share_area(const Simplex<3>& a, const Simplex<3>& b, int x, int y) {
     return std::ranges::all_of(edges_in_plane(a, b, x, y), [](const EdgeInPlane& edge) {
         return edge.is_left ? edge.other.any_above() : edge.other.any_below();
     });
 }
 
-/// The inside of the first stretch meets the second one.
+/// True if the interior of the first meets the second.
 bool meets_inside(const Stretch& first, const Stretch& second) {
     return first.low && second.low && *first.low < *second.high && *second.low < *first.high;
 }
@@ -342,7 +340,7 @@ std::optional<Contact> contact_of_straight(const NodalFacet<2>& first, const Nod
         if (overlap(section<2>(a, of_a, axis), section<2>(b, of_b, axis)) != Overlap::stretch) return Contact::rims;
         return (a[1][axis] > a[0][axis]) == (b[1][axis] > b[0][axis]) ? Contact::inside : Contact::opposite;
     }
-    // The inside of a body is left of its edges. An end of the one within the other leads there.
+    // The body is to the left of its edges. An end of one edge inside the other's body enters it.
     const auto enters = [](const Sides<2>& of_wall, const Sides<2>& of_other) {
         return of_wall.straddle() && of_other.any_above() && !of_other.any_below();
     };
@@ -361,7 +359,7 @@ std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const Nod
         if (!share_area(a, b, (axis + 1) % 3, (axis + 2) % 3)) return Contact::rims;
         return (n[axis] > 0) == (m[axis] > 0) ? Contact::inside : Contact::opposite;
     }
-    // The inside of a body is below its facets. What meets the inside of a facet and has a part below it leads there.
+    // The body is below its facets. A facet that meets the interior of another and has a part below it enters the body.
     const int axis = axis_of_line(n, m);
     const Stretch in_a = section<3>(a, of_a, axis), in_b = section<3>(b, of_b, axis);
     const bool enters_a = of_a.straddle() && of_b.any_below() && meets_inside(in_a, in_b);

@@ -13,10 +13,10 @@ import camber.bezier;
 import :crossings;
 import :net;
 
-/// The search through the pieces of two facets for a proof: what no proof fits is divided.
+/// Search over pairs of pieces; pieces without a proof are divided.
 namespace camber {
 
-/// The local edge between two corners of a triangle.
+/// Local edge between two corners of a triangle.
 [[nodiscard]] constexpr int edge_between(int i, int j) { return i + j == 1 ? 0 : i + j == 3 ? 1 : 2; }
 
 [[nodiscard]] inline bool share_edge(const Net<3>& first, const Net<3>& second, const Common<3>& common) {
@@ -40,7 +40,7 @@ template <int D>
     return box_of(net).diagonal();
 }
 
-/// The search through pairs of pieces, deepest first.
+/// Depth-first search over pairs of pieces.
 template <int D>
 class Search {
   public:
@@ -105,7 +105,7 @@ class Search {
         return worst;
     }
 
-    /// Its pieces know each other by corners and inner edges: names for all of them.
+    /// Gives ids to corners and edges, for pieces to share.
     static Net<3> named(Net<3> net) {
         for (int i = 0; i < 3; ++i) {
             net.corner[i] = static_cast<SharedPoint>(i) + 1;
@@ -119,13 +119,13 @@ class Search {
 
 }  // namespace camber
 
-/// Facets seen along an axis: what does not meet there does not meet. For facets in one plane, or nearly, between arcs
-/// that bow by more than they are apart, which in space are to be divided until the parts are flatter than that.
+/// Projection along an axis: disjoint projections prove disjoint facets. For almost coplanar facets between arcs with a
+/// gap smaller than their sag, which tests in 3D would divide into very small pieces.
 namespace camber {
 
-/// A facet as it is seen: its three edges, and its Bézier points.
+/// Projection of a facet: edges and Bézier points.
 struct Shadow {
-    std::array<Net<2>, 3> edges{};  ///< in the order of `local_edges`, with the names of their ends
+    std::array<Net<2>, 3> edges{};  ///< in the order of `local_edges`, with ids of ends
     std::array<Vec<2>, 6> control{};
 };
 
@@ -141,8 +141,8 @@ struct Shadow {
     return shadow;
 }
 
-/// The sign of det of the shadow's Jacobian, if its Bézier coefficients have it everywhere; else 0. If it has, the rim
-/// of what is covered belongs to the edges.
+/// Sign of the projection's Jacobian, if equal for all Bézier coefficients, else 0. If not 0, the covered region is
+/// bounded by projected edges.
 [[nodiscard]] inline int orientation_of(const Net<3>& net, int axis) {
     const auto slope = [&](int i, int to) {
         const Vec<3> d = net.at(i, to) - net.at(i, 0);
@@ -166,11 +166,11 @@ struct Shadow {
     return false;
 }
 
-/// How often a closed curve of three goes round p: the triangle of its corners does, and what lies between each edge
-/// and its chord. None where p is too near to one of these to tell.
+/// Winding number of the projected boundary around p: corner triangle plus regions between edges and chords. None if p
+/// is too close.
 [[nodiscard]] inline std::optional<int> turns_about(const Shadow& shadow, const Vec<2>& p) {
     const auto sign = [](double area) { return area > 2 * area_blur ? 1 : area < -2 * area_blur ? -1 : 0; };
-    // Of a triangle by the areas of p with its sides: 2 if that cannot be told.
+    // Winding number of a triangle from the areas of p with its sides; 2: uncertain.
     const auto within = [&](double a, double b, double c) {
         const std::array<int, 3> s{sign(a), sign(b), sign(c)};
         const bool left = std::count(s.begin(), s.end(), 1) > 0, right = std::count(s.begin(), s.end(), -1) > 0;
@@ -196,7 +196,7 @@ struct Shadow {
     return 0.5 * midpoint(edge.control[0], edge.control[1]) + 0.5 * edge.control[2];
 }
 
-/// The axis along which the facets are seen best.
+/// Projection axis that maximises the smaller normal component.
 [[nodiscard]] inline int best_axis(const Net<3>& first, const Net<3>& second) {
     const auto normal = [](const Net<3>& net) {
         return normalised(cross(net.control[1] - net.control[0], net.control[2] - net.control[0]));
@@ -209,7 +209,7 @@ struct Shadow {
     return best;
 }
 
-/// A facet that is one to one as seen along an axis: its orientation is kept, and its edges do not cross.
+/// True if the projection is injective: constant orientation, and edges do not cross.
 [[nodiscard]] inline bool is_simple_in_plane(Net<3> net) {
     const int axis = best_axis(net, net);
     if (!keeps_orientation(net, axis)) return false;
@@ -220,7 +220,6 @@ struct Shadow {
     return true;
 }
 
-/// Two facets, seen along an axis.
 class PlanarTest {
   public:
     PlanarTest(const Net<3>& first, const Net<3>& second, int effort)
@@ -228,8 +227,8 @@ class PlanarTest {
         shadows_ = {shadow_of(first, axis_), shadow_of(second, axis_)};
     }
 
-    /// Clear if their shadows are; if both are in one plane, touching where these certainly have more in common than
-    /// they share. None if neither is certain.
+    /// Disjoint if the projections are; touching for coplanar facets with certain unshared points in common. Otherwise
+    /// none.
     template <class InOnePlane>
     [[nodiscard]] std::optional<Crossing> verdict(InOnePlane&& in_one_plane) {
         const Crossing of_edges = compare_edges();
@@ -253,7 +252,6 @@ class PlanarTest {
         return std::any_of(other.begin(), other.end(), [&](const SharedPart& part) { return own[e].same_as(part); });
     }
 
-    /// Each edge of the one with each of the other that is not the same.
     [[nodiscard]] Crossing compare_edges() {
         Crossing worst = Crossing::disjoint;
         for (int e = 0; e < 3; ++e)
@@ -269,7 +267,7 @@ class PlanarTest {
         return worst;
     }
 
-    /// Edges that meet the other's nowhere but in shared points are outside it if a place of each is.
+    /// If edges meet the other's edges only at shared points, their midpoints decide.
     [[nodiscard]] bool is_outside(int side) const {
         for (int e = 0; e < 3; ++e)
             if (!is_shared(side, e) && turns_about(shadows_[1 - side], middle_of(shadows_[side].edges[e])) != 0)
@@ -293,11 +291,10 @@ class PlanarTest {
 
 }  // namespace camber
 
-/// Straight facets, exactly: what they have in common is a stretch of a line, or of a plane, and its ends are ratios of
-/// integers.
+/// Exact tests of straight facets. Their intersection is an interval or region with rational ends.
 namespace camber {
 
-/// Its mid nodes are the middles of the chords, as doubles have them.
+/// True if the mid nodes equal the rounded chord midpoints.
 template <int D>
 [[nodiscard]] inline bool is_straight(const NodalFacet<D>& facet) {
     for (int e = 0; e < edges_per_simplex<D - 1>; ++e) {
@@ -307,47 +304,43 @@ template <int D>
     return true;
 }
 
-/// The verdict of the straight facets of the vertices, in integers. None if one has no area (no length), or a vertex
-/// that is not finite.
+/// Exact verdict on the straight facets of the vertices. None for zero area (length) or vertices that are not finite.
 [[nodiscard]] std::optional<Crossing> crossing_of_straight(const NodalFacet<2>& first, const NodalFacet<2>& second);
 [[nodiscard]] std::optional<Crossing> crossing_of_straight(const NodalFacet<3>& first, const NodalFacet<3>& second);
 
-/// How two touching facets meet, each with the inside of its body on the side against its normal. In 2D the normal of
-/// an edge points to the right of it.
+/// Contact of facets, each with its body opposite to its normal. In 2D, the normal points to the right.
 enum class Contact : std::uint8_t {
-    rims,      ///< in points or lines that lie on the rim of one of them, or outside the other's body
-    opposite,  ///< in an area (a length) of one plane (line), with the bodies on its two sides: contact of two bodies
-    inside     ///< one of them lies on, or enters, the inner side of the other's interior: the bodies overlap there
+    rims,      ///< on a rim, or outside the other's body
+    opposite,  ///< common area (length), bodies on opposite sides
+    inside     ///< on or entering the inner side of the other's interior: overlapping bodies
 };
 
-/// The contact of the straight facets of the vertices, of which `crossing_of_straight` says that they touch. Decided
-/// in integers. None if one has no area (no length), or a vertex that is not finite.
+/// Exact contact of straight facets that `crossing_of_straight` finds touching. None for zero area (length) or vertices
+/// that are not finite.
 [[nodiscard]] std::optional<Contact> contact_of_straight(const NodalFacet<2>& first, const NodalFacet<2>& second);
 [[nodiscard]] std::optional<Contact> contact_of_straight(const NodalFacet<3>& first, const NodalFacet<3>& second);
 
-/// All nodes of both lie in one plane, exactly.
+/// True if all nodes are exactly coplanar.
 [[nodiscard]] bool are_in_one_plane(const NodalFacet<3>& first, const NodalFacet<3>& second);
 
 }  // namespace camber
 
-/// Signed intersections of a ray along an axis with facets, certified: how often a closed boundary winds around the
-/// ray's start.
+/// Certified signed intersections with an axis-parallel ray: winding number of a closed boundary around its start.
 namespace camber {
 
-/// A ray along an axis.
 template <int D>
 struct Ray {
     Vec<D> start;
     int axis = 0;
-    int sign = 1;  ///< towards rising coordinates, or −1
+    int sign = 1;  ///< 1 or −1: direction along the axis
 };
 
-/// Intersections of a ray with one facet or several, beyond a range of distances. Distances are of model units.
+/// Ray intersections beyond a range (model units).
 struct RayHits {
-    int count = 0;   ///< hits from the inner side minus hits from the outer side
-    int pieces = 0;  ///< parts of facets that were hit
+    int count = 0;   ///< hits from the inner minus hits from the outer side
+    int pieces = 0;  ///< pieces hit
     double nearest = std::numeric_limits<double>::infinity(), farthest = 0;  ///< bounds of their distances
-    double before = 0;  ///< everything nearer than the range is nearer than this, too
+    double before = 0;  ///< upper bound of distances below the range
     bool certain = true;
 
     friend RayHits operator+(const RayHits& a, const RayHits& b) {
@@ -360,8 +353,8 @@ struct RayHits {
     }
 };
 
-/// Signed number of times that the piece, seen along the axis, covers the origin; none where the origin is too near to
-/// its rim to tell. Positive: the piece's normal has a positive component along the axis.
+/// Signed number of times that the projected piece covers the origin; positive for a positive normal component along
+/// the axis. None if the origin is too close to its rim.
 [[nodiscard]] inline std::optional<int> covers_origin(const Net<2>& net, int axis) {
     const int other = 1 - axis;
     std::array<int, 2> side{};
@@ -376,7 +369,7 @@ struct RayHits {
     return turns_about(shadow_of(net, axis), Vec<2>{});
 }
 
-/// The normal of the straight facet: outwards, times its length or twice its area.
+/// Outward normal, times the length or twice the area.
 [[nodiscard]] inline Vec<2> straight_normal(const Net<2>& net) {
     const Vec<2> along = net.control[1] - net.control[0];
     return {{along[1], -along[0]}};
@@ -385,19 +378,18 @@ struct RayHits {
     return cross(net.control[1] - net.control[0], net.control[2] - net.control[0]);
 }
 
-/// A range of distances from the start of a ray (model units).
+/// Distances from a ray's start (model units).
 struct RayRange {
     double low = 0, high = 0;
 };
 
-/// Certified intersections of a ray with facets.
 template <int D>
 class RayCaster {
   public:
     explicit RayCaster(const Ray<D>& ray) : ray_(ray) {}
 
-    /// Hits beyond the range. Curved facets are divided until each piece is beside the ray, nearer than the range, or
-    /// beyond it and smaller than `resolution`.
+    /// Curved facets are divided until each piece misses the ray, is below the range, or is beyond it and smaller than
+    /// `resolution`.
     [[nodiscard]] RayHits hits(const NodalFacet<D>& facet, const RayRange& range = {},
                                double resolution = std::numeric_limits<double>::infinity()) const {
         const auto unit = unit_for(facet, facet, ray_.start);
@@ -426,7 +418,7 @@ class RayCaster {
     static constexpr double blur = 8 * coordinate_blur;
     static constexpr std::size_t max_pieces = 600;
 
-    /// The hits of a piece as a whole, if they can be told without dividing it.
+    /// Hits of a piece, unless it must be divided.
     struct Piece {
         RayHits hits = {};
         double extent = 0;  ///< along the ray (model units)
@@ -439,7 +431,7 @@ class RayCaster {
         return hits;
     }
 
-    /// Hits of a piece between these distances that covers the ray so often.
+    /// `covered`: signed number of hits.
     [[nodiscard]] RayHits hits_at(int covered, double low, double high) const {
         RayHits hits;
         hits.count = ray_.sign * covered;
@@ -469,7 +461,7 @@ class RayCaster {
         return {hits_at(*covered, low, high), high - low};
     }
 
-    /// The facet's plane meets the ray at one distance, (n · a)/(n · d).
+    /// The facet's plane meets the ray at distance (n · a)/(n · d).
     [[nodiscard]] RayHits hits_straight(const Net<D>& net, double unit, const RayRange& range) const {
         const Piece whole = look_at(net, unit, range);
         if (!whole.is_divided && whole.hits.pieces == 0) return whole.hits;
@@ -477,7 +469,7 @@ class RayCaster {
         if (!covered) return uncertain();
         if (*covered == 0) return {};
         const Vec<D> n = straight_normal(net);
-        // Coordinates are below 1 and err by a few of their last bits: products and sums of them by less than this.
+        // Bound of the error of products and sums of coordinates, which are below 1.
         constexpr double error = 4 * coordinate_blur;
         const double slope = std::abs(n[ray_.axis]) - error;
         if (!(slope > 0)) return whole.is_divided ? uncertain() : whole.hits;

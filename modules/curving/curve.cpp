@@ -55,7 +55,6 @@ void count(CurveStatistics& s, const SearchFlags& f) {
 }
 CurveStatistics operator+(CurveStatistics a, const CurveStatistics& b) { return a += b; }
 
-/// Targets, one an edge, in columns as they come: first where a node goes, then what its edge measures.
 template <int D>
 class Columns {
   public:
@@ -100,13 +99,12 @@ Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> t
 
 namespace {
 
-/// True if a node's offset is more than a thousandth of its chord.
+/// Above a thousandth of the chord.
 template <int D>
 [[nodiscard]] bool is_noticeable(const Vec<D>& offset, const Vec<D>& chord) {
     return norm_squared(offset) > 1e-6 * norm_squared(chord);
 }
 
-/// Curves all edges of a mesh in a field: computes the targets of the edges, in columns.
 template <int D>
 class Curving {
   public:
@@ -143,7 +141,6 @@ class Curving {
         return std::accumulate(of_chunks.begin(), of_chunks.end(), CurveStatistics{}, sum);
     }
 
-    /// Edges from `begin` to `end`, searched together; those that are measured are measured.
     CurveStatistics search(std::size_t begin, std::size_t end) {
         CurveStatistics statistics;
         const auto give = [&](EdgeId e, const EdgeTarget<D>& target) {
@@ -170,7 +167,7 @@ class Curving {
     }
 
     Outcome<CurveStatistics> curve_accurately(const Execution& execution) {
-        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths take long
+        const double of_nodes = options_.measured == MeasuredEdges::all ? 0.1 : 0.48;  // lengths are expensive
         const auto placed = place_accurately(part_of(execution, 0, of_nodes));
         if (!placed) return placed;
         const auto measured = measure_placed(part_of(execution, of_nodes, 1));
@@ -178,8 +175,7 @@ class Curving {
         return *placed + *measured;
     }
 
-    /// Offsets of volume edges for accuracy, as smooth functions and their elements bear them, and how many are less
-    /// for it.
+    /// Offsets for accuracy after the limits for smooth functions and elements, with the numbers limited.
     struct BorneOffsets {
         Buffer<Vec<D>> offsets;
         std::size_t held_back = 0, drawn_back = 0;
@@ -200,7 +196,7 @@ class Curving {
         return BorneOffsets{std::move(*offsets), held_back, *limited};
     }
 
-    /// Nodes for accuracy. Their offsets are not kept: they are as large as the nodes.
+    /// Does not store offsets, which are as large as the nodes.
     Outcome<CurveStatistics> place_accurately(const Execution& execution) {
         const auto borne = offsets_by_element(execution);
         if (!borne) return fail(borne.error());
@@ -230,7 +226,6 @@ class Curving {
         return statistics;
     }
 
-    /// Lengths of those edges that are measured, whose nodes are there.
     Outcome<CurveStatistics> measure_placed(const Execution& execution) {
         return reduce_each(
             execution, mesh_.edges.size(), CurveStatistics{},
@@ -311,7 +306,6 @@ struct Lengths {
     double straight = 0, curved = 0;
 };
 
-/// Of all edges, one column each, from of(e).
 template <class Of>
 Outcome<EdgeLengths> in_columns(std::size_t edges, const Execution& execution, const Of& of) {
     return guarded([&]() -> Outcome<EdgeLengths> {
@@ -327,8 +321,7 @@ Outcome<EdgeLengths> in_columns(std::size_t edges, const Execution& execution, c
     });
 }
 
-/// The length of the chord of an edge that the straight back mesh has as well, where the field is linear along it;
-/// nothing where it has none.
+/// The chord's length if it is an edge of the straight back mesh, where the field is linear.
 template <int D>
 std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId edge, const Proposal<D>& proposal,
                                               const BackMesh<D>& back, const Quadrature& rule) {
@@ -342,7 +335,7 @@ std::optional<double> chord_in_straight_field(const EdgeSet<D>& edges, EdgeId ed
                              QuadraticEdge<D>{from.point, {midpoint(from.point, to.point)}, to.point}, rule);
 }
 
-/// The edge's in a proposal, by that rule; its chord's only where that is not known.
+/// `chord`: the chord's length if known.
 template <int D>
 Lengths lengths_of(const EdgeSet<D>& edges, const HeldEdge& held, const Proposal<D>& proposal, const BackMesh<D>& back,
                    const Quadrature& rule, std::optional<double> chord) {
@@ -393,9 +386,9 @@ Outcome<EdgeLengths> updated_lengths(const HeldEdges<D>& held, const Curved<D>& 
 
 namespace {
 
-/// Displacements below this, in the metric, count as none: they turn axes by less than is known of them.
+/// Smaller metric displacements are ignored: they turn axes by less than their uncertainty.
 constexpr double negligible = 0.01;
-/// Scaled Jacobian below which an element of the back mesh counts as folded.
+/// Elements below this scaled Jacobian count as folded.
 constexpr double min_back_jacobian = 0.1;
 
 template <int D>
@@ -413,7 +406,7 @@ Outcome<Buffer<LagrangeNode<D>>> noticeable_nodes(const QuadraticMesh<D>& mesh,
     return guarded([&]() -> Outcome<Buffer<LagrangeNode<D>>> {
         Buffer<LagrangeNode<D>> nodes(mesh.edges.size());
         auto done = each_chunk(execution, nodes.size(), [&](std::size_t begin, std::size_t end) {
-            // Of each edge that moves its displacement, in the metrics of both ends.
+            // Displacements of the moved edges, in the metrics of both ends.
             std::vector<std::size_t> moved;
             std::vector<LogMetric<D>> metrics;
             std::vector<Vec<D>> displacements;

@@ -1,5 +1,5 @@
-/// Target positions of nodes, before validity is checked: edges curved by a metric, by a solution, or for the shape of
-/// their elements; the displacement of boundary curves extended over faces; the cost of a node off its target.
+/// Target positions of nodes before validity checks: edges curved by a metric, a solution or element shapes, and
+/// boundary displacements extended over faces.
 export module camber.curving;
 export import :edges;
 export import :mesh_nodes;

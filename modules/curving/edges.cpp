@@ -112,15 +112,15 @@ void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<
 namespace {
 
 /// The energy is ∫ l'ᵀ M l' dt with l' = (P_02 − P_20) + 4(1−2t) o, o the node's offset: in a constant metric it adds
-/// (16/3) oᵀ M o. Energy is length squared at constant speed, so half of its share is that of the length.
+/// (16/3) oᵀ M o. Energy is length squared at constant speed, so half of its relative change is that of the length.
 constexpr double stretch = 16.0 / 3;
-/// What sliding along the edge weighs, which costs energy but no length: a tenth of the chord as 0.13 % of the length.
+/// Weight of slides along the edge, which cost no length: a tenth of the chord counts as 0.13 % of the length.
 constexpr double min_weight = 0.05;
 constexpr double max_weight = 16;
-/// Models are fitted where the energy says that this share of the length is lost.
+/// Models are fitted where the energy predicts this relative loss of length.
 constexpr double fitted_loss = 1e-3;
 
-/// An H-orthonormal basis that begins along `tangent`.
+/// H-orthonormal basis whose first vector is along `tangent`.
 template <int D>
 std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     std::array<Vec<D>, D> basis{tangent};
@@ -140,7 +140,7 @@ std::array<Vec<D>, D> basis_along(const Sym<D>& h, const Vec<D>& tangent) {
     return basis;
 }
 
-/// Σ_k w_k (H b_k)(H b_k)ᵀ: H itself for an H-orthonormal basis and weights 1.
+/// Σ_k w_k (H b_k)(H b_k)ᵀ: H itself for weights 1.
 template <int D>
 Sym<D> weighted(const Sym<D>& h, const std::array<Vec<D>, D>& basis, const Vec<D>& weights) {
     Sym<D> out;
@@ -152,7 +152,6 @@ Sym<D> weighted(const Sym<D>& h, const std::array<Vec<D>, D>& basis, const Vec<D
     return out;
 }
 
-/// The energy's model with slides along the edge made cheap.
 template <int D>
 Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
     Vec<D> weights;
@@ -161,7 +160,7 @@ Sym<D> with_cheap_slides(const Sym<D>& h, const Vec<D>& tangent) {
     return weighted<D>(h, basis_along(h, tangent), weights);
 }
 
-/// The energy's model with each direction's weight from the length that is lost there: `loss(offset)`, as a share.
+/// Weights each direction by `loss(offset)`, the relative loss of length there.
 template <int D, class Loss>
 Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     const auto basis = basis_along(h, tangent);
@@ -174,7 +173,6 @@ Sym<D> fitted(const Sym<D>& h, const Vec<D>& tangent, Loss&& loss) {
     return weighted<D>(h, basis, weights);
 }
 
-/// weight · M.
 template <int D>
 Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
     Sym<D> out;
@@ -185,15 +183,13 @@ Sym<D> scaled(const SpectralMetric<D>& metric, double weight) {
     return out;
 }
 
-/// Stiff in all directions, unlike that of a length; by the edge's own length, so that a multiple of the metric tells
-/// the same.
+/// Stiff in all directions, unlike a length's model, and independent of the metric's scale.
 template <int D>
 QuadraticModel<D> accuracy_model(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);
     return {centre, scaled(metric, stretch / metric.length_squared(chord)), 0};
 }
 
-/// The model in a metric that is constant along the edge.
 template <int D>
 QuadraticModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, const Vec<D>& centre) {
     const SpectralMetric<D> metric(log_metric);
@@ -201,7 +197,6 @@ QuadraticModel<D> model_in(const LogMetric<D>& log_metric, const Vec<D>& chord, 
     return {centre, with_cheap_slides(hessian, chord), 0};
 }
 
-/// Where no element tells of a metric: that of the chord alone.
 template <int D>
 QuadraticModel<D> isotropic_model(const Vec<D>& chord, const Vec<D>& centre) {
     return {centre, (stretch / std::max(norm_squared(chord), 1e-300)) * Sym<D>::identity(), 0};
@@ -260,7 +255,7 @@ QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, 
         std::array<Vec<D>, D + 1> p;
         for (int i = 0; i <= D; ++i) p[i] = mesh.linear.points[mesh.linear.elements.vertices[element][i]];
         const LogMetric<D> natural = natural_log_metric<D>(p);
-        if (!is_finite(natural.l)) continue;  // of a flat element
+        if (!is_finite(natural.l)) continue;  // flat element
         mean.l += natural.l;
         ++n;
     }

@@ -18,34 +18,32 @@ import camber.surface;
 
 export namespace camber {
 
-/// What the node of a volume edge is for.
 enum class CurvingAim : std::uint8_t {
-    accuracy,  ///< that functions which the metric belongs to are interpolated well: accurate_offsets, a closed form
-    energy,    ///< ∫ l'ᵀ M l' dt least
-    length,    ///< the Riemannian length least (paper §2.2)
+    accuracy,  ///< interpolation of functions of the metric: `accurate_offsets`, closed form
+    energy,    ///< minimum of ∫ l'ᵀ M l' dt
+    length,    ///< minimum Riemannian length (paper §2.2)
 };
 
-/// Of which volume edges lengths are told: they are figures to look at, and cost more than the nodes do.
+/// Edges with reported lengths, which cost more than nodes.
 enum class MeasuredEdges : std::uint8_t {
     none,
-    some,  ///< of a mesh of more than 131 072 edges, about as many, chosen by a hash of their numbers
+    some,  ///< about 131 072 edges of a larger mesh, by a hash
     all,
 };
 
-/// Whether the lengths of this edge, of so many, are told.
 [[nodiscard]] constexpr bool is_measured(MeasuredEdges measured, std::size_t edge, std::size_t edges) {
     if (measured == MeasuredEdges::none) return false;
     constexpr std::size_t enough = std::size_t{1} << 17;
     if (measured == MeasuredEdges::all || edges <= enough) return true;
-    // Numbers in a mesh have patterns, the high bits of their products with 2^64/golden ratio have none.
+    // Edge numbers have patterns; the high bits of their products with 2^64/golden ratio have none.
     const std::uint64_t hash = (std::uint64_t{edge} * 0x9e3779b97f4a7c15) >> 32;
     return hash * edges < (std::uint64_t{enough} << 32);
 }
 
-/// How nodes of volume edges are found. `objective` of the minimiser is that of the aim.
+/// The minimiser's objective is that of `aim`.
 struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
   private:
-    using EdgeMinimiserOptions::objective;  // the aim says it
+    using EdgeMinimiserOptions::objective;  // set by `aim`
 
   public:
     CurvingAim aim = CurvingAim::accuracy;
@@ -72,31 +70,28 @@ struct CurveOptions : EdgeMinimiserOptions, EdgeAccuracyOptions {
     friend bool operator==(const CurveOptions&, const CurveOptions&) = default;
 };
 
-/// Those of the search, for an aim that has one: energy or length.
+/// Options of the search for energy or length.
 [[nodiscard]] EdgeMinimiserOptions search_options(const CurveOptions& options);
 
-/// What the search for one edge's node met.
 struct SearchFlags {
     std::uint8_t volume = 0, curved = 0, polished = 0, exhausted = 0, shortened = 0, outside = 0, lost = 0;
-    std::uint8_t by_walls = 0, by_metric = 0;  ///< for accuracy: what moved the node, by more than 1/1000 of the chord
+    std::uint8_t by_walls = 0, by_metric = 0;  ///< accuracy: moved by more than 1/1000 of the chord
 };
 
-/// Where an edge's node ought to be before validity is asked for, and what that makes of its length.
+/// An edge's target before validity checks.
 template <int D>
 struct EdgeTarget {
     LagrangeNode<D> node;
     EdgeChange change = EdgeChange::straight;
     SearchFlags flags;
-    /// Riemannian lengths on the true field by report_points, with the middle of the chord and with `node`; 0 on
-    /// boundary edges and on those that are not measured.
+    /// Riemannian lengths by `report_points`, of the chord and with `node`; 0 on boundary and unmeasured edges.
     double straight_length = 0, length = 0;
 };
 
-/// Of an edge of the boundary: its place on the geometry.
 template <int D>
 [[nodiscard]] EdgeTarget<D> boundary_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
 
-/// A mesh, the kind of each of its edges, and the elements around each.
+/// `shells`: the elements around each edge.
 template <int D>
 struct MeshEdges {
     const QuadraticMesh<D>& mesh;
@@ -104,8 +99,7 @@ struct MeshEdges {
     const Incidence<ElementId>& shells;
 };
 
-/// Edges whose nodes are searched: mesh edges that an element holds, with the nodes of all edges of the mesh from which
-/// searches start.
+/// Edges with elements. `base`: starting nodes of all edges.
 template <int D>
 struct SearchedEdges {
     const MeshEdges<D>& all;
@@ -113,81 +107,73 @@ struct SearchedEdges {
     const Column<LagrangeNode<D>>& base;
 };
 
-/// How many edges `curve` gives to searched_targets at a time: the last few of them do not fill a pack.
+/// Edges searched together: only the last few do not fill a pack.
 inline constexpr std::size_t searched_together = 1024;
 
-/// Computes the nodes of volume edges for `energy` or `length`, in packs, without lengths: targets[i] of edges[i].
-/// `back`: the metric field; its mesh has straight edges or the nodes of `base`. The search starts from `base` too,
-/// unless that is the middle of the chord, and never returns a longer edge. The target of an edge does not depend on
-/// the other edges.
+/// Nodes for `energy` or `length`, without lengths: `targets[i]` of `edges[i]`. The field's mesh has straight edges or
+/// the nodes of `base`. Searches start from chord middles and from `base`, and never return a longer edge. Targets are
+/// independent of other edges.
 template <int D>
 EdgeSearchWork searched_targets(const SearchedEdges<D>& searched, const BackMesh<D>& back, const EdgeRules& rules,
                                 const CurveOptions& options, std::span<EdgeTarget<D>> targets);
 
-/// An edge, and an element that holds it.
 struct HeldEdge {
     EdgeId edge;
     ElementId holder;
 };
 
-/// Offsets for accuracy, of volume edges or of others: offsets[i] is that of edges[i], from where the back mesh has its
-/// node: F D, where D is the offset of the straight edge in the reference. The field is asked for all at once.
+/// Offsets for accuracy from the back mesh's nodes: F D, with D the straight edge's offset in the reference. The field
+/// is sampled for all edges at once.
 template <int D>
 void accurate_offsets(const QuadraticMesh<D>& mesh, std::span<const BackEdge> edges, const BackMesh<D>& back,
                       const EdgeAccuracyOptions& options, std::span<Vec<D>> offsets);
 
-/// A volume edge with this node, without lengths.
 template <int D>
 [[nodiscard]] EdgeTarget<D> node_target(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& node);
-/// A target's lengths by the rule `report`.
 template <int D>
 void measure(const QuadraticMesh<D>& mesh, const HeldEdge& held, const BackMesh<D>& back, const Quadrature& report,
              EdgeTarget<D>& target);
 
-/// What the model of an edge agrees with: the error of interpolation; or the length that is lost at a small offset,
-/// since the field's kinks tell more than the curvature of an energy.
+/// An edge's model approximates its interpolation error, or the length lost at a small offset. The latter includes
+/// kinks of the field, which the energy's curvature does not.
 enum class ModelFit : std::uint8_t { accuracy, length };
 
-/// What it costs an edge to have its node elsewhere than `wanted`, quadratic, in the field `back`, whose mesh is the
-/// straight form of `mesh`. Length: as a share of the edge's length; slides along the edge are cheap, as
-/// they change no length. Accuracy: the offset's metric length squared by the chord's, in all directions alike (the
-/// third derivatives that an offset o leaves in an element are Σ (cᵀ H o)² over its edges c, and these are one unit
-/// long in the metric). `shell`: the elements around the edge.
+/// Quadratic cost of a node off its target in a field on the straight mesh. Length: relative to the edge's length;
+/// slides are cheap. Accuracy: isotropic, the squared metric length of the offset relative to the chord's. The third
+/// derivatives left by an offset o in an element are Σ (cᵀ H o)² over its edges c, of unit metric length. `shell`:
+/// elements around the edge.
 template <int D>
 [[nodiscard]] QuadraticModel<D> edge_model(const QuadraticMesh<D>& mesh, EdgeId edge, const LagrangeNode<D>& wanted,
                                            std::span<const ElementId> shell, const BackMesh<D>& back, ModelFit fit);
 
-/// What it costs an edge to have its node off its wanted place: a pure function, asked from several threads.
+/// Cost of a node off its target; pure, called by several threads.
 template <int D>
 using EdgeModels = std::function<QuadraticModel<D>(EdgeId)>;
 
-/// Those of nodes that were found by this aim; of energy and length they are fitted to lengths.
+/// Models for nodes of this aim; for energy and length fitted to lengths.
 template <int D>
 [[nodiscard]] EdgeModels<D> edge_models(CurvingAim aim, const QuadraticMesh<D>& mesh,
                                         const Column<LagrangeNode<D>>& wanted, const Incidence<ElementId>& shells,
                                         const BackMesh<D>& back);
 
-/// The same of one edge without a field: in the mean natural metric of the edge's elements.
+/// Without a field: in the mean natural metric of the elements.
 template <int D>
 [[nodiscard]] QuadraticModel<D> implied_edge_model(const QuadraticMesh<D>& mesh, EdgeId edge,
                                                    const LagrangeNode<D>& wanted, std::span<const ElementId> shell);
 
-/// Those of all edges.
 template <int D>
 [[nodiscard]] EdgeModels<D> implied_edge_models(const QuadraticMesh<D>& mesh, const Column<LagrangeNode<D>>& wanted,
                                                 const Incidence<ElementId>& shells);
 
 }  // namespace camber
 
-/// Nodes of boundary edges that are moved on the geometry: to where their edges are shortest in a metric, or nearest to
-/// the geometry. docs/algorithms/surface.md.
+/// Boundary nodes moved on the geometry: shortest edges, or nearest to it. docs/algorithms/surface.md.
 export namespace camber {
 
-/// Where the node of a boundary edge goes.
 enum class BoundaryNodeAim : std::uint8_t {
-    projection,  ///< the middle projected, see boundary_nodes
-    length,      ///< on the geometry, where the P2 edge is shortest in the metric
-    accuracy,    ///< on the geometry, where ∫ (distance of the P2 edge from the geometry)² dt is least
+    projection,  ///< projection of the middle, see `boundary_nodes`
+    length,      ///< shortest P2 edge in the metric on the geometry
+    accuracy,    ///< minimum of ∫ (distance of the P2 edge)² dt on the geometry
 };
 [[nodiscard]] constexpr auto words(BoundaryNodeAim) {
     return words_of(Word{BoundaryNodeAim::projection, "projection"}, Word{BoundaryNodeAim::length, "length"},
@@ -196,8 +182,8 @@ enum class BoundaryNodeAim : std::uint8_t {
 
 struct PlacementOptions {
     BoundaryNodeAim boundary_nodes = BoundaryNodeAim::projection;
-    /// By length: the edge's largest distance from the geometry may grow to this share of its sagitta (or to twice that
-    /// with the projected middle, whatever is more).
+    /// Aim `length`: maximum distance from the geometry relative to the sagitta; twice that of the projected middle is
+    /// always allowed.
     double distance_share = 0.02;
 
     [[nodiscard]] static constexpr auto options() {
@@ -217,68 +203,61 @@ struct PlacementOptions {
     friend bool operator==(const PlacementOptions&, const PlacementOptions&) = default;
 };
 
-/// What became of the node of a boundary edge.
 enum class NodeFate : std::uint8_t {
-    held,      ///< not asked: of the volume, required, on a line
-    placed,    ///< moved, and the edge is better for it
-    best,      ///< no better place was found: by the finer rule none is shorter, or nearer
-    off,       ///< fell back: the node is not on what the edge lies on, or no step on it holds
-    far,       ///< fell back: what is shorter leaves the geometry
-    elements,  ///< fell back: the elements around bear no part of the way
+    held,      ///< not moved: of the volume, required, on a line
+    placed,    ///< moved, and the edge is better
+    best,      ///< no better position found, checked by the finer rule
+    off,       ///< rejected: off the geometry, or no step stays on it
+    far,       ///< rejected: shorter edges leave the geometry
+    elements,  ///< rejected: the elements allow no motion
 };
 
-/// The node of one edge, and what the aim measures with the projected middle and with it: the length by report_points,
-/// or the root mean square of the distance.
+/// The aim's measure before and after: length by `report_points`, or root mean square distance.
 template <int D>
 struct PlacedNode {
     LagrangeNode<D> node;
     NodeFate fate = NodeFate::held;
-    bool has_walked = false;  ///< to a facet of the surrogate that is not at the edge
-    bool is_limited = false;  ///< it went a part of its way only
+    bool has_walked = false;  ///< to a surrogate facet not at the edge
+    bool is_limited = false;  ///< moved a part of the way
     double before = 0, after = 0;
 };
 
 struct PlacementStatistics {
-    std::size_t edges = 0;  ///< that were asked
+    std::size_t edges = 0;  ///< candidates
     std::size_t placed = 0, best = 0;
     std::size_t off = 0, far = 0, elements = 0;
-    std::size_t walked = 0, limited = 0;               ///< of those that were placed
-    double mean_reduction = 0, largest_reduction = 0;  ///< of the sums over all that were asked; of one
+    std::size_t walked = 0, limited = 0;               ///< of the placed ones
+    double mean_reduction = 0, largest_reduction = 0;  ///< of sums over all candidates; of one edge
 };
 template <int D>
 [[nodiscard]] PlacementStatistics placement_statistics(std::span<const PlacedNode<D>> nodes);
 
-/// A boundary edge whose node is to be placed.
 template <int D>
 struct EdgeToPlace {
     const EdgeSite<D>& site;
     LagrangeNode<D> present;       ///< on the geometry
-    std::span<const Vec<D>> thin;  ///< corners opposite to the edge that lie on ridges: nodes must not go beyond them
-    ElementId holder;              ///< an element that holds the edge
+    std::span<const Vec<D>> thin;  ///< opposite corners on ridges, which nodes must not pass
+    ElementId holder;              ///< an element with the edge
 };
 
-/// Parameters of the placement of boundary nodes.
 struct PlacementSearch {
     const CurveOptions& search;
     const PlacementOptions& placement;
     EdgeRules rules = edge_rules(search);
 };
 
-/// Moves the node of one edge on the geometry.
 template <int D>
 [[nodiscard]] PlacedNode<D> placed_node(const Geometry<D>& geometry, const EdgeToPlace<D>& edge,
                                         const BackMesh<D>& back, const PlacementSearch& parameters);
 
-/// The features of a boundary, and its geometry.
 template <int D>
 struct GeometricBoundary {
     const Features<D>& features;
     const Geometry<D>& geometry;
 };
 
-/// Moves the nodes of boundary edges whose kind is that of the features. `nodes`: where they are, one row an edge.
-/// Where elements would suffer (`min_jacobian` of the search, see limit_by_jacobian) nodes go a part of their way.
-/// Errors: rows that do not fit the mesh (ErrorKind::internal); stopped.
+/// Places boundary nodes whose edge kind is that of the features. `nodes`: present ones, a row an edge. Elements limit
+/// the motion (`min_jacobian`, see `limit_by_jacobian`). Errors: rows that do not fit the mesh (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<PlacedNode<D>>> placed_nodes(const MeshEdges<D>& edges,
                                                           const Column<LagrangeNode<D>>& nodes,
@@ -286,50 +265,46 @@ template <int D>
                                                           const PlacementSearch& parameters,
                                                           const Execution& execution);
 
-/// What `curve` found beside the nodes.
+/// Statistics of `curve`.
 struct CurveStatistics {
     std::size_t volume_edges = 0;
-    std::size_t curved_edges = 0;  ///< volume edges whose node left the middle of the chord
-    std::size_t polished = 0;      ///< searches that a kink of the field stopped and a pattern search ended
+    std::size_t curved_edges = 0;  ///< volume edges with a node off the chord middle
+    std::size_t polished = 0;      ///< searches stopped by a kink, completed by pattern search
     std::size_t exhausted = 0;     ///< searches that ran out of iterations
-    std::size_t shortened = 0;     ///< minimisers that the finer rule found longer than the chord, and pulled back
-    std::size_t outside = 0;       ///< edges with samples beyond the back mesh, of those that were measured or searched
-    std::size_t lost = 0;          ///< edges with samples that were not found in it, likewise
-    std::size_t drawn_back = 0;    ///< nodes for accuracy that go a part of their way, for their elements
-    std::size_t by_walls = 0;      ///< nodes for accuracy that walls move, by more than 1/1000 of the chord
-    std::size_t by_metric = 0;     ///< that the metric moves, likewise
-    std::size_t held_back = 0;     ///< that go less than half of it, for smooth functions: see limit_smooth_loss
+    std::size_t shortened = 0;     ///< minimisers relaxed: longer than the chord by the finer rule
+    std::size_t outside = 0;       ///< edges with samples beyond the back mesh
+    std::size_t lost = 0;          ///< the same with samples not found in it
+    std::size_t drawn_back = 0;    ///< accuracy: nodes limited by elements
+    std::size_t by_walls = 0;      ///< accuracy: nodes moved by boundaries (1/1000 of the chord)
+    std::size_t by_metric = 0;     ///< the same by the metric
+    std::size_t held_back = 0;     ///< nodes moved less than half, see `limit_smooth_loss`
 
     CurveStatistics& operator+=(const CurveStatistics& other);
 };
 
-/// A proposal for every edge, and the lengths of the volume edges on the true field.
 template <int D>
 struct Curved {
     Proposal<D> proposal;
-    Column<double> straight_lengths;  ///< by report_points; 0 on boundary edges and on those that are not measured
+    Column<double> straight_lengths;  ///< by `report_points`; 0 on boundary edges and unmeasured ones
     Column<double> lengths;           ///< of the proposal's edges, likewise
     CurveStatistics statistics;
 };
 
-/// The targets of all edges as a proposal. They are one a edge.
 template <int D>
 [[nodiscard]] Curved<D> in_columns(const LinearMesh<D>& mesh, std::span<const EdgeTarget<D>> targets,
                                    const Column<EdgeKind>& kinds);
 
-/// The second verb on a whole mesh: volume edges take the nodes that the options' aim asks for in the field `back`,
-/// whose mesh must be that of `edges` with straight edges or with those of `base`; boundary edges take `base`, which
-/// has one row an edge: for edges of the boundary their nodes on the geometry (see camber.surface), for those of the
-/// volume where the back mesh has them, the middles of their chords in a straight one. From there searches begin, and
-/// offsets for accuracy count. Edges do not see one another, so the cost is linear and the order does not matter.
-/// Errors: columns that do not fit the mesh; options out of range (usage); stopped.
+/// Curves a whole mesh. Volume edges take nodes by the aim in the field `back`, whose mesh is that of `edges`, straight
+/// or with the nodes of `base`. Boundary edges take `base` (a row an edge), their nodes on the geometry. In rows of
+/// volume edges `base` has the back mesh's nodes (straight: chord middles), from which searches start and offsets for
+/// accuracy count. Edges are independent, so the cost is linear and order does not matter. Errors: columns that do not
+/// fit the mesh; options out of range (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<Curved<D>> curve(const MeshEdges<D>& edges, const Column<LagrangeNode<D>>& base,
                                        const BackMesh<D>& back, const CurveOptions& options,
                                        const Execution& execution);
 
-/// Offsets for accuracy of the edges of one kind, from where the back mesh has their nodes; 0 of all others, and of
-/// those that no element holds. Errors: stopped.
+/// From the back mesh's nodes, for edges of one kind; 0 of others and of edges without elements. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<Vec<D>>> accurate_offsets(const MeshEdges<D>& edges, EdgeKind kind,
                                                        const BackMesh<D>& back, const EdgeAccuracyOptions& options,
@@ -341,14 +316,12 @@ template <int D>
                                                 const Column<LagrangeNode<D>>& boundary_nodes,
                                                 const Execution& execution);
 
-/// Lengths on the true field of the volume edges, by report_points; 0 on boundary edges and on those that are not
-/// measured.
+/// Volume edges' lengths by `report_points`; 0 on other and unmeasured edges.
 struct EdgeLengths {
     Column<double> straight;  ///< of the chords
     Column<double> curved;
 };
 
-/// Edges, and the elements that hold each of them.
 template <int D>
 struct HeldEdges {
     const EdgeSet<D>& edges;
@@ -361,8 +334,7 @@ template <int D>
                                                 const BackMesh<D>& back, MeasuredEdges measured,
                                                 const Execution& execution);
 
-/// Lengths of a later proposal, whose vertices may have moved since `curved` was made: against the chords as they are
-/// then. What did not change is not measured again. Errors: stopped.
+/// Lengths of a later proposal, against its chords. Computes only changed edges. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<EdgeLengths> updated_lengths(const HeldEdges<D>& held, const Curved<D>& curved,
                                                    const Proposal<D>& after, const BackMesh<D>& back,
@@ -370,18 +342,18 @@ template <int D>
 
 }  // namespace camber
 
-/// Minimising on a sheet: BFGS in the one or two tangential coordinates, each step followed by projection. The frame
-/// goes along with the place, so that at each the projection's derivative is that of the tangent plane.
+/// Minimisation on a sheet: BFGS in one or two tangential coordinates with projected steps. The frame moves along, so
+/// the projection's derivative is that of the tangent plane.
 namespace camber {
 
-/// How far a node may go, from where it began.
+/// Limits of a node's motion from its start.
 template <int D>
 struct NodeReach {
     static constexpr double most = 0.3;          ///< of the chord
-    static constexpr double to_the_ridge = 0.4;  ///< of the way to the corner that is on one, across the edge
+    static constexpr double to_the_ridge = 0.4;  ///< of the way to a corner on a ridge
 
     Vec<D> origin, middle, chord;
-    double max_shift = 0;          ///< along the chord, of the chord
+    double max_shift = 0;          ///< along the chord, relative to it
     std::span<const Vec<D>> thin;  ///< corners on ridges
 
     [[nodiscard]] bool has(const Vec<D>& p) const {
@@ -397,7 +369,6 @@ struct NodeReach {
     }
 };
 
-/// A place, its objective, and what that looks like from there.
 template <int D>
 struct SheetIterate {
     SheetPlace<D> place;
@@ -411,7 +382,7 @@ class SheetSearch {
   public:
     SheetSearch(const EdgeSheet<D>& sheet, const NodeReach<D>& reach) : sheet_(sheet), reach_(reach) {}
 
-    /// The place a step away in coordinates; nothing where there is none within reach.
+    /// Empty if out of reach.
     [[nodiscard]] std::optional<SheetPlace<D>> at(const SheetPlace<D>& from, const Vec<2>& y) const {
         Vec<D> step;
         for (int i = 0; i < sheet_.unknowns(); ++i) step += y[i] * from.tangents[static_cast<std::size_t>(i)];
@@ -436,11 +407,9 @@ class SheetSearch {
         return out;
     }
 
-    /// How a descent ended: where the model promises no more, or where no step lowered the objective (a kink), or the
-    /// steps were spent.
+    /// `stopped`: no step lowers the objective (a kink), or none remain.
     enum class End : std::uint8_t { converged, stopped };
 
-    /// The least that BFGS finds from there.
     template <class Objective>
     End descend(const Objective& objective, int max_steps, double tolerance, SheetIterate<D>& at) const {
         Sym<2> h = inverse_of(at.hessian, Objective::damping);
@@ -457,7 +426,7 @@ class SheetSearch {
         return End::stopped;
     }
 
-    /// Where kinks of the field stop a descent: along the axes of the Hessian with falling radius.
+    /// Pattern search along the Hessian's axes, for kinks.
     template <class Objective>
     void polish(const Objective& objective, SheetIterate<D>& at) const {
         const std::array<Vec<2>, 2> axes = unit_axes(inverse_of(at.hessian, Objective::damping));
@@ -480,7 +449,7 @@ class SheetSearch {
     }
 
   private:
-    /// A step that lowers the objective enough, halved until it does; `s` becomes what it was.
+    /// Halves a step until it lowers the objective enough; `s` returns it.
     template <class Objective>
     std::optional<SheetIterate<D>> along(const Objective& objective, const SheetIterate<D>& from, Vec<2>& s) const {
         constexpr double longest = 0.15;  // of the chord
@@ -496,7 +465,7 @@ class SheetSearch {
         return std::nullopt;
     }
 
-    /// The inverse with a share of the trace on the diagonal, where the objective may leave a direction undecided.
+    /// With a part of the trace added, for undetermined directions.
     [[nodiscard]] Sym<2> inverse_of(const Sym<2>& h, double damping) const {
         const bool is_one = sheet_.unknowns() == 1;
         const double added = damping * (h(0, 0) + (is_one ? 0 : h(1, 1)));

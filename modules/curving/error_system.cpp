@@ -19,8 +19,7 @@ using Lanes = std::array<double, pack_size>;
 using FloatPack = float __attribute__((ext_vector_type(8)));
 
 constexpr std::size_t packs_at_once = 16;
-/// Elements whose error is below this share of the mean are held as if they had so much: what is next to nothing says
-/// nothing of where nodes belong.
+/// Share of the mean error that is added to each element's error in its stiffness: tiny errors give no information.
 constexpr double least_share = 0.01;
 
 Pack loaded(const Lanes& lanes) {
@@ -29,7 +28,7 @@ Pack loaded(const Lanes& lanes) {
     return p;
 }
 
-/// A is positive definite, or 0.
+/// Precondition: A is positive definite or 0.
 template <int D>
 Sym<D> inverse_of(const Sym<D>& a) {
     Sym<D> adjugate;
@@ -51,7 +50,7 @@ Sym<D> inverse_of(const Sym<D>& a) {
     return trace > 0 ? (1 / trace) * Sym<D>::identity() : Sym<D>{};
 }
 
-/// Columns of J in the middle of the element.
+/// Columns of J at the element's centre.
 template <int D>
 std::array<Vec<D>, D> jacobian_within(const QuadraticMesh<D>& mesh, ElementId e) {
     std::array<Vec<D>, D> columns;
@@ -91,7 +90,7 @@ ErrorSystem<D>::ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>
       product_(packs() * Errors::unknowns * pack_size),
       errors_(elements_) {}
 
-/// The last pack is filled up with its last element.
+/// The last element fills up the last pack.
 template <int D>
 std::size_t ErrorSystem<D>::element_of(std::size_t pack, int lane) const {
     return std::min(pack * pack_size + static_cast<std::size_t>(lane), elements_ - 1);
@@ -162,7 +161,7 @@ void ErrorSystem<D>::begin_pack(std::size_t pack, std::span<const Vec<D>> offset
     }
 }
 
-/// Adds stiffness · error · |J⁻¹(d − home)|² of each edge, J in the middle of the element.
+/// Adds stiffness · error · |J⁻¹(d − home)|² for each edge, with J at the centre.
 template <int D>
 void ErrorSystem<D>::stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
                              double least) {

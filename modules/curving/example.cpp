@@ -1,5 +1,5 @@
-// camber.curving: a ring whose layers are thinner than its boundary edges bulge. Boundary edges go onto their circles;
-// straight inner edges would then invert elements, and the boundary's displacement extended into the volume does not.
+// camber.curving: a ring with layers thinner than the sagitta of its boundary edges. Straight inner edges would invert
+// elements; extending the boundary's displacement into the volume avoids it.
 #include <cstdio>
 #include <cstdlib>
 #include <numbers>
@@ -13,7 +13,7 @@ import camber.curving;
 
 using namespace camber;
 
-/// The ring of radii 1 to 2: 8 layers, thin inside, of 16 cells of two triangles.
+/// The ring of radii 1 to 2: 8 layers of 16 cells of two triangles.
 static LinearMesh<2> ring() {
     Buffer<Vec<2>> points(16 * 9);
     Buffer<SimplexVertices<2>> triangles;
@@ -32,7 +32,7 @@ static LinearMesh<2> ring() {
     return mesh;
 }
 
-/// The value of an outcome; a program may end where a library would hand the error on.
+/// A program may exit on an error; a library returns it.
 template <class T>
 static T must(Outcome<T> outcome) {
     if (outcome) return std::move(*outcome);
@@ -43,7 +43,7 @@ static T must(Outcome<T> outcome) {
 int main() {
     const Execution all;
     const auto mesh = must(elevate(ring(), all));
-    // An edge of one element is on a circle, and so must be its node. (camber.surface knows that of any boundary.)
+    // Edges of one element are on a circle, and so are their nodes. (camber.surface handles any boundary.)
     const auto shell = must(shells(mesh.edges, all));
     Buffer<EdgeKind> kinds(mesh.edges.size(), EdgeKind::volume);
     Buffer<LagrangeNode<2>> nodes(mesh.mid_nodes.begin(), mesh.mid_nodes.end());

@@ -14,11 +14,11 @@ namespace camber {
 
 namespace {
 
-/// Factors of the values at the lattice.
+/// Factors of the lattice values.
 template <int D>
 using LatticeRow = std::array<double, lattice_size<D>>;
 
-/// The factors in the polynomial's value at a place.
+/// Factors of the lattice values in the polynomial's value.
 template <int D>
 LatticeRow<D> values_row(const std::array<double, D + 1>& at) {
     const LatticeBasis<D>& basis = lattice_basis<D>();
@@ -36,10 +36,10 @@ void subtract(LatticeRow<D>& row, double factor, const LatticeRow<D>& other) {
     for (std::size_t k = 0; k < row.size(); ++k) row[k] -= factor * other[k];
 }
 
-/// The factors in u − u_h at the points of a rule that is exact for (u − u_h)² of polynomials of the known degree.
+/// Factors of u − u_h at the points of a rule exact for its square.
 template <int D>
 struct ResidualRule {
-    std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);  ///< weights sum up to 1/D!
+    std::vector<RulePoint<D>> points = conical_rule<D>(known_degree + 1);  ///< weights sum to 1/D!
     std::vector<LatticeRow<D>> rows;
 
     explicit ResidualRule(int degree) : rows(points.size()) {
@@ -61,7 +61,7 @@ struct ResidualRule {
     }
 };
 
-/// Σ weight² ∫ (u − u_h)² over an element; det(point) is |det J| there.
+/// Σ weight² ∫ (u − u_h)² over an element; `det(point)` is |det J| there.
 template <int D>
 double squared_within(const ResidualRule<D>& rule, const KnownSolution<D>& solution, ElementId e, const auto& det) {
     double sum = 0;
@@ -135,7 +135,7 @@ template Outcome<double> expected_error<3>(const LinearMesh<3>&, const KnownSolu
 
 namespace {
 
-/// 4 λ_i λ_j of the edges, and λ_i (2 λ_i − 1) of the vertices, at the points of the rule.
+/// 4 λ_i λ_j, and λ_i (2 λ_i − 1), at the rule's points.
 template <int D>
 constexpr auto edge_functions = [] {
     std::array<std::array<double, edges_per_simplex<D>>, simplex_rule<D>.size()> at{};
@@ -166,7 +166,7 @@ template <int D>
     return polynomial;
 }
 
-/// The function at a place of the frame that is displaced by δ, and its gradient in space: J⁻ᵀ ∇.
+/// Value at a position displaced by δ, and gradient in space.
 template <int D>
 [[gnu::always_inline]] inline PackSlope<D> value_at(const PackPolynomial<D, known_degree>& u, const PackFrame<D>& frame,
                                                     const PackVec<D>& from, const PackJacobian<D>& there,
@@ -240,14 +240,14 @@ namespace {
 template <int D>
 using Polynomial = std::array<double, lattice_size<D>>;
 
-/// Its place among `exponents`.
+/// Index in `exponents`.
 template <int D>
 std::size_t place_of(const std::array<int, D>& exponent) {
     const auto& all = exponents<D, known_degree>;
     return static_cast<std::size_t>(std::ranges::find(all, exponent) - all.begin());
 }
 
-/// p · (slope_1 x_1 + … + constant), p of a degree below the highest.
+/// p · (slope_1 x_1 + … + constant); the degree of p is not maximal.
 template <int D>
 Polynomial<D> times_linear(const Polynomial<D>& p, const std::array<double, D>& slope, double constant) {
     Polynomial<D> product{};

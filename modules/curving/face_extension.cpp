@@ -1,4 +1,4 @@
-// Extension of the displacement of boundary curves over the smooth faces of the boundary.
+// Extends the displacement of boundary curves over smooth boundary faces.
 module;
 #include <algorithm>
 #include <array>
@@ -18,16 +18,16 @@ namespace camber {
 
 namespace {
 
-/// Sine of the angle between two surfaces below which they meet smoothly: they are one face.
+/// Surfaces that meet at a smaller sine form one face.
 constexpr double smooth_sine = 0.05;
 
-/// A node is on its surface if its distance is below this share of the chord.
+/// Tolerance of a node on its surface, relative to the chord.
 constexpr double on_surface = 1e-9;
 
-/// The part of a bow that is tangent to the surface; above it, the node is not the foot of the chord's middle.
+/// Maximum tangential part of a bow to the foot of the chord's middle.
 constexpr double largest_slope = 1e-6;
 
-/// 1 for facets that have a surface, or whose patch is plane.
+/// 1 for facets with a surface or in a plane patch.
 template <int D>
 Outcome<Buffer<std::uint8_t>> facets_with_surface(const LinearMesh<D>& mesh, const Features<D>& features,
                                                   const Geometry<D>& geometry, const Execution& execution) {
@@ -38,7 +38,6 @@ Outcome<Buffer<std::uint8_t>> facets_with_surface(const LinearMesh<D>& mesh, con
     });
 }
 
-/// The smooth faces of a mesh's boundary, and their surfaces.
 class SmoothFaces {
   public:
     SmoothFaces(const QuadraticMesh<3>& mesh, const Column<EdgeKind>& kinds, const Features<3>& features,
@@ -58,19 +57,19 @@ class SmoothFaces {
         return Faces{std::move(*with_surface), std::move(*inside)};
     }
 
-    /// The point of a facet's surface that is nearest to p, and the unit normal there.
+    /// Nearest point of a facet's surface, and unit normal.
     [[nodiscard]] SurfaceFoot<3> foot(const FacetSite<3>& facet, const Vec<3>& p) const {
         if (const auto plane = geometry_->plane_at(facet)) {
             const Vec<3> n = normalised(plane->normal);
             return {p - dot(p - plane->point, n) * n, n};
         }
-        // Unless the piece of the facet is at hand, the whole surface is searched: p may be many layers from the facet.
+        // Without a piece for the facet, the whole surface is searched: p may be many layers from the facet.
         const auto found = geometry_->project(geometry_->hint_at(facet, geometry_->surface_at(facet)), p);
         return {found.point, found.normal};
     }
-    /// The node that an edge has on the surface of one of its facets alone. On a piece that was made from the facet,
-    /// that is the middle of the piece's edge; otherwise the foot of the chord's middle. A middle beyond the rim of a
-    /// trimmed face has its foot on the rim; that is moved back over the middle, along the tangent plane there.
+    /// An edge's node on the surface of one facet: the middle of the edge on a piece made from the facet, or the foot
+    /// of the chord's middle. Beyond the rim of a trimmed face, the foot is on the rim; it is moved back over the
+    /// middle along its tangent plane.
     [[nodiscard]] Vec<3> node_on(FacetId f, EdgeId e) const {
         const FacetSite<3> facet = facet_site(mesh_.linear, f);
         if (geometry_->is_made_from(facet)) return middle_of_piece(facet, e);
@@ -84,8 +83,8 @@ class SmoothFaces {
                                                                                         : at.point;
     }
 
-    /// The projected node of a face moved by `shift` and projected again. A node that is off the geometry on purpose
-    /// (see node_without_cusp) keeps its distance.
+    /// The projected node moved by `shift` and projected again. Nodes off the geometry on purpose (`node_without_cusp`)
+    /// keep their distance.
     [[nodiscard]] Vec<3> moved(EdgeId e, const Vec<3>& node, const Vec<3>& shift) const {
         const EdgeSite<3> site = site_of(e);
         const FacetSite<3>& facet = site.facets.front();
@@ -123,13 +122,13 @@ class SmoothFaces {
         if (kinds_[e] == EdgeKind::volume) return false;
         if (std::ranges::none_of(shells_[e], [&](FacetId f) { return has_surface(f); })) return false;
         if (kinds_[e] == EdgeKind::surface) return true;
-        // Curves that the user has listed inside a face keep their nodes.
+        // Curves that the user listed inside a face keep their nodes.
         const bool is_ridge = kinds_[e] == EdgeKind::ridge && features_.edge_kinds[e] == EdgeKind::ridge;
         return is_ridge && is_smooth(site_of(e), shells_[e].size());
     }
 
-    /// True if a ridge of the mesh is no curve of the geometry: the two facets are on one surface, on surfaces with a
-    /// common tangent plane, or one of them has no surface.
+    /// True if a mesh ridge is no curve of the geometry: its facets are on one surface or surfaces with a common
+    /// tangent plane, or one has none.
     [[nodiscard]] bool is_smooth(const EdgeSite<3>& site, std::size_t facets) const {
         if (facets != 2) return false;
         if (site.facets.size() == 1) return true;
@@ -146,7 +145,7 @@ class SmoothFaces {
     const Features<3>& features_;
     const Geometry<3>& geometry_;
     Incidence<FacetId> shells_ = {};
-    Buffer<std::uint8_t> facets_ = {};  ///< 1: it has a surface, or its patch is plane
+    Buffer<std::uint8_t> facets_ = {};  ///< 1: has a surface or a plane patch
 };
 
 Outcome<Column<LagrangeNode<3>>> nodes_of_faces(const QuadraticMesh<3>& mesh, const Column<EdgeKind>& kinds,

@@ -19,13 +19,13 @@ namespace camber {
 
 namespace {
 
-constexpr double min_gain = 1e-6;      // a length that falls by less is the same
-constexpr double min_relief = 0.01;    // a distance that falls by less is
+constexpr double min_gain = 1e-6;      // smaller relative decreases of length are ignored
+constexpr double min_relief = 0.01;    // smaller relative decreases of distance are ignored
 constexpr double no_distance = 1e-10;  // of the chord
-constexpr double distance_growth = 2;  // by length: of the distance with the projected middle, is allowed
+constexpr double distance_growth = 2;  // aim `length`: allowed factor on the distance with the projected middle
 constexpr int max_halvings = 6;
 
-/// Energy or length, as SheetSearch asks for it.
+/// Energy or length for `SheetSearch`.
 template <int D>
 struct InMetric {
     static constexpr double damping = 0;
@@ -35,9 +35,9 @@ struct InMetric {
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const { return objective.evaluate(node); }
 };
 
-/// ∫ r² dt, r = l(t) − foot. A foot's own motion is across r, so ∂r²/∂P = 2 · 4t(1−t) r, and the Gauss–Newton Hessian
-/// is Σ 2 (4t(1−t))² n nᵀ; of a curve with all that is across it for n nᵀ. The node goes along its edge alone: to the
-/// sides the distance of the edge hardly changes, and that of the facets beside it grows.
+/// ∫ r² dt, r = l(t) − foot. Feet move across r, so ∂r²/∂P = 2 · 4t(1−t) r, with Gauss–Newton Hessian Σ 2 (4t(1−t))² n
+/// nᵀ (curve: projector across it). The node moves only along its edge: sideways, its distance hardly changes and that
+/// of adjacent facets grows.
 template <int D>
 struct FromSheet {
     static constexpr double damping = 0.01;
@@ -79,7 +79,6 @@ struct FromSheet {
     }
 };
 
-/// The search for one edge's node.
 template <int D>
 class NodeSearch {
   public:
@@ -97,7 +96,7 @@ class NodeSearch {
           options_(parameters.search),
           placing_(parameters.placement) {}
 
-    /// What the aim measures, by the finer rule.
+    /// The aim's measure by the finer rule.
     [[nodiscard]] double measure(const SheetPlace<D>& place) const {
         if (placing_.boundary_nodes == BoundaryNodeAim::length)
             return riemannian_length(back_, QuadraticEdge<D>{p20_, {place.point}, p02_}, rules_.report, holder_).length;
@@ -128,7 +127,7 @@ class NodeSearch {
         return out;
     }
 
-    /// A part of the way: `offset` from the start, seated again.
+    /// Moves by `offset` and projects again.
     [[nodiscard]] std::optional<PlacedNode<D>> seated(const Vec<D>& offset, PlacedNode<D> whole) const {
         const auto place = search_.at(start_, search_.coordinates(start_, offset));
         if (!place || farthest(*place) > largest_allowed()) return std::nullopt;
@@ -143,7 +142,7 @@ class NodeSearch {
   private:
     [[nodiscard]] bool by_length() const { return placing_.boundary_nodes == BoundaryNodeAim::length; }
 
-    /// The least energy, from the better of the present node and the geodesic's first step; from there the length.
+    /// Minimum energy from the better of the present node and the geodesic's first step, then minimum length.
     [[nodiscard]] SheetPlace<D> shortest() const {
         InMetric<D> in_metric{
             edge_objective(back_, rules_.objective, EdgeObjectiveKind::energy, options_.field, {p20_, p02_, holder_})};
@@ -173,7 +172,7 @@ class NodeSearch {
         return at.place;
     }
 
-    /// The largest distance of the edge from the sheet, of eighths.
+    /// Largest distance of the edge from the sheet, at eighths.
     [[nodiscard]] double farthest(const SheetPlace<D>& place) const {
         const QuadraticEdge<D> edge{p20_, {place.point}, p02_};
         double largest = 0;
@@ -203,7 +202,7 @@ class NodeSearch {
     const PlacementOptions& placing_;
 };
 
-/// use(placement) of an edge whose node may move; `otherwise` where there is nothing to move on.
+/// Returns the present node if it cannot move on a surface.
 template <int D, class Use>
 PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& edge, const BackMesh<D>& back,
                              const PlacementSearch& parameters, Use&& use) {
@@ -219,7 +218,6 @@ PlacedNode<D> with_placement(const Geometry<D>& geometry, const EdgeToPlace<D>& 
     return use(NodeSearch<D>(sheet, *start, edge, back, parameters));
 }
 
-/// Of a mesh: what an edge's search takes.
 template <int D>
 class Boundary {
   public:
@@ -241,7 +239,7 @@ class Boundary {
                 {mesh_.linear.points[low], mesh_.linear.points[high]},
                 facet_sites<D>(mesh_.linear, facets_[e])};
     }
-    /// Corners opposite to the edge that lie on ridges.
+    /// Opposite corners on ridges.
     [[nodiscard]] std::vector<Vec<D>> thin(std::size_t e) const {
         std::vector<Vec<D>> corners;
         const auto& [low, high] = mesh_.edges.vertices[e];

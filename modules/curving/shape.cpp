@@ -46,17 +46,16 @@ Outcome<Shaped<D>> shape(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& k
 
 namespace {
 
-/// Programmes that a thread takes at once.
 constexpr std::size_t programme_grain = 16;
 
-/// What an edge's programme gives the elements around it: nothing where it gains no more than is asked.
+/// An edge's best node; gain 0 if too small.
 template <int D>
 struct Raise {
     LagrangeNode<D> node;
     double gain = 0;
 };
 
-/// `stuck`: no edge raises it, as all is around it.
+/// `stuck`: no edge raises it in its present surroundings.
 enum class Turn : std::uint8_t { none, waiting, stuck };
 
 template <int D>
@@ -67,12 +66,12 @@ struct Polish {
     const ShapeOptions& options;
     Execution execution;
     Buffer<LagrangeNode<D>> nodes;
-    Buffer<double> values;  ///< the scaled Jacobian of each element
-    Buffer<double> asked;   ///< what each is raised to, if it can
+    Buffer<double> values;  ///< scaled Jacobians
+    Buffer<double> asked;   ///< target of each element
     Buffer<Turn> turns;
-    Buffer<std::uint8_t> is_known;  ///< by edge: whether nothing has changed since its programme was solved
+    Buffer<std::uint8_t> is_known;  ///< of each edge: unchanged since its program was solved
     Buffer<Raise<D>> raises;
-    Buffer<std::uint32_t> changed_in;  ///< the round in which the element last changed
+    Buffer<std::uint32_t> changed_in;  ///< round of each element's last change
     std::uint32_t round = 0;
 
     [[nodiscard]] double value(ElementId e) const {
@@ -102,7 +101,6 @@ struct Polish {
     }
 };
 
-/// The programmes around these elements that are not known.
 template <int D>
 Outcome<Done> solve_programmes(Polish<D>& polish, std::span<const ElementId> elements) {
     std::vector<EdgeId> edges;
@@ -117,7 +115,7 @@ Outcome<Done> solve_programmes(Polish<D>& polish, std::span<const ElementId> ele
         [&](std::size_t i) { polish.raises[edges[i].index()] = polish.raise(edges[i]); }, programme_grain);
 }
 
-/// The edge of the element with the largest gain; none where no edge has any.
+/// The largest gain; invalid if none.
 template <int D>
 EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     EdgeId best;
@@ -129,7 +127,7 @@ EdgeId best_edge(const Polish<D>& polish, ElementId element) {
     return best;
 }
 
-/// What has changed is valued anew, and what was known of it forgotten.
+/// Updates changed elements and discards results around them.
 template <int D>
 Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) {
     for (const ElementId element : changed)
@@ -143,8 +141,7 @@ Outcome<Done> look_again(Polish<D>& polish, std::span<const ElementId> changed) 
                 [&](std::size_t i) { polish.values[changed[i].index()] = polish.value(changed[i]); });
 }
 
-/// One round: the elements that wait, worst first, each with the best of its edges. Puts those that wait for the next
-/// round in their place; returns the steps.
+/// One round; replaces `waiting` by elements for the next, and returns the steps.
 template <int D>
 Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiting) {
     if (auto solved = solve_programmes<D>(polish, waiting); !solved) return fail(solved.error());
@@ -182,7 +179,7 @@ Outcome<std::size_t> take_turns(Polish<D>& polish, std::vector<ElementId>& waiti
     return steps;
 }
 
-/// Steps until each element is as high as asked or cannot be raised; returns their number.
+/// Raises elements to their targets or until stuck; returns the steps.
 template <int D>
 Outcome<std::size_t> raise_low(Polish<D>& polish) {
     std::vector<ElementId> waiting;
@@ -202,7 +199,7 @@ Outcome<std::size_t> raise_low(Polish<D>& polish) {
     return steps;
 }
 
-/// Asks for `enough` around the elements below a limit, so many rings of edges far.
+/// Sets targets in rings around elements below a limit.
 template <int D>
 void ask_around(Polish<D>& polish, double limit) {
     const double enough = polish.options.enough;
@@ -230,7 +227,7 @@ Outcome<Polished<D>> in_bands(Polish<D>& at) {
     for (int turn = 0; turn < at.options.max_bands && now < enough; ++turn) {
         const double band = at.options.band * std::max(1.0, std::abs(now));
         at.asked.assign(at.asked.size(), std::min(enough, now + band));
-        // Few elements hold the value down: what is around them may give way.
+        // A few elements limit the value; their surroundings may help.
         const bool last = !rises;
         if (last) ask_around(at, now + at.options.min_gain);
         const auto steps = raise_low(at);

@@ -20,10 +20,10 @@ namespace camber {
 
 namespace {
 
-/// What the H1 error counts beside that in L2: with 0.1 both of cubics rise alike on shells with layers.
+/// H1 weight relative to L2: with 0.1 both grow alike for cubics on layered shells.
 constexpr double h1_share = 0.1;
 
-/// |K|, the mean of the squared edges, and the smallest height of a straight element.
+/// |K|, mean squared edge, and smallest height of a straight element.
 template <int D>
 struct ElementSize {
     double volume = 0, square = 0, height = 0;
@@ -55,7 +55,7 @@ template <int D>
     return corners;
 }
 
-/// Sums over the elements, |K| each. Places are relative to an origin near them.
+/// Weighted by |K|; positions are relative to a nearby origin.
 template <int D>
 struct Sums {
     double volume = 0, fourth = 0, sixth = 0, second_moment = 0;
@@ -69,7 +69,7 @@ struct Sums {
         return std::max(second_moment / volume - norm_squared((1 / volume) * moment), 0.0);
     }
 };
-/// Of each run.
+/// One for each run.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Sums<D>>> sums_of(const LinearMesh<D>& mesh, const OwnVertices& own,
                                                     const Vec<D>& origin, const Execution& execution) {
@@ -86,10 +86,10 @@ template <int D>
         [](const Sums<D>& a, const Sums<D>& b) { return a + b; });
 }
 
-/// No number, and what is beyond a float, counts as the largest.
+/// NaN and values beyond a float count as the largest.
 [[nodiscard]] float as_cost(double x) { return static_cast<float>(x < 1e38 ? x : 1e38); }
 
-/// Of each element |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)); 0 of flat ones.
+/// |K| (1/Σ|K|h⁶ + 0.1/(a_K² Σ|K|h⁴)) of each element; 0 if flat.
 template <int D>
 [[nodiscard]] Outcome<Buffer<float>> weights_of(const LinearMesh<D>& mesh, const Sums<D>& sums,
                                                 const Execution& execution) {
@@ -100,13 +100,13 @@ template <int D>
     });
 }
 
-/// How many numbers of about one size there are, sixteen sizes to a factor of two.
+/// Counts of numbers, in sixteen classes a factor of two.
 class Histogram {
   public:
     void add(std::span<const float> numbers) {
         for (const float x : numbers) ++counts_[std::bit_cast<std::uint32_t>(x) >> shift];
     }
-    /// As numbers for others, and those of several, one after the other.
+    /// Counts for other parts. The constructor adds concatenated counts.
     [[nodiscard]] std::vector<double> counts() const { return counts_; }
     explicit Histogram(std::span<const double> counts = {}) {
         for (std::size_t i = 0; i < counts.size(); ++i) counts_[i % counts_.size()] += counts[i];
@@ -124,11 +124,11 @@ class Histogram {
     }
 
   private:
-    static constexpr int shift = 19;  // of 23 bits behind the point
-    std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // whole numbers
+    static constexpr int shift = 19;                                                       // of 23 mantissa bits
+    std::vector<double> counts_ = std::vector<double>(std::size_t{1} << (31 - shift), 0);  // integers
 };
 
-/// The largest c for which the sum is within the budget; infinity where all are.
+/// Infinity if the sum is always within budget.
 [[nodiscard]] double limit_for(const Histogram& histogram, double budget) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
     if (histogram.sum(infinity) <= budget) return infinity;
@@ -140,7 +140,7 @@ class Histogram {
     return exp2(low);
 }
 
-/// Numbers of all parts, always as many a part or a run, one's after the other's: of_part(part) → Outcome of a vector.
+/// Concatenates `of_part(part)`, of fixed size for each part or run.
 template <int D>
 Outcome<std::vector<double>> gathered(std::span<const PartLosses<D>> parts, BetweenParts<D>& between,
                                       const auto& of_part) {
@@ -156,7 +156,7 @@ Outcome<std::vector<double>> gathered(std::span<const PartLosses<D>> parts, Betw
     return between.gather(here());
 }
 
-/// About the first vertex of all.
+/// Relative to the first vertex of all.
 template <int D>
 Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& between, const Execution& execution) {
     const auto firsts = gathered(parts, between, [](const PartLosses<D>& of) -> Outcome<std::vector<double>> {
@@ -188,7 +188,7 @@ Outcome<Sums<D>> sums_of(std::span<const PartLosses<D>> parts, BetweenParts<D>& 
     return sums;
 }
 
-/// g_e of a part's own edges, in their order.
+/// g_e of a part's own edges, in order.
 template <int D>
 Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, const Execution& execution) {
     const auto weights = weights_of(of.mesh.linear, sums, part_of(execution, 0, 0.5));
@@ -205,7 +205,7 @@ Outcome<Buffer<float>> costs_of(const PartLosses<D>& of, const Sums<D>& sums, co
     });
 }
 
-/// A part's own offsets multiplied by k_e; how many were more than halved.
+/// Scales own offsets by k_e; returns the number more than halved.
 template <int D>
 Outcome<std::size_t> draw_back(const PartLosses<D>& of, const Buffer<float>& costs, double limit,
                                const Execution& execution) {
@@ -262,10 +262,10 @@ Outcome<std::size_t> limit_smooth_loss(const QuadraticMesh<D>& mesh, const Incid
 
 namespace {
 
-/// More than any stack has layers; what is left is for repair.
+/// More than layers in stacks; repair handles the rest.
 constexpr int max_rounds = 1000;
 
-/// Elements, or the triangles of a surface alone (K = 2 in space).
+/// Elements, or triangles of a standalone surface (K = 2 in space).
 template <int D, int K>
 class Elements {
   public:
@@ -274,7 +274,7 @@ class Elements {
     Elements(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> base, std::span<const Vec<D>> offsets)
         : mesh_(mesh), base_(base), offsets_(offsets) {}
 
-    /// The element with a share of the present offsets.
+    /// The element with a share of the offsets.
     [[nodiscard]] Form at(std::size_t e, double share) const {
         const auto& vertices = simplices().vertices[e];
         const auto& edges = edges_of(e);
@@ -298,12 +298,12 @@ class Elements {
             return mesh_.edges.of_facets[e];
     }
 
-    /// True if all of the present offsets keep the element above `least`. \p jacobian: of the element with them.
+    /// `jacobian`: of the element with all offsets.
     [[nodiscard]] static bool bears(const LowJacobian& jacobian, double least) {
         return jacobian.is_finite() && scaled(jacobian.lowest, jacobian.straight) >= least;
     }
 
-    /// The largest share of the present offsets that keeps the element above `least`.
+    /// The largest share with which the element reaches `least`.
     [[nodiscard]] double share(std::size_t e, double least) const {
         double best = 1;
         if (stays(e)) return best;
@@ -326,8 +326,8 @@ class Elements {
     [[nodiscard]] bool stays(std::size_t e) const {
         return std::ranges::all_of(edges_of(e), [&](EdgeId edge) { return offsets_[edge.index()] == Vec<D>{}; });
     }
-    /// The smallest coefficient of det J over |det| of the straight element, a lower bound of the scaled Jacobian. A
-    /// thin element along a curve may be inverted when it is straight, and valid as it is bent.
+    /// Lower bound of the scaled Jacobian. It uses |det|, since thin elements along curves may be inverted when
+    /// straight, but valid as bent.
     [[nodiscard]] static double scaled(double lowest, double straight) {
         constexpr double infinity = std::numeric_limits<double>::infinity();
         if (straight == 0) return lowest >= 0 ? infinity : -infinity;
@@ -343,7 +343,7 @@ class Elements {
     std::span<const Vec<D>> offsets_;
 };
 
-/// visit(i, jacobian) of the elements looked at, with all of their offsets.
+/// Visits `(i, jacobian)` with all offsets.
 template <int D>
 void each_looked_at(const Elements<D, D>& elements, std::span<const ElementId> looked_at, std::size_t begin,
                     std::size_t end, const auto& visit) {
@@ -355,12 +355,12 @@ void each_looked_at(const Elements<3, 2>& triangles, std::span<const ElementId> 
         visit(i, low_jacobian(bounded_jacobian(triangles.at(looked_at[i].index(), 1))));
 }
 
-/// An element that does not bear its offsets, and the share of them that it bears.
+/// An element and its allowed share.
 struct Share {
     ElementId element;
     double share = 1;
 };
-/// Of the elements looked at, in their order.
+/// In the order of the elements.
 template <int D, int K>
 Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<const ElementId> looked_at,
                                       double least, const Execution& execution) {
@@ -382,7 +382,7 @@ Outcome<std::vector<Share>> shares_of(const Elements<D, K>& elements, std::span<
     return shares;
 }
 
-/// A part's offsets, and what is to be looked at of it.
+/// A part's offsets, and its elements to check.
 template <int D, int K>
 class PartLimit {
   public:
@@ -392,7 +392,7 @@ class PartLimit {
             if (has_own_edge(e)) looked_at_.emplace_back(e);
     }
 
-    /// A round: its own edges that were limited.
+    /// One round; returns own edges that were limited.
     Outcome<std::vector<EdgeId>> limit(const Execution& execution) {
         const auto shares = shares_of(elements_, looked_at_, least_, execution);
         if (!shares) return fail(shares.error());
@@ -413,7 +413,7 @@ class PartLimit {
         limited_.insert(limited_.end(), limited.begin(), limited.end());
         return limited;
     }
-    /// Elements around what was limited are looked at next.
+    /// Elements around limited edges are checked next.
     void look_around(std::span<const EdgeId> own, std::span<const EdgeId> of_others) {
         looked_at_.clear();
         for (const auto edges : {own, of_others})
@@ -452,7 +452,7 @@ Outcome<std::size_t> limit(std::span<const PartOffsets<D>> given, double least, 
     }
     for (int round = 0; round < max_rounds; ++round) {
         EdgesOfParts limited;
-        // After the first round few are left.
+        // Later rounds have few elements.
         const Execution of_round = round == 0 && given.size() == 1 ? execution : without_progress(execution);
         const auto limit_all = [&]() -> Outcome<std::vector<double>> {
             std::vector<double> counts;

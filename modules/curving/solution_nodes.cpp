@@ -16,13 +16,13 @@ namespace camber {
 
 namespace {
 
-/// Steps of a solve: nodes are near enough, as the next round's matrix is another.
+/// Few steps suffice: each round has another matrix.
 constexpr int solve_steps = 12;
-/// How often a step that does not pay is halved.
+/// Number of halvings of a step without gain.
 constexpr int halvings = 3;
-/// A round that gains less of the squared error is the last, and so is a frame.
+/// Below this relative gain of squared error, a round or frame is the last.
 constexpr double least_gain = 0.01, least_gain_of_frame = 0.04;
-/// Largest number of times that moves are shortened after a frame.
+/// Maximum number of times that moves are shortened after a frame.
 constexpr int shortenings = 3;
 
 template <int D>
@@ -31,9 +31,8 @@ Vec<D> middle_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     return midpoint(mesh.linear.points[a], mesh.linear.points[b]);
 }
 
-/// The share of a step with which the offset from the middle of the chord stays within `most` chords along it, or does
-/// not move farther out. The whole step is shortened: its part along the chord alone would leave a front that is
-/// oblique to it.
+/// Share of a step that keeps the offset within `most` chords along the chord, or moves it no farther out. Shortening
+/// only the part along the chord would leave a front oblique to it.
 template <int D>
 double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>& chord, double most) {
     const double square = norm_squared(chord);
@@ -43,12 +42,11 @@ double share_within_slide(const Vec<D>& offset, const Vec<D>& step, const Vec<D>
     return std::abs(change) <= room ? 1 : room / std::abs(change);
 }
 
-/// A mesh with mid nodes, and the solution in its elements.
 template <int D>
 struct Frame {
     QuadraticMesh<D> mesh;
     KnownSolution<D> known;
-    Buffer<Vec<D>> home;  ///< offsets of the nodes from the middles of chords
+    Buffer<Vec<D>> home;  ///< offsets of the nodes from the chord middles
     ErrorSystem<D> system;
     double error = 0;  ///< squared, with these nodes
 
@@ -66,7 +64,7 @@ struct Frame {
     Frame& operator=(Frame&&) = delete;
     ~Frame() = default;
 
-    /// Returns the expected error in the unit of the user.
+    /// In the user's unit.
     [[nodiscard]] Outcome<double> expected(const Execution& execution) const {
         const auto squared = squared_error(mesh, known, without_progress(execution));
         if (!squared) return squared;
@@ -74,8 +72,8 @@ struct Frame {
     }
 };
 
-/// The search for the nodes of least error within one frame: moves off its nodes, one an edge. Elements stay above
-/// `least` at each step; with -∞ they may become invalid on the way.
+/// Moves nodes to the minimum error within one frame. Elements stay above `least` in each step; with -∞ they may become
+/// invalid.
 template <int D>
 class Search {
   public:
@@ -104,7 +102,7 @@ class Search {
         return frame_.system.begin(*offsets, frame_.home, execution);
     }
 
-    /// Adds a step to the moves, within the limits of chords and elements.
+    /// Adds a step within the limits of chords and elements.
     Outcome<Buffer<Vec<D>>> moved(const Buffer<Vec<D>>& step, double length, const Execution& execution) {
         const LinearMesh<D>& linear = frame_.mesh.linear;
         auto moves = map_each(execution, step.size(), [&](std::size_t e) {
@@ -144,7 +142,6 @@ class Search {
     Buffer<Vec<D>> moves_;
 };
 
-/// The search through several frames.
 template <int D>
 class Frames {
   public:
@@ -176,8 +173,8 @@ class Frames {
   private:
     using OwnFrame = std::unique_ptr<Frame<D>>;
 
-    /// In a stack of thin elements each blocks the next although all are valid again at the least error: every other
-    /// search does without a bound, and the moves that it finds are limited as a whole.
+    /// Thin stacked elements block each other although all are valid at the minimum. So every other search has no
+    /// bound, and its moves are limited afterwards.
     [[nodiscard]] double bound_of_search(int frame) const {
         return frame % 2 == 1 ? -std::numeric_limits<double>::infinity() : options_.min_jacobian;
     }
@@ -203,7 +200,7 @@ class Frames {
         double least = 0;
         OwnFrame frame;
         for (const Column<LagrangeNode<D>>& start : starts) {
-            frame.reset();  // no two at once, which are large
+            frame.reset();  // frames are large: only one at a time
             auto at = frame_of(start, execution);
             if (!at) return at;
             frame = std::move(*at);
@@ -219,7 +216,7 @@ class Frames {
         return frame_of(*best, execution);
     }
 
-    /// Returns the frame of the nodes found in this one, or a frame with the same nodes if they are no better.
+    /// The frame of the nodes found, or of the old ones if better.
     Outcome<OwnFrame> next(OwnFrame frame, double least_jacobian, const Execution& execution) {
         const QuadraticMesh<D> from = frame->mesh;
         const double before = frame->error;
@@ -238,7 +235,7 @@ class Frames {
             auto to = frame_of(moved(from, *moves), part_of(execution, 0.8 + 0.2 * i / (shortenings + 1), 1));
             if (!to) return to;
             const bool is_better = (*to)->error < least;
-            if (!is_better && least < before) break;  // shortened by too much
+            if (!is_better && least < before) break;  // shortened too much
             if (is_better) {
                 best = (*to)->mesh.mid_nodes;
                 least = (*to)->error;
@@ -261,7 +258,7 @@ class Frames {
         return Column<LagrangeNode<D>>(std::move(nodes));
     }
 
-    /// Shortens the moves of edges around which the error has risen noticeably; returns their number.
+    /// Shortens moves where the error rose noticeably; returns their number.
     std::size_t shorten_worse(std::span<const double> before, std::span<const double> after, double all, double part,
                               Buffer<Vec<D>>& moves) const {
         constexpr double of_all = 1e-3, of_own = 0.2;

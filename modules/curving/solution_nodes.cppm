@@ -10,81 +10,75 @@ import camber.bezier;
 import camber.validity;
 import :edges;
 
-/// Nodes of volume edges where a known solution is interpolated best. docs/algorithms/solution-nodes.md.
+/// Volume nodes for the best interpolation of a known solution. docs/algorithms/solution-nodes.md.
 export namespace camber {
 
-/// A scalar field within each element, as a polynomial of this degree in the reference coordinates of the (curved)
-/// element: its values at the regular lattice, in the order of `multi_indices`, up to a constant.
+/// A scalar field within elements by polynomials of this degree in reference coordinates. Values are at the regular
+/// lattice in the order of `multi_indices`, up to a constant.
 inline constexpr int known_degree = 5;
 template <int D>
 struct KnownField {
     Column<std::array<float, node_count<known_degree, D>>> values;
     double weight = 1;  ///< of its error
-    int exponent = 0;   ///< the unit of the values is 2^exponent of the user's
+    int exponent = 0;   ///< values are in units of 2^exponent user units
 };
 template <int D>
 using KnownSolution = std::vector<KnownField<D>>;
-/// Returns the solution in the elements of a mesh, which its mid nodes curve. It is called for copies of the mesh with
-/// other mid nodes.
+/// Solution in a mesh's elements; called for copies with other mid nodes.
 template <int D>
 using SolutionInElements = std::function<Outcome<KnownSolution<D>>(const QuadraticMesh<D>&, const Execution&)>;
 
 struct SolutionNodesOptions {
-    int frames = 4;                       ///< largest number of frames
-    int rounds = 3;                       ///< largest number of least-squares steps in a frame
-    double stiffness = 0.3;               ///< an offset as long as its element adds this share of the squared error
-    double max_slide = 0.2;               ///< largest distance of a node from the middle along its chord, in chords
-    double min_jacobian = default_bound;  ///< see limit_by_jacobian
+    int frames = 4;                       ///< maximum number of frames
+    int rounds = 3;                       ///< maximum number of steps in a frame
+    double stiffness = 0.3;               ///< share of squared error added by an offset as long as the element
+    double max_slide = 0.2;               ///< maximum distance from the middle along the chord, in chords
+    double min_jacobian = default_bound;  ///< see `limit_by_jacobian`
 };
 
 template <int D>
 struct SolutionNodes {
-    Column<LagrangeNode<D>> nodes;  ///< one an edge
-    /// Expected error with the first start, and with `nodes`: of one field weight · ‖u − u_h‖ in the user's unit; of
-    /// several fields the root of Σ (weight ‖u − u_h‖)² in the units of the fields. The integral is that of
-    /// `expected_error`; the search uses a rule of degree 6.
+    Column<LagrangeNode<D>> nodes;  ///< of each edge
+    /// Expected error at first and with `nodes`. One field: weight · ‖u − u_h‖ in user units. Several: root of Σ
+    /// (weight ‖u − u_h‖)² in units of the fields. The integral is that of `expected_error`; the search uses degree 6.
     double before = 0, after = 0;
-    int frames = 0;              ///< number of frames that reduced the error
-    std::size_t drawn_back = 0;  ///< number of edges that were moved by only a part of their step
+    int frames = 0;              ///< frames that reduced the error
+    std::size_t drawn_back = 0;  ///< edges moved by only a part of their step
 };
 
-/// Moves the nodes of volume edges so that the sum over fields and elements of ∫ (u − u_h)² is least; u_h is the
-/// interpolant of degree 2 on the curved elements. The search begins with the best of `starts` (one node an edge each;
-/// boundary nodes stay), and after each turn elements are above `min_jacobian`. Each turn takes the solution in the
-/// present elements (the frame) and finds nodes by least squares about it. The polynomials of a frame are inaccurate
-/// far from it, so edges are moved by a part of their step where the elements turn out worse. The expected error never
-/// rises, and is the error of the interpolant. The result does not depend on the number of threads. Errors: columns
-/// that do not fit (internal); those of `solution`; stopped, memory.
+/// Moves volume nodes to minimise Σ ∫ (u − u_h)² over fields and elements, with u_h the interpolant of degree 2 on
+/// curved elements. Starts from the best of `starts` (a row an edge; boundary nodes stay). Each iteration takes the
+/// solution in the present elements (the frame), solves least squares about it, and keeps elements above
+/// `min_jacobian`. Frames are inaccurate far away, so edges move partially where elements become worse. The expected
+/// error never rises and is that of the interpolant. The number of threads does not matter. Errors: columns that do not
+/// fit (internal); those of `solution`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<SolutionNodes<D>> solution_nodes(const MeshEdges<D>& edges,
                                                        std::span<const Column<LagrangeNode<D>>> starts,
                                                        const SolutionInElements<D>& solution,
                                                        const SolutionNodesOptions& options, const Execution& execution);
 
-/// Returns the expected L2 error of a solution's interpolants of degree 1 or 2 on straight elements. For one field it
-/// is weight · ‖u − u_h‖ in the user's unit, for several fields the root of Σ (weight ‖u − u_h‖)² in the units of the
-/// fields, as in `SolutionNodes`. The integral goes over a rule of degree 11 in each element, which is exact for the
-/// polynomials of `solution`. The result does not depend on the number of threads. Errors: values that are not one an
-/// element, another degree (internal); stopped.
+/// Expected L2 error of interpolants of degree 1 or 2 on straight elements, in the units of `SolutionNodes`. The rule
+/// of degree 11 is exact for `solution`. The number of threads does not matter. Errors: other than one row an element,
+/// other degree (internal); stopped.
 template <int D>
 [[nodiscard]] Outcome<double> expected_error(const LinearMesh<D>& mesh, const KnownSolution<D>& solution, int degree,
                                              const Execution& execution);
 
 }  // namespace camber
 
-/// A function within an element by a polynomial that is known by its values at a lattice.
+/// Polynomials within an element, given by values at a lattice.
 namespace camber {
 
 template <int D>
 inline constexpr int lattice_size = node_count<known_degree, D>;
 
-/// How many monomials there are up to a degree.
 template <int D>
 [[nodiscard]] constexpr int monomials(int degree) {
     return D == 2 ? (degree + 1) * (degree + 2) / 2 : (degree + 1) * (degree + 2) * (degree + 3) / 6;
 }
 
-/// Exponents of all monomials up to a degree, the first coordinate's fastest.
+/// The first coordinate's exponent varies fastest.
 template <int D, int Degree>
 inline constexpr auto exponents = [] {
     std::array<std::array<int, D>, monomials<D>(Degree)> all{};
@@ -100,8 +94,7 @@ inline constexpr auto exponents = [] {
     return all;
 }();
 
-/// [coefficient of `exponents`][node of the lattice]: the Lagrange basis in the reference simplex whose vertices are 0
-/// and the ends of the axes.
+/// [coefficient of `exponents`][lattice node]: Lagrange basis; vertices are 0 and the axes' ends.
 template <int D>
 using LatticeBasis = std::array<std::array<double, lattice_size<D>>, lattice_size<D>>;
 template <int D>
@@ -110,14 +103,13 @@ template <int D>
 template <int D>
 using PackVec = std::array<Pack, D>;
 
-/// A value and the derivatives by the coordinates.
 template <int D>
 struct PackSlope {
     Pack value;
     PackVec<D> gradient;
 };
 
-/// A polynomial by its coefficients, by Horner's rule.
+/// A polynomial by coefficients, with Horner's rule.
 template <int D, int Degree>
 struct PackPolynomial {
     std::array<Pack, monomials<D>(Degree)> c;
@@ -128,7 +120,7 @@ struct PackPolynomial {
         } else {
             PackSlope<D> sum{packed(0), {packed(0), packed(0), packed(0)}};
             int end = monomials<D>(Degree);
-            for (int left = 0; left <= Degree; ++left) {  // degree that is left beside the third coordinate
+            for (int left = 0; left <= Degree; ++left) {  // degree in the other coordinates
                 const PackSlope<2> in_plane = plane({x[0], x[1]}, end, left);
                 sum.gradient[2] = sum.gradient[2] * x[2] + sum.value;
                 sum.gradient[0] = sum.gradient[0] * x[2] + in_plane.gradient[0];
@@ -141,7 +133,7 @@ struct PackPolynomial {
     }
 
   private:
-    /// The polynomial in two coordinates whose coefficients end there.
+    /// In two coordinates; coefficients end at `end`.
     [[nodiscard, gnu::always_inline]] PackSlope<2> plane(const PackVec<2>& x, int end, int degree) const {
         PackSlope<2> sum{packed(0), {packed(0), packed(0)}};
         for (int left = 0; left <= degree; ++left) {
@@ -162,10 +154,10 @@ struct PackPolynomial {
 
 }  // namespace camber
 
-/// Eight curved elements at once as maps from the reference simplex, in which what is known of a solution is told.
+/// Maps of eight curved elements from the reference simplex.
 namespace camber {
 
-/// A Jacobian with its inverse, which is 0 where the determinant is next to 0.
+/// Inverse 0 if the determinant is almost 0.
 template <int D>
 struct PackJacobian {
     std::array<PackVec<D>, D> inverse;  ///< rows
@@ -209,7 +201,7 @@ struct PackJacobian {
     }
 
   private:
-    static constexpr double flat = 1e-13;  // of what its columns could span
+    static constexpr double flat = 1e-13;  // relative to the product of column lengths
 
     [[gnu::always_inline]] static PackVec<3> cross(const PackVec<3>& a, const PackVec<3>& b) {
         return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -220,7 +212,7 @@ struct PackJacobian {
 template <int D>
 class PackFrame {
   public:
-    /// axes[a]: x_{a + 1} − x_0.
+    /// `axes[a]`: x_{a + 1} − x_0.
     [[gnu::always_inline]] PackFrame(const std::array<PackVec<D>, D>& axes,
                                      const std::array<PackVec<D>, edges_per_simplex<D>>& offsets)
         : first_(axes) {
@@ -247,8 +239,8 @@ class PackFrame {
         return PackJacobian<D>(columns(at));
     }
 
-    /// Where F is displaced by δ from F(ξ): ξ + s with J(ξ + s/2) s = δ by Newton's method, and J there; each lane
-    /// stops by itself. Where δ leads to a fold of F or beyond it F goes on by its tangent at ξ.
+    /// Solves J(ξ + s/2) s = δ by Newton's method; lanes stop independently. Returns ξ + s and J there. If δ leads to a
+    /// fold or beyond, F continues by its tangent at ξ.
     struct Place {
         PackVec<D> at;
         PackJacobian<D> jacobian;
@@ -278,9 +270,9 @@ class PackFrame {
 
   private:
     static constexpr int newton_steps = 4;
-    /// The last correction is no larger, in reference coordinates; the error that is left is of its square.
+    /// Maximum last correction in reference coordinates; the error is of its square.
     static constexpr double near = 1e-3;
-    /// Of det J to where the displacement begins.
+    /// relative to det J at the start
     static constexpr double least_ratio = 0.1;
 
     [[gnu::always_inline]] static Pack largest(const PackVec<D>& v) {
@@ -315,14 +307,14 @@ class PackFrame {
     std::array<std::array<PackVec<D>, D>, D> second_{};  // ∂²F/∂ξ_a∂ξ_b
 };
 
-/// A point of a rule by all of its barycentric coordinates, and its share of the simplex.
+/// A point in barycentric coordinates, with its share.
 template <int D>
 struct SimplexPoint {
     std::array<double, D + 1> at;
     double weight;
 };
 
-/// Rules of degree 6: the square of the error of a quadratic interpolant of a cubic is one.
+/// Degree 6, that of the squared error of interpolated cubics.
 template <int D>
 inline constexpr auto simplex_rule = [] {
     if constexpr (D == 2) {
@@ -365,21 +357,20 @@ inline constexpr auto simplex_rule = [] {
 
 }  // namespace camber
 
-/// The error of interpolating a function on eight curved elements at once, and how it answers to their edges' nodes.
+/// Interpolation error on eight curved elements, with derivatives.
 namespace camber {
 
-/// Eight elements: their chords, and where their edges' nodes are off the middles of these, in the frame in which the
-/// function is known and now.
+/// Eight elements with node offsets in the frame and now.
 template <int D>
 struct ElementPacks {
-    std::array<PackVec<D>, D> axes;  ///< axes[a]: vertex a + 1 less vertex 0
+    std::array<PackVec<D>, D> axes;  ///< vertex a + 1 less vertex 0
     std::array<PackVec<D>, edges_per_simplex<D>> frame_offsets, offsets;
 };
 template <int D>
 using LatticePacks = std::array<Pack, lattice_size<D>>;
 
-/// The sum of squares Σ r² = ∫ w² (u − u_h)² of an element, over a rule in the frame's volume, about the nodes as they
-/// are: with d the changes of its edges' offsets, node by node, |r + R d|² = error + 2 slope·d + d·curvature·d.
+/// Σ r² = ∫ w² (u − u_h)² of an element by a rule in the frame's volume. With d the changes of edge offsets, |r + R d|²
+/// = error + 2 slope·d + d·curvature·d.
 template <int D>
 struct ErrorPacks {
     static constexpr int unknowns = D * edges_per_simplex<D>;
@@ -391,30 +382,28 @@ struct ErrorPacks {
     std::array<Pack, entries> curvature{};
 };
 
-/// Adds those of a field with its weight.
 template <int D>
 void add_error(const ElementPacks<D>& elements, const LatticePacks<D>& field, double weight, Instructions set,
                ErrorPacks<D>& sum);
 
-/// Returns the squared expected error with the nodes of the mesh in which the solution is known, Σ weight² ‖u − u_h‖²,
-/// by a rule of degree 11. Errors: stopped.
+/// Squared expected error by a rule of degree 11; `mesh` is that of the solution. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<double> squared_error(const QuadraticMesh<D>& mesh, const KnownSolution<D>& solution,
                                             const Execution& execution);
 
-/// The expected error of a solution about the nodes as they are, and its least squares for changes of them.
+/// Expected error about the present nodes, with its least-squares system.
 template <int D>
 class ErrorSystem {
   public:
     ErrorSystem(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds, const Incidence<ElementId>& shells,
                 const KnownSolution<D>& solution, double stiffness);
 
-    /// About these offsets from the middles of chords; those of `home` are held to. The sum of squares.
+    /// Sets the offsets from chord middles; stiffness pulls towards `home`. Returns the sum.
     [[nodiscard]] Outcome<double> begin(std::span<const Vec<D>> offsets, std::span<const Vec<D>> home,
                                         const Execution& execution);
-    /// The squared error of each element about the offsets of `begin`.
+    /// Squared error of each element at these offsets.
     [[nodiscard]] std::span<const double> errors() const { return errors_; }
-    /// The changes of the offsets for which the sum is about least, by conjugate gradients.
+    /// Approximate least-squares changes, by conjugate gradients.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> solved(int iterations, const Execution& execution);
 
   private:
@@ -427,7 +416,7 @@ class ErrorSystem {
     void begin_pack(std::size_t pack, std::span<const Vec<D>> offsets);
     void stiffen(std::size_t pack, std::span<const Vec<D>> offsets, std::span<const Vec<D>> home, double least);
     void multiply(std::size_t pack, std::span<const Vec<D>> x);
-    /// Σ over the elements around the edge of their part of a vector.
+    /// Sum over the elements around the edge.
     [[nodiscard]] Vec<D> gathered(std::size_t edge, std::span<const double> parts) const;
     [[nodiscard]] Sym<D> preconditioner(std::size_t edge) const;
     [[nodiscard]] bool is_free(std::size_t edge) const;

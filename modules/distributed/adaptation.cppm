@@ -1,4 +1,4 @@
-// Remeshing by blocks: rows of a mesh that changes, cutting, joining, finished rows.
+// Remeshing by blocks: rows of an adapted mesh, cutting, joining, output rows.
 module;
 #include <algorithm>
 #include <array>
@@ -20,15 +20,15 @@ import camber.adapt;
 import :parts;
 import :ranks;
 
-/// A mesh that is brought to a metric as plain rows, the whole or a part: what is cut, moved between ranks and joined.
+/// A mesh under adaptation as plain rows, which are cut, moved between ranks and joined.
 export namespace camber {
 
-/// All that is known of a vertex. `number` is its own in the whole: none of one that is new, or is this part's alone
-/// (but for frozen ones, on which there may be something that is of no part).
+/// `number`: in the whole mesh; invalid for new vertices and those of one part only, except frozen ones, which
+/// simplices outside all parts may share.
 template <int D>
 struct AdaptedVertex {
     VertexId number;
-    VertexId origin;  ///< of one that directions or associations are given at: its number when all began
+    VertexId origin;  ///< initial number, if the vertex has directions or associations
     Vec<D> point;
     Reference reference = 0;
     VertexState state;
@@ -37,17 +37,15 @@ struct AdaptedVertex {
     GeometryPlace place;
 };
 
-/// A K-simplex by rows of vertices.
 template <int K>
 struct AdaptedSimplex {
     SimplexVertices<K> vertices;
     Reference reference = 0, entity = 0;
     Marks marks;
-    std::uint8_t sides = 0;  ///< of a facet: on how many of its sides there are elements, in the whole
+    std::uint8_t sides = 0;  ///< facets: sides with elements in the whole mesh
 };
 
-/// Facets between two parts are in both, marked frozen; lines (3D) in each part that has an element there; vertices
-/// likewise.
+/// Facets between two parts are in both, marked frozen; lines (3D) and vertices are in each part with an element there.
 template <int D>
 struct AdaptationRows {
     Buffer<AdaptedVertex<D>> vertices;
@@ -55,54 +53,51 @@ struct AdaptationRows {
     Buffer<AdaptedSimplex<D - 1>> facets;
     Buffer<AdaptedSimplex<1>> lines;
 
-    /// f(rows) of each kind.
     static void each_kind(auto& all, auto&& f) { f(all.vertices), f(all.elements), f(all.facets), f(all.lines); }
 };
 
-/// The rows of a whole mesh of degree 1, in its order; vertices are numbered by it. Errors: memory.
+/// Rows of a whole linear mesh, with vertex numbers. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> rows_of(const Adaptation<D>& whole);
 
-/// A part between cutting and joining.
 template <int D>
 struct AdaptedPart {
     Adaptation<D> state;
-    Column<std::uint8_t> on_rim;  ///< of each vertex that the rows had
-    std::size_t rim_lines = 0;    ///< behind those of the rows, for the time being
+    Column<std::uint8_t> on_rim;  ///< initial vertices only
+    std::size_t rim_lines = 0;    ///< temporary, after those of the rows
 };
 
-/// The rows as a mesh to change, of which the rim stays (see make_dynamic_part). Errors: those of make_dynamic_part.
+/// Makes a mutable mesh with a fixed rim. Errors: those of make_dynamic_part.
 template <int D>
 [[nodiscard]] Outcome<AdaptedPart<D>> assembled(const AdaptationRows<D>& rows, const Execution& execution);
 
-/// The rows of a part that was changed; `before`: those that it was made of, as which its rim is still. Errors: memory.
+/// `before`: initial rows, which still describe the rim. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const AdaptationRows<D>& before);
 
-/// How many elements each is to become, in parts of 256 that add up in any order to the same.
+/// Expected number of elements from each element, in units of 1/256: exact sums in any order.
 struct ElementWeights {
     static constexpr std::uint64_t one = 256;
-    Buffer<std::uint64_t> weights;  ///< one an element, at least `one`
+    Buffer<std::uint64_t> weights;  ///< per element, at least `one`
     std::uint64_t sum = 0;
 
     [[nodiscard]] double elements() const { return static_cast<double>(sum) / static_cast<double>(one); }
 };
 
-/// By the volume of each element in the metric over that of a unit simplex, with all sizes `coarser` times as large;
-/// elements that are to become fewer count as they are. Errors: stopped, memory.
+/// Metric volume of each element relative to a unit simplex, with sizes multiplied by `coarser`; at least one. Errors:
+/// stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<ElementWeights> expected_elements(const AdaptationRows<D>& rows, double coarser,
                                                         const Execution& execution);
 
-/// A mesh that is brought to a metric between two turns, shared among ranks. Each element, facet and line is on one of
-/// them; what follows in its order goes over the ranks one after the other, as do the numbers of vertices.
+/// A mesh shared among ranks between block iterations. Each element, facet and line is on one rank. Rows and vertex
+/// numbers continue from rank to rank.
 template <int D>
 struct SharedRows {
-    AdaptationRows<D> rows;                   ///< vertices: this rank's in their order, then others that simplices name
-    Buffer<std::uint8_t> on_rim;              ///< of each vertex: whether other ranks may name it
-    std::vector<std::size_t> first_vertices;  ///< the first number of each rank's vertices; then how many there are
-    AdaptationRows<D>
-        aside;  ///< of the last rank: what is of no element, which stays; without number: of the rest none
+    AdaptationRows<D> rows;                   ///< vertices: own ones, then others in simplices
+    Buffer<std::uint8_t> on_rim;              ///< vertices that other ranks may use
+    std::vector<std::size_t> first_vertices;  ///< first vertex of each rank, and the total
+    AdaptationRows<D> aside;  ///< last rank: fixed entities without elements; vertices shared with `rows` have numbers
 
     [[nodiscard]] std::size_t vertices() const { return first_vertices.back(); }
     [[nodiscard]] std::size_t own_vertices(const Ranks& ranks) const {
@@ -110,25 +105,24 @@ struct SharedRows {
     }
 };
 
-/// Which rank has a number, of those of which each begins with one of `firsts`; the last of these is the end.
+/// `firsts`: first number of each rank, and the total.
 [[nodiscard]] inline std::size_t rank_with(const std::vector<std::size_t>& firsts, std::size_t number) {
     return static_cast<std::size_t>(std::ranges::upper_bound(firsts, number) - firsts.begin()) - 1;
 }
 
-/// This rank's share of a mesh that all have as a whole: runs of its rows. Errors: memory.
+/// This rank's share of a mesh that all ranks have. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<SharedRows<D>> share_of(const AdaptationRows<D>& whole, const Ranks& ranks);
 
-/// What is this rank's alone, simplices by the numbers of their vertices; of the last rank what is of no element, too.
+/// Own rows, with simplices by vertex numbers; last rank: also rows without elements.
 template <int D>
 [[nodiscard]] AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks);
 
-/// The whole mesh on all ranks. Errors: of any rank.
+/// The whole mesh on all ranks.
 template <int D>
 [[nodiscard]] Outcome<AdaptationRows<D>> gathered(SharedRows<D> shared, Ranks& ranks);
 
-/// A number of each rank added up, and where this rank's begins if they are counted on from rank to rank. Errors: of
-/// any rank.
+/// Sum over all ranks, and over lower ranks.
 struct Counted {
     std::size_t all = 0, before = 0;
 };
@@ -140,16 +134,15 @@ namespace camber {
 
 using PartNumber = std::uint32_t;
 
-/// A simplex on its way into a part.
 template <int K>
 struct SentSimplex {
-    std::uint64_t number = 0;  ///< in the order of the whole
+    std::uint64_t number = 0;  ///< row in the whole mesh
     PartNumber part = 0;
     AdaptedSimplex<K> simplex;
 };
 
-/// What goes from a rank to another when a mesh is cut: simplices by rows of `vertices`, those of `by_number` by the
-/// numbers of their vertices, which go along with the elements of others. The latter may be of the part or not.
+/// Rows for another rank when a mesh is cut, with vertices as rows of `vertices`. In `…_by_number`, vertices are
+/// numbers; elements of other ranks bring them, and the part may not use the simplex.
 template <int D>
 struct SentRows {
     Buffer<AdaptedVertex<D>> vertices;
@@ -159,21 +152,20 @@ struct SentRows {
     Buffer<SentSimplex<D - 1>> facets_by_number;
     Buffer<SentSimplex<1>> lines_by_number;
 
-    /// f(rows) of each kind.
     static void each_kind(auto& all, auto&& f) {
         f(all.vertices), f(all.elements), f(all.facets), f(all.lines);
         f(all.facets_by_number), f(all.lines_by_number);
     }
 };
 
-/// Parts [first, last) made of what all ranks sent: vertices follow the curve in `grid`, elements that of their first
-/// vertices, facets and lines the whole. Errors: stopped, memory.
+/// Makes parts [first, last) from the rows of all ranks: vertices in Morton order in `grid`, elements in the order of
+/// their first vertices, others in whole-mesh order. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<std::vector<AdaptationRows<D>>> parts_of_sent(std::vector<SentRows<D>> sent,
                                                                     const PointBox<D>& grid, PartNumber first,
                                                                     PartNumber last, const Execution& execution);
 
-/// The elements around each vertex. Errors: stopped, memory.
+/// Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Incidence<ElementId>> elements_around(const AdaptationRows<D>& rows, const Execution& execution);
 
@@ -181,27 +173,26 @@ template <int D>
 
 export namespace camber {
 
-/// A mesh cut into parts, of which each rank has a run.
+/// A mesh cut into parts, consecutive on each rank.
 template <int D>
 struct CutMesh {
-    std::vector<AdaptationRows<D>> parts;     ///< this rank's
-    AdaptationRows<D> aside;                  ///< of the last rank: what is of no element, which is nobody's work
-    std::vector<std::size_t> first_vertices;  ///< of the mesh that was cut (SharedRows)
+    std::vector<AdaptationRows<D>> parts;
+    AdaptationRows<D> aside;                  ///< last rank: entities without elements
+    std::vector<std::size_t> first_vertices;  ///< before the cut (SharedRows)
 };
 
-/// Into parts that are to become about `elements` each, by their weights: runs of the elements along the Morton curve
-/// of their first vertices there, in a grid that begins `shift` of the mesh's extent before it. Vertices of a part
-/// follow that curve, too. Two grids whose shifts differ by thirds (2D) or fifths (3D) have no wall in common (T. M.
-/// Chan, 1998), which two runs of one curve would: however far they are shifted along it, both end at the first plane
-/// that halves the mesh. Facets are frozen where they are between two parts. All ranks call it, with their shares: the
-/// parts, in their order over the ranks, are the same whoever has what. Errors: stopped, memory; of any rank.
+/// Cuts a mesh into parts of about `elements` expected elements: runs in Morton order of their first vertices. Vertices
+/// of a part are in Morton order. The grid starts `shift` times the mesh extent before the mesh. Grids with shifts that
+/// differ by thirds (2D) or fifths (3D) have no common cell walls (T. M. Chan, 1998); offsets along one curve would
+/// share the first plane that halves the mesh. Facets between parts are frozen. Parts do not depend on the distribution
+/// of the mesh. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CutMesh<D>> cut_into_parts(SharedRows<D> shared, const ElementWeights& weights,
                                                  std::size_t elements, double shift, Ranks& ranks,
                                                  const Execution& execution);
 
-/// The whole again: vertices, elements, facets and lines of one part after the other, each in the first that has it,
-/// and on its rank; new numbers are counted on from part to part. Errors: memory, of any rank.
+/// Joins the rows part by part, each in the first part that has it and on its rank. New vertex numbers continue from
+/// part to part. Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<SharedRows<D>> joined(CutMesh<D> cut, Ranks& ranks);
 
@@ -209,8 +200,7 @@ template <int D>
 
 namespace camber {
 
-/// Of simplices that several ranks may have, by the rising numbers of their vertices: whether this is the first of
-/// them.
+/// For each simplex: 1 if this is the first rank that has it. `simplices`: ascending vertex numbers.
 template <std::size_t N>
 [[nodiscard]] Outcome<std::vector<std::uint8_t>> are_first(const std::vector<std::array<VertexId, N>>& simplices,
                                                            const std::vector<std::size_t>& first_vertices,
@@ -238,7 +228,7 @@ template <std::size_t N>
 
 export namespace camber {
 
-/// What a mesh had of its maker, beside its rows: at vertices, by their numbers when all began.
+/// Initial geometry and groups, by initial vertex numbers.
 template <int D>
 struct GivenOfMesh {
     std::size_t vertices = 0;
@@ -246,19 +236,18 @@ struct GivenOfMesh {
     Column<Group> groups;
 };
 
-/// A mesh that was remeshed, shared among ranks, as the rows of its file: as `finished` has them of a mesh as a whole.
+/// File rows of a remeshed mesh, shared among ranks; equal to `finished` for a whole mesh.
 template <int D>
 struct FinishedRows {
-    FilePart<D, 1> part;  ///< this rank's rows
+    FilePart<D, 1> part;
     PartTotals totals;
-    LinearMesh<D> lists;  ///< what is said beside the rows: on all ranks
+    LinearMesh<D> lists;  ///< on all ranks
 };
-/// Errors: memory, of any rank.
+/// Errors: memory.
 template <int D>
 [[nodiscard]] Outcome<FinishedRows<D>> finished_rows(SharedRows<D> shared, const GivenOfMesh<D>& given, Ranks& ranks);
 
-/// Of a shared mesh the lengths of edges in the metric, each on one rank, and the qualities of elements there. Errors:
-/// memory, stopped, of any rank.
+/// Metric edge lengths, each on one rank, and qualities of own elements. Errors: memory, stopped.
 struct MeasuredRows {
     std::vector<double> lengths, qualities;
 };
@@ -266,8 +255,8 @@ template <int D>
 [[nodiscard]] Outcome<MeasuredRows> measured_rows(const SharedRows<D>& shared, Ranks& ranks,
                                                   const Execution& execution);
 
-/// A mesh that is brought to a metric block by block: each by itself while its rim stays, then cut anew elsewhere.
-/// Ranks share the work and the mesh, each some of its blocks; its field and its geometry are on all of them.
+/// Remeshing of blocks with fixed rims, repeated with other blocks. Ranks share the blocks; the field and the geometry
+/// are on all.
 struct RemeshBlocksOptions {
     int blocks = 0;
 
@@ -282,50 +271,48 @@ struct RemeshBlocksOptions {
     friend bool operator==(const RemeshBlocksOptions&, const RemeshBlocksOptions&) = default;
 };
 
-/// What the blocks of one cut go through.
+/// An iteration of cut, remesh and join.
 struct BlockTurn {
-    double shift = 0;  ///< of the grid, see cut_into_parts
-    int rounds = 1;    ///< at most, of collapse, split, swap and smooth; then mend
-    /// Whether even its last round leaves edges that a later one will see to (ToMetricOptions::early_collapse_longest,
-    /// early_split_longest, early_split_shortest).
+    double shift = 0;  ///< see cut_into_parts
+    int rounds = 1;    ///< maximum rounds of collapse, split, swap and smooth; then mend
+    /// `loose`: all rounds use the limits ToMetricOptions::early_collapse_longest, early_split_longest and
+    /// early_split_shortest.
     enum class Lengths : std::uint8_t { loose, strict } lengths = Lengths::strict;
-    double coarser = 1;  ///< all sizes that splits mind are so many times those of the metric
+    double coarser = 1;  ///< factor on all sizes for splits
 };
 
-/// In each of the later turns what was a rim before is inside.
+/// The rims of one iteration are inside the blocks of the next.
 template <int D>
 [[nodiscard]] std::vector<BlockTurn> block_turns(const ToMetricOptions& options);
 
-/// How: in blocks that are to become of about so many elements each, by these ranks.
+/// `elements`: expected elements per block.
 struct InBlocks {
     std::size_t elements = 0;
     Ranks& ranks;
 };
 
-/// A mesh that turns bring to a metric, shared by the ranks.
+/// A shared mesh between block iterations.
 template <int D>
 struct BroughtRows {
     SharedRows<D> shared;
     GivenOfMesh<D> given = {};
-    ToMetricStatistics statistics = {};  ///< of the turns so far, without `after`
+    ToMetricStatistics statistics = {};  ///< so far, without `after`
 };
 
-/// One turn: the mesh cut, its blocks brought to the metric, and joined. Adds to the statistics of passes and rounds.
-/// Errors: those of bring_to_metric, of any rank.
+/// Adds to the statistics of passes and rounds. Errors: those of bring_to_metric.
 template <int D>
 [[nodiscard]] Outcome<BroughtRows<D>> turn_by_blocks(BroughtRows<D> rows, const AdaptationGoal<D>& goal,
                                                      const ToMetricOptions& options, const InBlocks& by,
                                                      const BlockTurn& turn, const Around& around);
 
-/// A mesh of degree 1, the same on all ranks, brought to a metric in these turns, and still shared: the result depends
-/// on the mesh and the size of the blocks, and on nothing else. Errors: those of bring_to_metric; degree 2 and surfaces
-/// alone (unsupported).
+/// Remeshes a linear mesh that all ranks have, with a shared result that depends only on the mesh and the block size.
+/// Errors: those of bring_to_metric; degree 2 and surface meshes (unsupported).
 template <int D>
 [[nodiscard]] Outcome<BroughtRows<D>> bring_rows_to_metric(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                            const ToMetricOptions& options, const InBlocks& by,
                                                            const std::vector<BlockTurn>& turns, const Around& around);
 
-/// The same as a whole, on all ranks.
+/// The same, with the whole result on all ranks.
 template <int D>
 [[nodiscard]] Outcome<BroughtToMetric<D>> bring_to_metric_by_blocks(Adaptation<D> state, const AdaptationGoal<D>& goal,
                                                                     const ToMetricOptions& options, const InBlocks& by,

@@ -1,4 +1,4 @@
-// A mesh that changes as plain rows, the whole, a part, or shared among ranks.
+// An adapted mesh as plain rows: whole, in parts, or shared among ranks.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// What a mesh that changes holds, but for free places; `row(v)` is a vertex's.
+/// Extracts rows without free slots. `row(v)`: row of a vertex.
 template <int D>
 class Rows {
   public:
@@ -43,7 +43,7 @@ class Rows {
             out.facets[row++].sides = static_cast<std::uint8_t>(valid);
         }
     }
-    /// Without lines [first, last).
+    /// Skips lines [first, last).
     void lines(AdaptationRows<D>& out, std::size_t first, std::size_t last) const {
         const DynamicMesh<D>& mesh = r_.mesh;
         for (std::size_t l = 0; l < mesh.lines.size(); ++l) {
@@ -79,7 +79,7 @@ class Rows {
     }
 
     const Adaptation<D>& r_;
-    Buffer<VertexId> ids_;  ///< the row of each vertex
+    Buffer<VertexId> ids_;
 };
 
 template <int D>
@@ -199,7 +199,7 @@ Outcome<AdaptationRows<D>> rows_of_part(const AdaptedPart<D>& part, const Adapta
         rows.elements(out);
         rows.facets(out);
         rows.lines(out, before.lines.size(), before.lines.size() + part.rim_lines);
-        // What is between two parts is as it was, and where it was.
+        // Facets between two parts are unchanged and keep their rows.
         for (std::size_t f = 0, row = 0; f < before.facets.size(); ++f) {
             if (part.state.mesh.is_free(FacetId(f))) continue;
             if (before.facets[f].marks.has(Mark::frozen)) {
@@ -219,7 +219,7 @@ bool is_frozen(const AdaptationRows<D>& rows, VertexId v) {
     return rows.vertices[v.index()].state.marks.has(Mark::frozen);
 }
 
-/// Lines on no element: their ends are frozen.
+/// Lines without elements; their ends are frozen.
 template <int D>
 std::set<std::array<VertexId, 2>> loose_lines(const AdaptationRows<D>& whole) {
     std::set<std::array<VertexId, 2>> loose;
@@ -235,7 +235,7 @@ std::set<std::array<VertexId, 2>> loose_lines(const AdaptationRows<D>& whole) {
     return loose;
 }
 
-/// A mesh as a whole in two: what is of elements, and the rest.
+/// Separates entities with and without elements.
 template <int D>
 class Sharing {
   public:
@@ -330,12 +330,12 @@ class Sharing {
     const AdaptationRows<D>& whole_;
     const Ranks& ranks_;
     std::set<std::array<VertexId, 2>> loose_;
-    Buffer<VertexId> number_;  ///< of each vertex; none: it is of no element
-    Buffer<VertexId> of_;      ///< the vertex of each number
-    Buffer<VertexId> ids_;     ///< of each vertex, among those that are put
+    Buffer<VertexId> number_;  ///< invalid without elements
+    Buffer<VertexId> of_;
+    Buffer<VertexId> ids_;  ///< output row of each vertex
 };
 
-/// Simplices by the numbers of their vertices.
+/// Replaces vertex rows by vertex numbers.
 template <int D>
 void name_by_numbers(AdaptationRows<D>& rows) {
     const auto rename = [&](auto& simplices) {
@@ -373,7 +373,7 @@ AdaptationRows<D> numbered_rows(SharedRows<D> shared, const Ranks& ranks) {
     shared.rows.vertices.resize(shared.own_vertices(ranks));
     std::size_t next = shared.vertices();
     for (AdaptedVertex<D>& v : shared.aside.vertices)
-        if (!v.number.valid()) {  // only the last rank has any
+        if (!v.number.valid()) {  // only on the last rank
             v.number = VertexId(next++);
             shared.rows.vertices.push_back(v);
         }

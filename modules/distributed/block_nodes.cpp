@@ -1,4 +1,4 @@
-// The metric field of blocks, and the nodes of their edges.
+// Metric field of blocks, and nodes of their edges.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -57,7 +57,6 @@ Buffer<LagrangeNode<D>> starting_at(const PartState<D>& state, const WholeSurfac
     return base;
 }
 
-/// The field on a part of the mesh, of which some of its vertices and edges are.
 template <int D>
 Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, Buffer<LagrangeNode<D>> back_nodes,
                               const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept, const Execution& execution) {
@@ -77,7 +76,6 @@ Outcome<BackMesh<D>> field_of(const PartState<D>& state, KeptGradients kept, con
                     state.log_metrics, kept, execution);
 }
 
-/// The metric at the vertices, and the nodes of the mesh that it is read in.
 template <int D>
 Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_part(part_of(execution, 0, 0.6), [&](PartState<D>& state, RingedPart<D>& part) {
@@ -96,7 +94,7 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
             auto nodes =
                 noticeable_nodes<D>(state.mesh, state.extended.all(state.mesh), logs, without_progress(execution));
             if (!nodes) return fail(nodes.error());
-            // Searches begin where the back mesh has their edges; nodes for accuracy follow walls that hardly sag, too.
+            // Searches start at the back mesh's nodes. Nodes for accuracy also follow walls with small sag.
             if (run.by->edges.aim != CurvingAim::accuracy)
                 state.base = starting_at(state, run.by->surface, MovedNodes<D>(state.mesh, *nodes));
             back_nodes.push_back(std::move(*nodes));
@@ -118,7 +116,6 @@ Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution) {
 
 namespace {
 
-/// Each edge by itself.
 template <int D>
 Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_part(execution, [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {
@@ -142,7 +139,7 @@ Outcome<Done> search_all(BlockRun<D>& run, const Execution& execution) {
     return bring_all<LagrangeNode<D>>(run.edges, run.ranks, columns_of(run.states, &PartState<D>::nodes));
 }
 
-/// What smooth functions and elements do not bear is taken back.
+/// Limits offsets by smooth loss and by the Jacobian.
 template <int D>
 Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* rows, double bound,
                             const Execution& execution) {
@@ -165,7 +162,7 @@ Outcome<Done> limit_offsets(BlockRun<D>& run, Buffer<Vec<D>> PartState<D>::* row
     return Done{};
 }
 
-/// As slid_input of camber.recipes.
+/// See slid_input of camber.recipes.
 template <int D>
 Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;
@@ -199,7 +196,7 @@ Outcome<Done> slide_nodes(BlockRun<D>& run, const Execution& execution) {
     return Done{};
 }
 
-/// Nodes where base and offsets have them; what was found is counted.
+/// Adds offsets to base nodes, and counts curved edges.
 template <int D>
 void place_nodes(BlockRun<D>& run, PartState<D>& state) {
     state.nodes = std::move(state.base);
@@ -214,7 +211,7 @@ void place_nodes(BlockRun<D>& run, PartState<D>& state) {
     state.offsets = {};
 }
 
-/// Offsets of all, as smooth functions and their elements bear them: first slides in planes, then the volume's.
+/// Limited offsets: slides in planes, then volume edges.
 template <int D>
 Outcome<Done> curve_accurately(BlockRun<D>& run, const Execution& execution) {
     auto done = run.each_part(part_of(execution, 0, 0.6), [&](PartState<D>& state, RingedPart<D>&) -> Outcome<Done> {

@@ -1,4 +1,4 @@
-// Curving by blocks: goals, the state of a run, regions, the whole surface, curved parts as rows of a file.
+// Curving by blocks: goals, state of a run, regions, the whole surface, curved parts as file rows.
 module;
 #include <algorithm>
 #include <array>
@@ -29,7 +29,7 @@ import :ranks;
 
 namespace camber {
 
-/// The middle of a chord; a straight mesh need not keep them.
+/// Midpoint of the chord, which a straight mesh need not store.
 template <int D>
 [[nodiscard]] LagrangeNode<D> straight_node(const QuadraticMesh<D>& mesh, EdgeId e) {
     const auto& [a, b] = mesh.edges.vertices[e];
@@ -42,11 +42,11 @@ template <int D>
     return nodes;
 }
 
-/// Nodes of a mesh's edges of which most are in the middles of their chords: the others.
+/// Edge nodes, stored only where they differ from the chord midpoint.
 template <int D>
 class MovedNodes {
   public:
-    MovedNodes() = default;  ///< none are known
+    MovedNodes() = default;  ///< unknown nodes
     MovedNodes(const QuadraticMesh<D>& mesh, const Buffer<LagrangeNode<D>>& nodes) : is_known_(true) {
         for (std::size_t e = 0; e < nodes.size(); ++e)
             if (nodes[e] != straight_node(mesh, EdgeId(e))) edges_.emplace_back(e), nodes_.push_back(nodes[e]);
@@ -60,7 +60,7 @@ class MovedNodes {
         return found != edges_.end() && *found == e ? nodes_[static_cast<std::size_t>(found - edges_.begin())]
                                                     : straight_node(mesh, e);
     }
-    /// One an edge.
+    /// One per edge.
     [[nodiscard]] Buffer<LagrangeNode<D>> all(const QuadraticMesh<D>& mesh) const {
         Buffer<LagrangeNode<D>> nodes = straight_nodes(mesh);
         for (std::size_t i = 0; i < edges_.size(); ++i) nodes[edges_[i].index()] = nodes_[i];
@@ -74,12 +74,11 @@ class MovedNodes {
 
   private:
     bool is_known_ = false;
-    Buffer<EdgeId> edges_;  ///< rising
+    Buffer<EdgeId> edges_;  ///< ascending
     Buffer<LagrangeNode<D>> nodes_;
 };
 
-/// What is known of a part between two steps: rows of its vertices and unique edges, those in its rings as their
-/// owners have them.
+/// State of a part between two steps. Rows in the rings are copies from owners.
 template <int D>
 struct PartState {
     QuadraticMesh<D> mesh;  ///< straight, without nodes
@@ -87,17 +86,17 @@ struct PartState {
     OwnVertices owned;
     EdgeId first_edge, last_edge;
     Column<EdgeKind> kinds;
-    Column<EdgeKind> kinds_that_follow;  ///< see kinds_that_follow; empty: the same
-    Column<EdgeId> on_surface;           ///< the edge of the whole surface that each is; invalid: of the volume
-    Buffer<LagrangeNode<D>> base;        ///< where nodes start, while that is of use
-    MovedNodes<D> extended;              ///< not known: nothing is displaced
-    Buffer<LogMetric<D>> log_metrics;    ///< none: a field with a mesh of its own
-    MovedNodes<D> back_nodes;            ///< of the field's mesh; not known: straight
-    Buffer<Vec<D>> slides, offsets;      ///< none: nothing moves
+    Column<EdgeKind> kinds_that_follow;  ///< empty: `kinds`
+    Column<EdgeId> on_surface;           ///< edge of the whole surface, or invalid
+    Buffer<LagrangeNode<D>> base;        ///< initial nodes, while needed
+    MovedNodes<D> extended;              ///< unknown: no displacement
+    Buffer<LogMetric<D>> log_metrics;    ///< empty: the field has its own mesh
+    MovedNodes<D> back_nodes;            ///< of the field's mesh; unknown: straight
+    Buffer<Vec<D>> slides, offsets;      ///< empty: no movement
     Buffer<LagrangeNode<D>> nodes;
 
     [[nodiscard]] bool owns(EdgeId e) const { return e >= first_edge && e < last_edge; }
-    /// Kinds by which only its own edges of the volume are looked for.
+    /// Edge kinds, with `fixed` for edges of other parts.
     [[nodiscard]] Column<EdgeKind> own_kinds() const {
         Buffer<EdgeKind> own(kinds.begin(), kinds.end());
         for (std::size_t e = 0; e < own.size(); ++e)
@@ -106,7 +105,7 @@ struct PartState {
     }
 };
 
-/// visit(array) of all that grow with the part.
+/// Visits the arrays whose size depends on the part.
 template <int D>
 void each_array(PartState<D>& state, const auto& visit) {
     visit(state.mesh.edges.vertices);
@@ -127,7 +126,6 @@ void each_array(PartState<D>& state, const auto& visit) {
     visit(state.nodes);
 }
 
-/// A column of each state, to be brought.
 template <int D, class T>
 [[nodiscard]] std::vector<std::span<T>> columns_of(std::vector<PartState<D>>& states, Buffer<T> PartState<D>::* of) {
     std::vector<std::span<T>> columns;
@@ -135,19 +133,19 @@ template <int D, class T>
     return columns;
 }
 
-/// Some elements of a mesh in blocks with all within some rings around them, on one rank.
+/// Elements and rings around them, on one rank.
 template <int D>
 struct Region {
-    QuadraticMesh<D> mesh;  ///< without facets; nodes as the parts have them
+    QuadraticMesh<D> mesh;  ///< without facets
     std::vector<GlobalNumber> vertices, elements;
-    Buffer<std::uint8_t> outer;  ///< vertices not all of whose elements are here
+    Buffer<std::uint8_t> outer;  ///< 1: has elements outside the region
     Buffer<LogMetric<D>> log_metrics;
     Column<EdgeKind> kinds;
-    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty where the parts have none
+    Buffer<LagrangeNode<D>> extended, back_nodes;  ///< empty if parts have none
 };
 
-/// Around these elements, of all ranks: regions that have no vertex in common, each on the rank that has the lowest of
-/// its elements among these. Which regions there are does not depend on the ranks. Errors: of any rank.
+/// Regions around elements of all ranks, without common vertices, each on the rank of the lowest of its `elements`.
+/// They do not depend on the number of ranks.
 template <int D>
 [[nodiscard]] Outcome<std::vector<Region<D>>> regions_around(const RingedParts<D>& parts,
                                                              const std::vector<PartState<D>>& states,
@@ -158,19 +156,15 @@ template <int D>
 
 export namespace camber {
 
-/// What blocks are curved by.
 template <int D>
 struct BlocksGoal {
-    /// The features and the shape of the boundary, which is given as a mesh without elements. Null: smooth surfaces
-    /// through its vertices.
+    /// Boundary features and geometry, from a mesh without elements. Null: smooth surfaces through its vertices.
     std::function<Outcome<Boundary<D>>(const LinearMesh<D>&, const EdgeSet<D>&, const Execution&)> boundary = {};
-    /// The metric at the vertices of a part, of which the numbers in the whole mesh are given too. Null: the mesh's
-    /// own.
+    /// Metric at vertices of a part, with their global numbers. Null: metric of the mesh.
     std::function<Outcome<Column<LogMetric<D>>>(const LinearMesh<D>&, std::span<const GlobalNumber>, const Execution&)>
         metric = {};
 };
 
-/// By blocks of how many elements a mesh is curved, as a stage's options say it.
 struct CurveByBlocks {
     int blocks = 0;
     double memory = 0;
@@ -196,53 +190,53 @@ struct CurveByBlocks {
 struct CurveBlocksOptions {
     BlockOptions blocks = {};
     CurveMeshOptions curving = {};
-    BoundaryTolerance tolerance = {};  ///< of the boundary's deviation from its geometry
+    BoundaryTolerance tolerance = {};
 };
 
-/// Verdicts of a mesh in blocks, of all ranks.
+/// Verdicts of all ranks.
 struct BlocksValidation {
-    std::size_t invalid = 0, undecided = 0;  ///< elements without a certificate of det J > 0
-    std::size_t below_bound = 0;             ///< other elements that do not reach the bound
-    double smallest = 1;                     ///< smallest scaled Jacobian
-    GlobalNumber worst = 0;                  ///< the element that has it, if there are elements
+    std::size_t invalid = 0, undecided = 0;  ///< no certificate of det J > 0
+    std::size_t below_bound = 0;             ///< other elements below the bound
+    double smallest = 1;                     ///< scaled Jacobian
+    GlobalNumber worst = 0;                  ///< element with the smallest
 
     [[nodiscard]] std::size_t not_valid() const { return invalid + undecided + below_bound; }
 };
 
-/// A part that was curved: nodes of its unique edges, those in its rings as their owners have them.
+/// Nodes in the rings are copies from owners.
 template <int D>
 struct CurvedPart {
     QuadraticMesh<D> mesh;
-    EdgeId first_edge, last_edge;  ///< its own are [first_edge, last_edge)
+    EdgeId first_edge, last_edge;  ///< own edges: [first_edge, last_edge)
 };
 
-/// Walls of a mesh in blocks that cross in the end; facets as the whole mesh numbers them.
+/// Crossing walls at the end; global facet numbers.
 template <int D>
 struct WallsOfBlocks {
     Crossings crossings;
-    std::size_t crossing_before = 0;       ///< pairs of the straight mesh that cross, where any cross in the end
-    std::array<Box<D>, 2> first_crossing;  ///< boxes of the first pair that crosses, where there is one
-    MovedBack<D> moved;                    ///< nodes that were moved back until no walls crossed
+    std::size_t crossing_before = 0;       ///< crossing pairs of the straight mesh, if any remain
+    std::array<Box<D>, 2> first_crossing;  ///< of the first crossing pair, if any
+    MovedBack<D> moved;                    ///< moved back to uncross walls
 };
 
-/// Deviation of the whole boundary from its geometry in the end, and its worst entities as the whole mesh has them.
+/// Final deviation of the whole boundary from its geometry, with global numbers.
 template <int D>
 struct DeviationOfBlocks {
-    BoundaryDeviation found;             ///< the ids are those of a mesh of the boundary alone
-    std::array<GlobalNumber, 2> edge{};  ///< ends of the edge with the worst node, where there is one
-    Vec<D> node{};                       ///< that node
-    GlobalNumber vertex = 0;             ///< the worst vertex, where there is one
-    Vec<D> point{};                      ///< its position
+    BoundaryDeviation found;             ///< ids of the boundary mesh
+    std::array<GlobalNumber, 2> edge{};  ///< ends of the worst edge, if any
+    Vec<D> node{};
+    GlobalNumber vertex = 0;  ///< worst vertex, if any
+    Vec<D> point{};
 };
 
-/// What a rank has of a curved mesh in blocks, and what all have found.
+/// Own curved parts, and results of all ranks.
 template <int D>
 struct CurvedBlocks {
     RingedParts<D> parts;
-    std::vector<CurvedPart<D>> curved;      ///< one a part of this rank
-    std::vector<GlobalNumber> first_edges;  ///< of each part of all; then the number of edges
-    RowCounts counts;                       ///< of the mesh
-    CurveStatistics statistics;             ///< of all ranks
+    std::vector<CurvedPart<D>> curved;      ///< own parts
+    std::vector<GlobalNumber> first_edges;  ///< of all parts, and the total
+    RowCounts counts;
+    CurveStatistics statistics;  ///< of all ranks
     BlocksValidation before, after;
     RepairStatistics repair;
     WallsOfBlocks<D> walls;
@@ -250,24 +244,22 @@ struct CurvedBlocks {
     std::size_t iterations = 0;  ///< of the extension
 };
 
-/// The boundary of a mesh in blocks, which each rank has as a whole: features, patches and the surfaces through it are
-/// not found by looking around, and it is small beside what it encloses. A mesh without elements, in the order of the
-/// whole one.
+/// Boundary of a mesh in blocks, complete on each rank, because features, patches and surfaces are not local. Without
+/// elements, in whole-mesh order.
 template <int D>
 struct WholeSurface {
-    QuadraticMesh<D> mesh;               ///< facets and feature edges, with the nodes of `elevate`
-    std::vector<GlobalNumber> vertices;  ///< of each of its own, rising
+    QuadraticMesh<D> mesh;               ///< with nodes of `elevate`
+    std::vector<GlobalNumber> vertices;  ///< ascending global numbers
     Boundary<D> boundary;
-    CurveInput<D> input;  ///< of its edges, see curve_input
+    CurveInput<D> input;  ///< see curve_input
 
-    /// Of some vertices, rising, which of its own each is; an invalid id: none.
+    /// Local id of each number (ascending), or an invalid id.
     [[nodiscard]] std::vector<VertexId> places_of(std::span<const GlobalNumber> numbers) const;
-    /// The edge between two vertices, or an invalid id.
+    /// Returns an invalid id if there is none.
     [[nodiscard]] EdgeId find(GlobalNumber a, GlobalNumber b) const;
 };
 
-/// From the rows. Errors: those of the rows, of find_boundary and curve_input; required elements on the boundary, which
-/// are not known here (unsupported).
+/// Errors: those of the rows, find_boundary and curve_input; required elements (unsupported).
 template <int D>
 [[nodiscard]] Outcome<WholeSurface<D>> whole_surface(const MeshRows<D>& rows, const BlocksGoal<D>& goal,
                                                      const Execution& execution);
@@ -276,7 +268,6 @@ template <int D>
 
 namespace camber {
 
-/// What all parts are curved by.
 template <int D>
 struct CurvingBy {
     WholeSurface<D> surface;
@@ -291,15 +282,15 @@ struct BlockRun {
     CurveBlocksOptions options;  ///< of the steps so far
     Ranks& ranks;
     CurvedBlocks<D> out = {};
-    std::vector<PartState<D>> states = {};  ///< one a part here
+    std::vector<PartState<D>> states = {};  ///< own parts
     Halo edges = {}, vertices = {};
     std::optional<BetweenRingedParts<D>> between = {};
     std::optional<CurvingBy<D>> by = {};
     std::optional<RepairOptions> judged_for = {};  ///< options of the last verdicts
-    std::vector<GlobalNumber> to_repair = {};  ///< elements of this rank that are not valid or below the target, rising
-    bool is_displaced = false;                 ///< so that there is an extension, of whichever parts
+    std::vector<GlobalNumber> to_repair = {};      ///< own invalid elements, and those below the target, ascending
+    bool is_displaced = false;                     ///< some rank has an extension
 
-    /// f of each part here: of what it makes the part's state is kept.
+    /// Calls f for own parts. New arrays of the state are copied to persistent memory (PartMemory).
     Outcome<Done> each_part(const Execution& execution, const auto& f) {
         if (!options.blocks.memory.before) return each_part_keeping(execution, f);
         return each_part_keeping(execution, [&](PartState<D>& state, RingedPart<D>& part) -> Outcome<Done> {
@@ -311,7 +302,7 @@ struct BlockRun {
             return done;
         });
     }
-    /// f of each part here, which makes what is kept beside the states.
+    /// Calls f for own parts; f may store results outside the states.
     Outcome<Done> each_part_keeping(const Execution& execution, const auto& f) {
         for (std::size_t p = 0; p < states.size(); ++p) {
             auto done = f(states[p], out.parts.own[p]);
@@ -322,7 +313,7 @@ struct BlockRun {
         return Done{};
     }
 
-    /// Rows of edges of the surface from the parts that own them: value_of(part, edge, edge of the surface), if any.
+    /// Collects value_of(part, edge, surface edge), if any, from owner parts.
     Outcome<Done> gather_on_surface(std::span<Vec<D>> values, const auto& value_of) {
         struct Found {
             std::uint64_t at = 0;
@@ -342,25 +333,25 @@ struct BlockRun {
     }
 };
 
-/// The surface, and what each part has of it.
+/// Makes the surface, and maps the edges of each part to it.
 template <int D>
 [[nodiscard]] Outcome<Done> find_surface(BlockRun<D>& run, const Execution& execution);
 
-/// Extends the displacement of the boundary's curves over its faces (extend_over_faces), then that of the faces into
-/// the volume (extend_boundary).
+/// Extends the displacement of boundary curves over faces (extend_over_faces), then that of faces into the volume
+/// (extend_boundary).
 template <int D>
 [[nodiscard]] Outcome<Done> extend_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// The metric at the vertices, and the nodes of the mesh that it is read in.
+/// Metric at the vertices, and nodes of its back mesh.
 template <int D>
 [[nodiscard]] Outcome<Done> make_metric(BlockRun<D>& run, const Execution& execution);
 
-/// Where edges start: those of the volume at these nodes, others where the surface has them.
+/// Initial nodes: `nodes` for volume edges, surface nodes for the others.
 template <int D>
 [[nodiscard]] Buffer<LagrangeNode<D>> starting_at(const PartState<D>& state, const WholeSurface<D>& surface,
                                                   const MovedNodes<D>& nodes);
 
-/// The field on a part of the mesh, of which some of its vertices and edges are; on a part.
+/// Metric field on a submesh, and on a part.
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> field_on(const QuadraticMesh<D>& mesh, Buffer<LagrangeNode<D>> back_nodes,
                                             const Buffer<LogMetric<D>>& log_metrics, KeptGradients kept,
@@ -368,22 +359,20 @@ template <int D>
 template <int D>
 [[nodiscard]] Outcome<BackMesh<D>> field_of(const PartState<D>& state, KeptGradients kept, const Execution& execution);
 
-/// Nodes of all edges.
 template <int D>
 [[nodiscard]] Outcome<Done> curve_nodes(BlockRun<D>& run, const Execution& execution);
 
-/// Verdicts of all elements; those that are not valid are repaired.
+/// `relax_blocks` repairs invalid elements.
 template <int D>
 [[nodiscard]] Outcome<Done> judge_blocks(BlockRun<D>& run, const Execution& execution);
 template <int D>
 [[nodiscard]] Outcome<Done> relax_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// Moves nodes of the boundary back until no walls cross, as `uncross_walls` does; each rank looks at the whole
-/// surface.
+/// Moves boundary nodes back at crossing walls (`uncross_walls`). Each rank checks the whole surface.
 template <int D>
 [[nodiscard]] Outcome<Done> uncross_blocks(BlockRun<D>& run, const Execution& execution);
 
-/// Measures the deviation of the boundary from its geometry; each rank that of the whole surface.
+/// Measures the boundary deviation; each rank measures the whole surface.
 template <int D>
 [[nodiscard]] Outcome<Done> measure_blocks(BlockRun<D>& run, const Execution& execution);
 
@@ -391,10 +380,9 @@ template <int D>
 
 export namespace camber {
 
-/// The steps of a pipeline that curves, on a mesh in blocks: each rank works on its own parts and their two rings, and
-/// rows of other parts are exchanged after each step. The nodes are those of the whole mesh but for rounding of sums
-/// over the mesh. All ranks call each step, in the order of the declarations. The mesh must be sound (check_part).
-/// Errors of all steps: those of the same step of a whole mesh; of any rank.
+/// Steps of the curving pipeline in blocks. Each rank works on its parts with two rings, and exchanges rows after each
+/// step. Nodes equal those of a whole-mesh run up to rounding in sums over the mesh. All ranks call all steps in the
+/// order of declaration. The mesh must be sound (check_part). Errors: those of the steps on a whole mesh.
 template <int D>
 class BlockSteps {
   public:
@@ -406,16 +394,16 @@ class BlockSteps {
 
     /// Steps: split, elevate.
     [[nodiscard]] Outcome<Done> elevate(const Around& around);
-    /// Steps: surface, extension, metric, curve. Errors (unsupported): objectives without a metric, other boundary
-    /// nodes than projected ones, metrics made of the mesh's own.
+    /// Steps: surface, extension, metric, curve. Errors (unsupported): objectives without a metric, boundary nodes that
+    /// are not projected, metrics derived from the mesh.
     [[nodiscard]] Outcome<Done> curve(const ProposeOptions& options, const Around& around);
-    /// Computes the verdicts for the bound of `repair`, and lists the elements that it would repair. Step: validate.
+    /// Computes verdicts for the bound of `repair`, and lists the elements to repair. Step: validate.
     [[nodiscard]] Outcome<Done> validate(const RepairOptions& repair, const Around& around);
-    /// Repairs elements, then moves boundary nodes back where walls cross. Steps: relax, uncross.
+    /// Repairs elements, then uncrosses walls. Steps: relax, uncross.
     [[nodiscard]] Outcome<Done> relax(const RepairOptions& options, const Around& around);
-    /// Measures the deviation of the boundary from its geometry. Step: measure.
+    /// Step: measure.
     [[nodiscard]] Outcome<Done> measure(const BoundaryTolerance& tolerance, const Around& around);
-    /// Ends the run and returns the mesh. Errors: of any rank.
+    /// Ends the run.
     [[nodiscard]] Outcome<CurvedBlocks<D>> finish() &&;
 
   private:
@@ -425,26 +413,25 @@ class BlockSteps {
     std::unique_ptr<BlockRun<D>> run_;
 };
 
-/// A curved mesh in blocks as the rows of its file, as they are in that of the straight one: each rank has a run of
-/// each kind, and makes it in pieces, so that little is held at a time. All is asked for by all
-/// ranks, in the same turn.
+/// A curved mesh as file rows, in the order of the straight mesh. Each rank makes a run of each kind of rows, in pieces
+/// to save memory.
 template <int D>
 class QuadraticParts {
   public:
-    /// All must outlive it. Errors: of any rank.
+    /// The arguments must outlive it.
     [[nodiscard]] static Outcome<QuadraticParts> make(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh,
                                                       Ranks& ranks);
 
     [[nodiscard]] PartTotals totals() const;
-    [[nodiscard]] std::size_t pieces() const { return pieces_; }  ///< as many on each rank
-    /// Errors: those of the rows, of any rank.
+    [[nodiscard]] std::size_t pieces() const { return pieces_; }  ///< equal on all ranks
+    /// Errors: those of the rows.
     [[nodiscard]] Outcome<FilePart<D, 2>> piece(std::size_t piece) const;
 
   private:
     QuadraticParts(const MeshRows<D>& rows, const CurvedBlocks<D>& mesh, Ranks& ranks)
         : rows_(&rows), mesh_(&mesh), ranks_(&ranks) {}
 
-    /// The nodes of simplices of the file, from the parts that own them: number(part, row) → numbers of its edges.
+    /// Adds edge nodes from owner parts. `begin`: row of the first simplex.
     template <int K>
     [[nodiscard]] Outcome<SimplexRun<K, 2>> simplices(std::size_t begin, SimplexRows<K> given) const;
 
@@ -452,11 +439,10 @@ class QuadraticParts {
     const CurvedBlocks<D>* mesh_;
     Ranks* ranks_;
     std::size_t pieces_ = 1, pieces_of_part_ = 1;
-    std::vector<Buffer<GlobalNumber>> edge_numbers_;  ///< of each part here, one an edge
+    std::vector<Buffer<GlobalNumber>> edge_numbers_;  ///< by own part and edge
 };
 
-/// The whole of a mesh that one rank has, in the order of its rows; `linear`: the straight one. Errors: memory,
-/// stopped.
+/// Whole mesh on a single rank, in row order. `linear`: straight mesh. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<QuadraticMesh<D>> joined(const CurvedBlocks<D>& of, LinearMesh<D> linear,
                                                const Execution& execution);

@@ -1,4 +1,4 @@
-// Curves a mesh by blocks, checks that its parts are sound, and writes curved parts as rows of a file.
+// Curves a mesh by blocks, checks its parts, and outputs curved parts as file rows.
 module;
 #include <algorithm>
 #include <array>
@@ -30,7 +30,7 @@ auto unsound(const std::string& what, const char* kind, GlobalNumber row) {
                 "camber convert IN -o OUT mends what can be mended; blocks take a mesh as it is");
 }
 
-/// The lowest row, over all chunks, at which something is wrong.
+/// No row.
 constexpr std::size_t none = static_cast<std::size_t>(-1);
 
 template <int D>
@@ -47,7 +47,6 @@ Outcome<std::size_t> first_not_positive(const RingedPart<D>& part, const Executi
         [](std::size_t a, std::size_t b) { return std::min(a, b); });
 }
 
-/// Vertices that rise.
 template <std::size_t N>
 std::array<VertexId, N> sorted(std::array<VertexId, N> simplex) {
     std::ranges::sort(simplex);
@@ -62,9 +61,8 @@ std::vector<std::array<VertexId, D>> sorted_facets(const RingedPart<D>& part) {
     return facets;
 }
 
-/// Whether a part's elements are as `prepare` of camber.soundness leaves them: positive, at most two on a
-/// face, and a facet where there is one, or where both have other references. Errors (input) name the first element, as
-/// the rows count, from 1.
+/// Checks the guarantees of `prepare` of camber.soundness: positive elements, at most two on a face, facets on the
+/// boundary and between references. Errors (input): the first element, by file number from 1.
 template <int D>
 Outcome<Done> check_part(const RingedPart<D>& part, const Execution& execution) {
     const auto inverted = first_not_positive(part, execution);
@@ -97,10 +95,10 @@ Outcome<Done> check_part(const RingedPart<D>& part, const Execution& execution) 
     return Done{};
 }
 
-/// About so many elements are made at a time.
+/// Target number of elements.
 constexpr std::size_t elements_of_piece = std::size_t{1} << 18U;
 
-/// Rows of a part by their numbers in the file, and the edges of each.
+/// File numbers of a part's rows, and edges of a row.
 template <int D, int K>
 std::span<const GlobalNumber> numbers_of(const RingedPart<D>& part) {
     if constexpr (K == D)
@@ -269,7 +267,7 @@ Outcome<Done> split_up(BlockRun<D>& run, const Execution& execution) {
     return Done{};
 }
 
-/// Who has whose edges and vertices, and how edges are numbered.
+/// Edge numbers and halos.
 template <int D>
 Outcome<Done> connect(BlockRun<D>& run) {
     std::vector<EdgeSet<D>> edges;
@@ -292,7 +290,7 @@ Outcome<Done> connect(BlockRun<D>& run) {
     return Done{};
 }
 
-/// Its own vertices, and where blocks begin among them.
+/// Own vertices, and first vertices of blocks.
 template <int D>
 OwnVertices owned_of(const PartLayout& layout, const RingedPart<D>& part) {
     OwnVertices owned{part.first, part.last};

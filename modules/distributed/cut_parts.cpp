@@ -15,9 +15,9 @@ namespace camber {
 
 namespace {
 
-/// Where an element is along a curve: by its first vertex there, then by its own number.
+/// Curve position: first vertex, then element number.
 struct OnCurve {
-    std::uint64_t key = 0;  ///< of the vertex
+    std::uint64_t key = 0;  ///< Morton key
     std::uint64_t vertex = 0, element = 0;
     friend auto operator<=>(const OnCurve&, const OnCurve&) = default;
 };
@@ -26,8 +26,7 @@ struct WeightOnCurve {
     std::uint64_t weight = 0;
 };
 
-/// What parts the curve among ranks, about evenly: a rank has what is before its own and not before that of the rank
-/// below.
+/// Divides the curve about evenly: splitter r is the end of rank r and the start of rank r + 1.
 Outcome<std::vector<OnCurve>> splitters(Ranks& ranks, const std::vector<WeightOnCurve>& own) {
     constexpr std::size_t samples = 64;
     std::vector<OnCurve> some;
@@ -41,7 +40,7 @@ Outcome<std::vector<OnCurve>> splitters(Ranks& ranks, const std::vector<WeightOn
     return out;
 }
 
-/// The elements of all ranks in their order: each rank has a run of it.
+/// Each rank gets a run of the sorted elements.
 Outcome<std::vector<WeightOnCurve>> sorted_among_ranks(Ranks& ranks, std::vector<WeightOnCurve> own) {
     if (ranks.size() == 1) return own;
     const auto split = splitters(ranks, own);
@@ -65,14 +64,14 @@ Outcome<std::vector<WeightOnCurve>> sorted_among_ranks(Ranks& ranks, std::vector
     return own;
 }
 
-/// A run's number by weight alone, and its first element on a rank.
+/// Run number by weight, and its first element on a rank.
 struct Start {
     std::uint64_t run = 0;
     OnCurve at;
 };
 
-/// Where runs of about the same weight begin, of `in_a_run` elements each (ElementWeights): none of them is empty. Each
-/// rank gives its own elements, rising; which it has does not matter to what comes out. Errors: of any rank.
+/// First elements of non-empty runs of about equal weight, `in_a_run` elements each (ElementWeights). `own`: sorted;
+/// the result does not depend on the distribution.
 Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnCurve> own, std::size_t in_a_run) {
     const auto sorted = sorted_among_ranks(ranks, std::move(own));
     if (!sorted) return fail(sorted.error());
@@ -83,7 +82,7 @@ Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnC
     const double elements = static_cast<double>(weight->all) / static_cast<double>(ElementWeights::one);
     const double wanted = elements / static_cast<double>(std::max<std::size_t>(in_a_run, 1));
     const auto runs = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(std::llround(wanted)));
-    // Weights are divided by that of a run, and not multiplied by the number of runs, which 64 bits may not hold.
+    // Division by the weight of a run, because a product with the number of runs may overflow 64 bits.
     const std::uint64_t size = std::max<std::uint64_t>(1, (weight->all + runs - 1) / runs);
     std::vector<Start> here;
     std::uint64_t before = weight->before;
@@ -99,36 +98,36 @@ Outcome<std::vector<OnCurve>> starts_of_runs(Ranks& ranks, std::vector<WeightOnC
     return starts;
 }
 
-/// Parts to be: of each of this rank's elements, and whose they are.
+/// Part of each own element, and parts of each rank.
 struct PartsToBe {
     Buffer<PartNumber> of_elements;
-    std::vector<std::size_t> firsts;  ///< of each rank; then how many there are
+    std::vector<std::size_t> firsts;  ///< first part of each rank, and the total
 };
 
-/// The first numbers of this rank's simplices in the whole.
+/// Global numbers of this rank's first simplices.
 struct FirstNumbers {
     std::size_t element = 0, facet = 0, line = 0;
 };
 
-/// A part that has elements at a vertex.
+/// A part with elements at a vertex.
 struct PartAt {
     VertexId number;
     PartNumber part = 0;
     auto operator<=>(const PartAt&) const = default;
 };
 
-/// What this rank has, to the ranks whose parts it is of.
+/// Collects rows for the ranks of their parts.
 template <int D>
 class Sending {
   public:
     Sending(const SharedRows<D>& shared, const PartsToBe& parts, const Incidence<ElementId>& around, Ranks& ranks)
         : shared_(shared), rows_(shared.rows), parts_(parts), around_(around), ranks_(ranks), to_(ranks.size()) {}
 
-    /// `along`: the elements as they follow each other along the curve.
+    /// `along`: elements in curve order.
     Outcome<std::vector<SentRows<D>>> rows(const std::vector<std::uint32_t>& along, const FirstNumbers& first) {
         auto at_shared = parts_at_shared();
         if (!at_shared) return fail(at_shared.error());
-        // Of elements first: their vertices go along with them.
+        // Elements are first, so that their vertices are sent with them.
         ids_.assign(rows_.vertices.size(), VertexId{});
         rank_of_ids_.assign(rows_.vertices.size(), static_cast<std::uint32_t>(ranks_.size()));
         put_rank_by_rank(along, first);
@@ -140,13 +139,13 @@ class Sending {
     }
 
   private:
-    /// Whether other ranks may have elements with these vertices.
+    /// True if other ranks may have elements there.
     template <std::size_t N>
     [[nodiscard]] bool may_be_beside(const std::array<VertexId, N>& simplex) const {
         return ranks_.size() > 1 &&
                std::ranges::all_of(simplex, [&](VertexId v) { return shared_.on_rim[v.index()] != 0; });
     }
-    /// Of this rank's vertices that others may have, the parts that anybody has there; sorted.
+    /// Parts of all ranks at shared vertices of this rank; sorted.
     Outcome<std::vector<PartAt>> parts_at_shared() {
         if (ranks_.size() == 1) return std::vector<PartAt>();
         std::vector<std::vector<PartAt>> to(ranks_.size());
@@ -176,7 +175,7 @@ class Sending {
         put_known(rows_.facets, first.facet, &SentRows<D>::facets);
         put_known(rows_.lines, first.line, &SentRows<D>::lines);
     }
-    /// Into the parts of elements that are all here.
+    /// Sends simplices whose elements are all on this rank.
     template <int K>
     void put_known(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
                    Buffer<SentSimplex<K>> SentRows<D>::* list) {
@@ -185,7 +184,7 @@ class Sending {
             std::uint32_t row = 0;
             auto operator<=>(const Put&) const = default;
         };
-        std::vector<Put> puts;  // by parts, and so by ranks
+        std::vector<Put> puts;  // sorted by parts, and so by ranks
         std::vector<PartNumber> found;
         for (std::size_t i = 0; i < simplices.size(); ++i) {
             const auto& vertices = simplices[i].vertices;
@@ -211,7 +210,7 @@ class Sending {
         for (VertexId& v : simplex.vertices) v = id_on(rank, v);
         (to_[rank].*list).push_back({number, part, simplex});
     }
-    /// The row of a vertex among those that a rank is sent; it may be sent anew.
+    /// Row in the list for a rank. A vertex may be sent several times.
     VertexId id_on(std::size_t rank, VertexId v) {
         if (rank_of_ids_[v.index()] != rank) {
             rank_of_ids_[v.index()] = static_cast<std::uint32_t>(rank);
@@ -220,7 +219,7 @@ class Sending {
         }
         return ids_[v.index()];
     }
-    /// What may be of parts that only the owner of a vertex knows: by way of that of the first.
+    /// Sends simplices with elements on other ranks: the owner of the lowest vertex knows all parts there.
     template <int K>
     Outcome<Done> put_by_owners(const Buffer<AdaptedSimplex<K>>& simplices, std::size_t first,
                                 const std::vector<PartAt>& at_shared, Buffer<SentSimplex<K>> SentRows<D>::* list) {
@@ -251,8 +250,8 @@ class Sending {
     const Incidence<ElementId>& around_;
     Ranks& ranks_;
     std::vector<SentRows<D>> to_;
-    Buffer<VertexId> ids_;               ///< of each vertex on the rank that it was last sent to
-    Buffer<std::uint32_t> rank_of_ids_;  ///< that rank
+    Buffer<VertexId> ids_;  ///< row on the rank it was last sent to
+    Buffer<std::uint32_t> rank_of_ids_;
 };
 
 template <int D>
@@ -269,7 +268,7 @@ Outcome<PointBox<D>> grid(const SharedRows<D>& shared, double shift, Ranks& rank
             box.low[c] = std::min(box.low[c], one.low[c]);
             box.high[c] = std::max(box.high[c], one.high[c]);
         }
-    // Twice as wide, so that it holds the mesh for all shifts; halves, since an extent may overflow.
+    // Twice the extent, to contain the mesh for all shifts; computed from halves to avoid overflow.
     PointBox<D> wide;
     for (int c = 0; c < D; ++c) {
         const double half = 0.5 * box.high[c] - 0.5 * box.low[c];
@@ -279,11 +278,11 @@ Outcome<PointBox<D>> grid(const SharedRows<D>& shared, double shift, Ranks& rank
     return wide;
 }
 
-/// This rank's elements as they follow each other along the curve.
+/// Own elements in curve order.
 template <int D>
 struct AlongCurve {
     std::vector<std::uint32_t> elements;
-    std::vector<OnCurve> at;  ///< of each of those
+    std::vector<OnCurve> at;
 };
 
 template <int D>

@@ -1,7 +1,6 @@
-/// Meshes in blocks, beyond one memory. A block is a run of a mesh's vertices and what hangs on them; which blocks
-/// there are depends on the mesh alone, and who holds which does not matter to what comes out. A rank works on parts,
-/// runs of its blocks with two rings of elements around. Ranks move what parts know between them, and know nothing of
-/// elements.
+/// Meshes in blocks, beyond the memory of one process. A block is a run of vertices with their elements. Blocks depend
+/// only on the mesh; their distribution does not affect results. A rank works on parts: runs of blocks with two rings
+/// of elements.
 export module camber.distributed;
 export import :adaptation;
 export import :blocks;

@@ -1,4 +1,4 @@
-// The dual graph by rows, and the parts of a rank by a partitioner.
+// Dual graph by rows, and the parts of a rank from a partitioner.
 module;
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// An element's face, its vertices rising.
+/// `vertices`: ascending.
 template <int D>
 struct FaceRow {
     SimplexVertices<D - 1> vertices{};
@@ -32,7 +32,7 @@ SimplexVertices<K> rising(SimplexVertices<K> vertices) {
     return vertices;
 }
 
-/// The faces of all elements whose lowest vertex is of this rank's run, in order.
+/// Sorted faces with their lowest vertex in this rank's run.
 template <int D>
 Outcome<std::vector<FaceRow<D>>> faces_here(std::span<const SimplexVertices<D>> elements, std::size_t first,
                                             std::size_t vertices, Ranks& ranks) {
@@ -51,7 +51,7 @@ Outcome<std::vector<FaceRow<D>>> faces_here(std::span<const SimplexVertices<D>> 
     return faces;
 }
 
-/// Both ways between the elements of each inner face, to the ranks that have them.
+/// Graph edges at inner faces, in both directions, for the ranks of their elements.
 template <int D>
 Outcome<std::vector<std::vector<Arc>>> arcs_of(const std::vector<FaceRow<D>>& faces, std::size_t elements,
                                                std::size_t ranks) {
@@ -116,7 +116,6 @@ template Outcome<DualRows<3>> dual_rows<3>(const RunsOfRank<3>&, std::size_t, Ra
 
 namespace {
 
-/// A simplex for a part.
 template <int K>
 struct RowOfPart {
     std::uint64_t row = 0;
@@ -125,7 +124,7 @@ struct RowOfPart {
     std::int32_t part = 0;
 };
 
-/// Those of this rank's parts, rising.
+/// Sorted rows of own parts.
 template <int K>
 Outcome<std::vector<RowOfPart<K>>> to_parts(Ranks& ranks, std::size_t parts, const std::vector<RowOfPart<K>>& rows) {
     std::vector<std::vector<RowOfPart<K>>> to(ranks.size());
@@ -137,7 +136,7 @@ Outcome<std::vector<RowOfPart<K>>> to_parts(Ranks& ranks, std::size_t parts, con
     return own;
 }
 
-/// Facets with the parts of their elements, from the ranks that have those.
+/// Facets with the parts of their elements.
 template <int D>
 Outcome<std::vector<RowOfPart<D - 1>>> facets_with_parts(const std::vector<FacetRow<D>>& facets,
                                                          const Buffer<std::int32_t>& part_of_own, Run own,
@@ -166,7 +165,7 @@ Outcome<std::vector<RowOfPart<D - 1>>> facets_with_parts(const std::vector<Facet
     return rows;
 }
 
-/// Feature edges, which are few and known to all, with their parts: those of the lowest elements that have them.
+/// On rank 0: feature edges with the parts of their lowest elements. All ranks have all (few) feature edges.
 template <int D>
 Outcome<std::vector<RowOfPart<1>>> edges_with_parts(const RunsOfRank<D>& runs, Run own,
                                                     const Buffer<std::int32_t>& part_of_own, Ranks& ranks) {
@@ -211,7 +210,7 @@ Outcome<std::vector<RowOfPart<1>>> edges_with_parts(const RunsOfRank<D>& runs, R
     return out;
 }
 
-/// The place of a number among those that are there; the end where it is not.
+/// Index of a number, or the size if it is absent.
 std::size_t place_of(const std::vector<std::uint64_t>& numbers, std::uint64_t number) {
     const auto at = std::ranges::lower_bound(numbers, number);
     return at != numbers.end() && *at == number ? static_cast<std::size_t>(at - numbers.begin()) : numbers.size();
@@ -272,7 +271,6 @@ PartsOfRank<LinearMesh<D>> assembled(const LinearMesh<D>& lists, PartsOfRank<Lin
     return own;
 }
 
-/// The rank's elements with the parts that they are of.
 template <int D>
 std::vector<RowOfPart<D>> elements_with_parts(const SimplexRows<D>& elements, Run own,
                                               const Buffer<std::int32_t>& part_of_own) {

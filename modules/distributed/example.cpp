@@ -1,4 +1,4 @@
-// A process by itself is all the ranks there are: what it gives to itself comes back.
+// A single process is the only rank: it receives its own messages.
 #include <cstdio>
 #include <cstdlib>
 #include <vector>

@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// Vertices of several parts, by the numbers that they had: which rank has each now, and where.
+/// Vertices of several parts by former numbers, with owners and new numbers.
 template <int D>
 class SharedNumbers {
   public:
@@ -33,7 +33,7 @@ class SharedNumbers {
         numbers_.erase(std::ranges::unique(numbers_).begin(), numbers_.end());
     }
 
-    /// The first rank that has it is a vertex's own: those that had it before see to that.
+    /// The lowest rank with a vertex becomes its owner; the former owner decides.
     Outcome<Done> find_owners() {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (const VertexId number : numbers_) to[rank_with(first_vertices_, number.index())].push_back(number);
@@ -55,7 +55,7 @@ class SharedNumbers {
         owners_ = std::move(*told);
         return Done{};
     }
-    /// From the ranks that own them the numbers that they have now; `now(i)` is that of the i-th here, if it is own.
+    /// `now(i)`: new number of own vertex i.
     Outcome<Buffer<VertexId>> numbers_now(const auto& now) {
         std::vector<std::vector<VertexId>> to(ranks_.size());
         for (std::size_t i = 0; i < numbers_.size(); ++i) to[owners_[i]].push_back(numbers_[i]);
@@ -79,11 +79,11 @@ class SharedNumbers {
   private:
     const std::vector<std::size_t>& first_vertices_;
     Ranks& ranks_;
-    std::vector<VertexId> numbers_;  ///< that are here, rising
+    std::vector<VertexId> numbers_;  ///< ascending
     std::vector<std::uint32_t> owners_;
 };
 
-/// Vertices of parts get rows: this rank's own ones first, in the order of the parts.
+/// Rows of vertices: own ones first, in the order of the parts.
 template <int D>
 class JoinedVertices {
   public:
@@ -97,7 +97,6 @@ class JoinedVertices {
     }
     [[nodiscard]] std::size_t own() const { return own_; }
 
-    /// The row of each vertex of a part.
     std::vector<VertexId> take(const AdaptationRows<D>& part) {
         std::vector<VertexId> rows;
         rows.reserve(part.vertices.size());
@@ -106,7 +105,7 @@ class JoinedVertices {
     }
     [[nodiscard]] VertexId row(std::size_t shared) const { return rows_[shared]; }
 
-    /// All of them, as numbered from `first` on; `now`: the numbers of shared ones.
+    /// `first`: first own number; `now`: numbers of shared vertices.
     void move_into(SharedRows<D>& out, std::size_t first, const Buffer<VertexId>& now) {
         for (std::size_t v = 0; v < out_.size(); ++v) out_[v].number = VertexId(first + v);
         for (AdaptedVertex<D>& v : others_) v.number = now[shared_.at(v.number)];
@@ -136,12 +135,12 @@ class JoinedVertices {
 
     const SharedNumbers<D>& shared_;
     std::size_t own_ = 0;
-    Buffer<VertexId> rows_;  ///< of each shared number
+    Buffer<VertexId> rows_;  ///< by shared number
     Buffer<AdaptedVertex<D>> out_, others_;
     Buffer<std::uint8_t> on_rim_;
 };
 
-/// Takes away what lower ranks have too, of the rows that are said.
+/// Removes rows in `shared` that lower ranks have.
 template <int D, int K>
 Outcome<Done> keep_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simplices,
                          const std::vector<std::uint32_t>& shared, Ranks& ranks) {
@@ -165,7 +164,7 @@ Outcome<Done> keep_first(SharedRows<D>& out, Buffer<AdaptedSimplex<K>>& simplice
     return Done{};
 }
 
-/// Of facets no other mark than these is known.
+/// Facets have no other marks.
 Marks thawed(Marks marks) {
     Marks out;
     for (const Mark mark : {Mark::required, Mark::ridge})
@@ -237,7 +236,7 @@ class Joining {
     SharedRows<D> out_;
     std::set<std::array<VertexId, D>> facets_;
     std::set<std::array<VertexId, 2>> lines_;
-    std::vector<std::uint32_t> between_, lines_between_;  ///< rows that other ranks may have too
+    std::vector<std::uint32_t> between_, lines_between_;  ///< rows that other ranks may have
 };
 
 }  // namespace
@@ -249,13 +248,13 @@ Outcome<SharedRows<D>> joined(CutMesh<D> cut, Ranks& ranks) {
 
 namespace {
 
-/// A vertex of the mesh when all began that is there still, and what became of it.
+/// A preserved initial vertex.
 struct StillThere {
     VertexId origin, now;
     Marks marks;
 };
 
-/// Directions and associations as compacted (camber.cavity) has them.
+/// See compacted (camber.cavity).
 template <int D>
 class GivenNow {
   public:
@@ -292,11 +291,11 @@ class GivenNow {
     }
     [[nodiscard]] bool has_moved(VertexId origin) const { return marks_[origin.index()].has(Mark::moved); }
 
-    Buffer<VertexId> now_;  ///< of each vertex when all began
+    Buffer<VertexId> now_;  ///< by initial vertex number
     Buffer<Marks> marks_;
 };
 
-/// Runs of rows that follow each other over the ranks, as parts of their file.
+/// Consecutive runs of file rows over the ranks.
 template <int D>
 class Finishing {
   public:
@@ -330,7 +329,7 @@ class Finishing {
     }
 
   private:
-    /// Lines where surfaces break are all listed (`finished`); others if the maker did.
+    /// Creases are always listed (`finished`); other lines only if the input lists them.
     [[nodiscard]] static bool is_unlisted(Marks m) { return m.has(Mark::embedded) && m.has(Mark::implied); }
 
     Outcome<Done> begin_at(std::size_t own, std::uint64_t& first, std::uint64_t& total) {
@@ -356,7 +355,7 @@ class Finishing {
         required = std::move(*are);
         return Done{};
     }
-    /// Numbers of rows with such marks, of all ranks.
+    /// Rows with such marks, of all ranks.
     Outcome<Buffer<std::uint32_t>> listed(const auto& rows, std::uint64_t first, const auto& is_listed) {
         std::vector<std::uint32_t> own;
         for (std::size_t i = 0; i < rows.size(); ++i)
@@ -395,7 +394,7 @@ class Finishing {
     FinishedRows<D> out_;
 };
 
-/// Edges by rows of vertices, the lower number first, each once.
+/// Unique edges by rows, lower number first.
 using EdgeRows = std::vector<std::array<VertexId, 2>>;
 template <int D>
 EdgeRows edges_here(const AdaptationRows<D>& rows) {
@@ -412,7 +411,7 @@ EdgeRows edges_here(const AdaptationRows<D>& rows) {
     return edges;
 }
 
-/// Without those that a lower rank has too.
+/// Edges that no lower rank has.
 template <int D>
 Outcome<EdgeRows> own_edges(const SharedRows<D>& shared, Ranks& ranks) {
     EdgeRows edges = edges_here(shared.rows);

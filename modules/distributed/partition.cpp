@@ -18,14 +18,14 @@ namespace {
 
 constexpr std::uint64_t no_node = std::numeric_limits<std::uint64_t>::max();
 
-/// Which node each edge has of what a rank has, as its simplices say it.
+/// Finds the node of each edge in the rows of its simplices.
 template <int D>
 class NodesOfEdges {
   public:
     NodesOfEdges(const QuadraticRows<D>& rows, const PartsOfRank<LinearMesh<D>>& of, const EdgeSet<D>& edges)
         : rows_(rows), of_(of), edges_(edges), nodes_(edges.size(), no_node) {}
 
-    /// By edges. Errors: input.
+    /// One per edge. Errors: input.
     Outcome<std::vector<std::uint64_t>> find() {
         auto done = take<D>(of_.elements, [&](std::size_t e) { return edges_.of_elements[e]; });
         if (done) done = take<D - 1>(of_.facets, [&](std::size_t f) { return edges_.of_facets[f]; });
@@ -69,7 +69,7 @@ class NodesOfEdges {
     std::vector<std::uint64_t> nodes_;
 };
 
-/// The nodes of these numbers, which need not rise.
+/// `numbers`: in any order.
 template <int D>
 Outcome<Buffer<LagrangeNode<D>>> nodes_at(const QuadraticRows<D>& rows, const std::vector<std::uint64_t>& numbers) {
     auto rising = numbers;
@@ -112,7 +112,6 @@ Outcome<PartsOfRank<QuadraticMesh<D>>> with_nodes_of(const QuadraticRows<D>& row
     return with_nodes(std::move(own), std::move(*edges), std::move(*nodes), std::move(*numbers));
 }
 
-/// The vertices of these numbers, from the ranks whose parts they are of.
 template <int D>
 Outcome<PointRows<D>> points_of(const CurvedBlocks<D>& mesh, const std::vector<std::uint64_t>& vertices, Ranks& ranks) {
     const PartLayout& layout = mesh.parts.layout;
@@ -128,7 +127,6 @@ Outcome<PointRows<D>> points_of(const CurvedBlocks<D>& mesh, const std::vector<s
     return point_rows(*answers);
 }
 
-/// An edge's node and its number, as its owner has them.
 template <int D>
 struct NumberedNode {
     LagrangeNode<D> node;
@@ -142,7 +140,7 @@ Outcome<std::vector<NumberedNode<D>>> nodes_of(const CurvedBlocks<D>& mesh, cons
     std::vector<ToPart<Ends>> questions;
     questions.reserve(edges.size());
     for (const auto& [a, b] : edges.vertices) {
-        const Ends ends{vertices[a.index()], vertices[b.index()]};  // the lower first, as local ids rise with numbers
+        const Ends ends{vertices[a.index()], vertices[b.index()]};  // lower number first, like local ids
         questions.push_back({layout.part_with(ends[0]), ends});
     }
     return ask<NumberedNode<D>>(ranks, layout, questions, [&](std::size_t p, const Ends& ends) {
@@ -196,7 +194,6 @@ Outcome<PartsOfRank<QuadraticMesh<D>>> parts_of_blocks(const MeshRows<D>& rows, 
 
 namespace {
 
-/// A simplex of a file, on its way to the rank whose run it is in.
 template <int K>
 struct FileRow {
     std::array<std::uint64_t, K + 1> nodes{};
@@ -220,13 +217,13 @@ SimplexRows<K> simplices_of(const std::vector<FileRow<K>>& rows) {
     return made;
 }
 
-/// Runs that follow each other over the ranks, cut anew so that each rank has as many.
+/// Redistributes runs evenly.
 template <int K>
 Outcome<SimplexRows<K>> evened(const SimplexRun<K, 1>& run, std::size_t total, Ranks& ranks) {
     std::vector<std::vector<FileRow<K>>> to(ranks.size());
     for (std::size_t i = 0; i < run.nodes.size(); ++i)
         to[rank_of_row(run.first + i, total, ranks.size())].push_back(file_row<K>(run, i));
-    // What lower ranks had comes before.
+    // Rows of lower ranks come first.
     const auto own = exchanged_values<FileRow<K>>(ranks, std::move(to));
     if (!own) return fail(own.error());
     return simplices_of<K>(*own);
@@ -252,7 +249,6 @@ Outcome<RunsOfRank<D>> runs_of_finished(const FinishedRows<D>& rows, Ranks& rank
     return runs;
 }
 
-/// The vertices of these numbers, from the ranks that have them.
 template <int D>
 Outcome<PointRows<D>> points_of_run(const PointRun<D>& own, const std::vector<std::size_t>& firsts,
                                     const std::vector<std::uint64_t>& vertices, Ranks& ranks) {
@@ -264,7 +260,7 @@ Outcome<PointRows<D>> points_of_run(const PointRun<D>& own, const std::vector<st
     for (std::size_t r = 0; r < ranks.size(); ++r)
         for (const std::uint64_t v : (*asked)[r])
             answers[r].push_back({own.points[v - own.first], own.references[v - own.first]});
-    // They rise, and so do the ranks that have them.
+    // Vertices are ascending, and so are their ranks.
     const auto all = exchanged_values<PointRow<D>>(ranks, std::move(answers));
     if (!all) return fail(all.error());
     return point_rows(*all);

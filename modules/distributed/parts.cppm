@@ -21,31 +21,31 @@ import :ranks;
 
 export namespace camber {
 
-/// A vertex, an element … of a mesh in blocks, from 0: there may be more than 32 bits count.
+/// Number of a vertex, element … of the whole mesh, from 0; may exceed 32 bits.
 using GlobalNumber = std::uint64_t;
 
-/// What is done around the work on a part where memory is little. Null: nobody minds.
+/// Callbacks around the work on a part, to limit memory. May be null.
 struct PartMemory {
-    std::function<void()> before = {};  ///< what is made from here on is let go of with the part
-    std::function<void()> after = {};   ///< and from here on it is kept
-    std::function<void()> leave = {};   ///< what is kept of the part may leave memory
+    std::function<void()> before = {};  ///< later allocations are released with the part
+    std::function<void()> after = {};   ///< later allocations are persistent
+    std::function<void()> leave = {};   ///< persistent data may be paged out
 };
 
 inline constexpr std::size_t default_block_elements = std::size_t{1} << 18U;
 
 struct BlockOptions {
-    std::size_t elements = default_block_elements;  ///< about so many in a block
-    /// At most so many in a part, if that is a block: a rank goes through its blocks by parts. No matter to results.
+    std::size_t elements = default_block_elements;  ///< approximate, per block
+    /// Maximum number of elements in a part of several blocks; a rank works part by part. Results do not depend on it.
     std::size_t elements_at_once = std::numeric_limits<std::size_t>::max();
     PartMemory memory = {};
 };
 
-/// Which vertices are a block's, and who has which blocks: runs of rising numbers. An edge, a facet and an element
-/// belong to the block of their lowest vertex. A part is a run of blocks that a rank has and works on at once.
+/// Runs of vertices of blocks, and of blocks of ranks. An edge, facet or element belongs to the block of its lowest
+/// vertex. A part is a run of blocks that a rank processes at once.
 struct PartLayout {
-    std::vector<GlobalNumber> first_of_blocks;  ///< vertices: of each block; then the number of vertices
-    std::vector<GlobalNumber> first_vertices;   ///< of each part; then the number of vertices
-    std::vector<std::size_t> first_parts;       ///< of each rank; then the number of parts
+    std::vector<GlobalNumber> first_of_blocks;  ///< first vertex of each block, and the total
+    std::vector<GlobalNumber> first_vertices;   ///< first vertex of each part, and the total
+    std::vector<std::size_t> first_parts;       ///< first part of each rank, and the total
 
     [[nodiscard]] std::size_t blocks() const { return first_of_blocks.empty() ? 0 : first_of_blocks.size() - 1; }
     [[nodiscard]] std::size_t size() const { return first_vertices.empty() ? 0 : first_vertices.size() - 1; }
@@ -57,20 +57,20 @@ struct PartLayout {
     }
     [[nodiscard]] std::size_t begin_of(std::size_t rank) const { return first_parts[rank]; }
     [[nodiscard]] std::size_t end_of(std::size_t rank) const { return first_parts[rank + 1]; }
-    /// Where all blocks of a part but the first begin.
+    /// First vertices of a part's blocks after the first.
     [[nodiscard]] std::span<const GlobalNumber> later_blocks(std::size_t part) const {
         const auto begin = std::ranges::upper_bound(first_of_blocks, first_vertices[part]);
         return {begin, std::ranges::lower_bound(first_of_blocks, first_vertices[part + 1])};
     }
 };
 
-/// Some of a mesh's vertices and the elements around them: those at these vertices, and a ring more. Local ids rise
-/// with global numbers, so that loops over what is around something go in the same order as in the whole mesh.
+/// A run of vertices with two rings of elements. Local ids have the order of global numbers, so that loops over
+/// neighbours have the same order as in the whole mesh.
 template <int D>
 struct RingedPart {
     LinearMesh<D> mesh;
-    Column<GlobalNumber> vertices, elements, facets, edges;  ///< of each local row; edges: the feature edges
-    VertexId first, last;                                    ///< its own vertices are [first, last)
+    Column<GlobalNumber> vertices, elements, facets, edges;  ///< global numbers; edges: feature edges
+    VertexId first, last;                                    ///< own vertices: [first, last)
 
     [[nodiscard]] bool owns(VertexId v) const { return v >= first && v < last; }
     template <std::size_t N>
@@ -79,7 +79,7 @@ struct RingedPart {
     }
 };
 
-/// visit(array) of all that grow with the part.
+/// Visits the arrays whose size depends on the part.
 template <int D>
 void each_array(RingedPart<D>& part, const auto& visit) {
     const auto visit_simplices = [&](auto& simplices) {
@@ -96,7 +96,7 @@ void each_array(RingedPart<D>& part, const auto& visit) {
     visit(part.facets);
     visit(part.edges);
 }
-/// The arrays of what has them, and those that are others than before made once more: where what is kept is made.
+/// `made_anew` copies arrays that differ from `before` into new memory.
 template <class T>
 [[nodiscard]] std::vector<const void*> arrays_of(T& thing) {
     std::vector<const void*> arrays;
@@ -114,19 +114,17 @@ void made_anew(T& thing, std::span<const void* const> before) {
     });
 }
 
-/// What a rank holds of a mesh in blocks.
 template <int D>
 struct RingedParts {
     PartLayout layout;
     std::vector<RingedPart<D>> own;  ///< from layout.begin_of(rank) on
 };
 
-/// So many rows a mesh has in a file or in memory.
 struct RowCounts {
     std::size_t points = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// K-simplices in the order of their file, without what LinearMesh says of them beside.
+/// K-simplices in file order, without the lists of LinearMesh.
 template <int K>
 struct SimplexRows {
     Buffer<SimplexVertices<K>> vertices;
@@ -138,8 +136,8 @@ struct PointRows {
     Buffer<Reference> references;
 };
 
-/// A mesh that is read by rows, any run of them at a time and several at once: from a file by offsets, or from memory.
-/// Vertex ids are in range (`input` otherwise). Errors: input, memory.
+/// Thread-safe access to runs of mesh rows, in a file or in memory. Errors: input (also vertex ids out of range),
+/// memory.
 template <int D>
 class MeshRows {
   public:
@@ -148,10 +146,9 @@ class MeshRows {
     [[nodiscard]] virtual Outcome<PointRows<D>> points(std::size_t begin, std::size_t end) const = 0;
     [[nodiscard]] virtual Outcome<SimplexRows<D>> elements(std::size_t begin, std::size_t end) const = 0;
     [[nodiscard]] virtual Outcome<SimplexRows<D - 1>> facets(std::size_t begin, std::size_t end) const = 0;
-    /// Feature edges of a mesh in 3D.
+    /// Feature edges (3D).
     [[nodiscard]] virtual Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const = 0;
-    /// What is said beside the rows, which is little: corners, required entities and ridges, which rise, the given
-    /// geometry, names of references.
+    /// Small lists: corners, required entities and ridges (ascending), given geometry, names of references.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -166,7 +163,7 @@ class MeshRows {
 
 namespace camber {
 
-/// Some rows, one after the other: of those of a kind what a rank reads, or a chunk of it.
+/// Consecutive rows.
 struct Run {
     std::size_t begin = 0, end = 0;
     [[nodiscard]] std::size_t size() const { return end - begin; }
@@ -175,10 +172,9 @@ struct Run {
     return {run.begin + run.size() * part / parts, run.begin + run.size() * (part + 1) / parts};
 }
 
-/// Rows are read in chunks, so that what is on its way is little beside what is there.
+/// Limits the memory of data in transit.
 inline constexpr std::size_t chunk_rows = std::size_t{1} << 20U;
 
-/// Of a K-simplex, on its way to parts.
 template <int K>
 struct SimplexRow {
     GlobalNumber row = 0;
@@ -187,7 +183,7 @@ struct SimplexRow {
     std::uint32_t required = 0;
 };
 
-/// Rising, each once. They come in a few runs that rise: these are merged.
+/// Sorted and unique, by merging the sorted runs of the input.
 template <int K>
 Buffer<SimplexRow<K>> in_order(const Buffer<SimplexRow<K>>& given) {
     Buffer<SimplexRow<K>> rows(given.begin(), given.end());
@@ -206,7 +202,6 @@ Buffer<SimplexRow<K>> in_order(const Buffer<SimplexRow<K>>& given) {
     return rows;
 }
 
-/// Rows at the end of a list.
 template <int K>
 void append(Buffer<SimplexRow<K>>& list, const std::vector<SimplexRow<K>>& rows) {
     const std::size_t before = list.size();
@@ -218,15 +213,13 @@ void append(Buffer<SimplexRow<K>>& list, const std::vector<SimplexRow<K>>& rows)
 
 export namespace camber {
 
-/// Something for a part, wherever that is.
 template <class T>
 struct ToPart {
     std::uint64_t part = 0;
     T what;
 };
 
-/// Takes things to the ranks that hold their parts: a list for each of this rank's, with what lower ranks sent first,
-/// in the order in which it was given. Errors: of any rank.
+/// Sends values to the ranks of their parts. Returns a list for each own part, in the order of ranks, then of input.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<std::vector<std::vector<T>>> route(Ranks& ranks, const PartLayout& layout,
@@ -256,7 +249,7 @@ template <class T>
     return received;
 }
 
-/// Lists of plain values, one to each rank, and those that each has sent to this one. Errors: of any rank.
+/// Exchanges a list with each rank.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<std::vector<std::vector<T>>> exchanged_lists(Ranks& ranks, std::vector<std::vector<T>> to) {
@@ -274,7 +267,7 @@ template <class T>
     return lists;
 }
 
-/// The same, what all have sent one after the other; where a rank has an error instead, all have it.
+/// The same, with received lists concatenated and errors passed on.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<std::vector<T>> exchanged_values(Ranks& ranks, Outcome<std::vector<std::vector<T>>> to) {
@@ -289,8 +282,7 @@ template <class T>
     return all;
 }
 
-/// Asks parts: answer(own part, key) is called where the part is; one a question, in the order of the questions.
-/// Errors: of any rank.
+/// Queries parts: the rank of a part calls answer(own part, key). One answer per question, in order.
 template <class Answer, class Key, class F>
     requires std::is_trivially_copyable_v<Key> && std::is_trivially_copyable_v<Answer>
 [[nodiscard]] Outcome<std::vector<Answer>> ask(Ranks& ranks, const PartLayout& layout,
@@ -326,26 +318,24 @@ template <class Answer, class Key, class F>
     return out;
 }
 
-/// Which rows of parts others have in their rings: a star forest, each owner's row its root.
+/// Rows copied into rings of other parts: a star forest with owner rows as roots.
 struct Halo {
     struct Row {
-        std::uint32_t part = 0;  ///< of this rank's, from 0
+        std::uint32_t part = 0;  ///< own part, from 0
         std::uint32_t row = 0;
     };
-    std::vector<Buffer<Row>> give;  ///< to each rank, in the order in which it has them in `get`
+    std::vector<Buffer<Row>> give;  ///< in the order of the other rank's `get`
     std::vector<Buffer<Row>> get;   ///< from each rank
 };
 
-/// Of vertices. Errors: of any rank.
 template <int D>
 [[nodiscard]] Outcome<Halo> vertex_halo(const RingedParts<D>& parts, Ranks& ranks);
 
-/// Of unique edges, of which each part has its own set.
+/// `edges`: of each part.
 template <int D>
 [[nodiscard]] Outcome<Halo> edge_halo(const RingedParts<D>& parts, std::span<const EdgeSet<D>> edges, Ranks& ranks);
 
-/// Rows of owners brought into the rings of others; `columns`: one row a vertex, or an edge, of each part here.
-/// Errors: of any rank.
+/// Copies owner rows into rings. `columns`: rows by vertex or edge, of each own part.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<Done> bring_all(const Halo& halo, Ranks& ranks, std::span<const std::span<T>> columns) {
@@ -372,11 +362,10 @@ template <class T>
     return Done{};
 }
 
-/// The parts of a mesh that this rank has, and those that others have.
 template <int D>
 class BetweenRingedParts final : public BetweenParts<D> {
   public:
-    /// Both must outlive it. The parts here are so many parts.
+    /// `ranks` and `halo` must outlive it. `parts`: number of own parts.
     BetweenRingedParts(Ranks& ranks, const Halo& halo, std::size_t parts);
 
     [[nodiscard]] Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) override;
@@ -385,21 +374,20 @@ class BetweenRingedParts final : public BetweenParts<D> {
                                               const EdgesOfParts& edges) override;
 
   private:
-    /// A row that a rank gets: as the at-th of its `get`.
+    /// A row for a rank, at index `at` of its `get`.
     struct Given {
         std::uint32_t row = 0, rank = 0, at = 0;
     };
     Ranks& ranks_;
     const Halo& halo_;
-    std::vector<Buffer<Given>> given_;  ///< of each part, by rising rows
+    std::vector<Buffer<Given>> given_;  ///< of each part, sorted by row
 };
 
-/// A mesh cut into blocks, runs of its vertices with about as many elements as the options say, where a vertex has a
-/// share of each around it; they depend on the mesh and on that number alone. Each rank reads its share of the rows and
-/// gets a run of blocks, in parts with two rings of elements around each. Vertices are numbered as in the rows, which
-/// are to be in an order in which what is near is near (camber.ordering). What elements, facets and edges the mesh
-/// lists as required comes along, and its names of references; what it says of its geometry does not. Errors: those of
-/// the rows, memory, stopped; of any rank.
+/// Splits a mesh into blocks: runs of vertices with about the requested number of elements, each shared among its
+/// vertices. Blocks depend only on the mesh and that number. Each rank reads its share of the rows and gets a run of
+/// blocks, in parts with two rings. Vertex numbers are those of the rows, whose order should be spatially local
+/// (camber.ordering). Required elements, facets and edges and names of references are transferred, but not the given
+/// geometry. Errors: those of the rows, memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<RingedParts<D>> split(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks,
                                             const Execution& execution);
@@ -408,8 +396,7 @@ template <int D>
 
 namespace camber {
 
-/// What a rank begins with of a mesh that ranks bring into parts: its run (`part_of`) of the elements and of the
-/// facets; all feature edges, which are few, and all lists.
+/// Rows of a rank before partitioning: runs (`part_of`) of elements and facets, all feature edges (few), all lists.
 template <int D>
 struct RunsOfRank {
     RowCounts counts;
@@ -419,11 +406,10 @@ struct RunsOfRank {
     LinearMesh<D> lists;
 };
 
-/// The points of these numbers, which rise; all ranks ask at once.
+/// Returns the points of ascending numbers. All ranks call it.
 template <int D>
 using PointsAt = std::function<Outcome<PointRows<D>>(const std::vector<std::uint64_t>&)>;
 
-/// A vertex as one rank tells it another.
 template <int D>
 struct PointRow {
     Vec<D> point;
@@ -439,7 +425,7 @@ template <int D>
     return rows;
 }
 
-/// Rows of some numbers, which rise, read by runs that leave few out: take(i, rows, place of numbers[i] in them).
+/// Reads ascending numbers in runs with small gaps: take(i, rows, index of numbers[i] in rows).
 template <class Read, class Take>
 [[nodiscard]] Outcome<Done> read_some(const std::vector<std::uint64_t>& numbers, const Read& read, const Take& take) {
     constexpr std::uint64_t gap = 64;
@@ -458,28 +444,27 @@ template <class Read, class Take>
 
 export namespace camber {
 
-/// Of the bytes of a binary .meshb of degree 1: each call decodes its own rows, and touches no other bytes.
-/// `after_rows` is called when some have been read: bytes that are mapped may leave memory. Errors: input, unsupported
-/// (io).
+/// Rows of a binary linear .meshb file; each call decodes only its own rows, then calls `after_rows`, to page out
+/// mapped bytes. Errors: input, unsupported (io).
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<MeshRows<D>>> rows_of_gmf(Column<std::byte> bytes, std::string_view name,
                                                                 std::function<void()> after_rows = {});
 
-/// Of a mesh in memory, which is not copied.
+/// Refers to a mesh without a copy.
 template <int D>
 [[nodiscard]] std::unique_ptr<MeshRows<D>> rows_of(LinearMesh<D> mesh);
 
-/// Of simplices the nodes of their edges, in the order of `local_edges`, by numbers from 0 on.
+/// Edge nodes of simplices, from 0, in the order of `local_edges`.
 template <int K>
 using EdgeNodeRows = Buffer<std::array<std::uint64_t, edges_per_simplex<K>>>;
 
-/// The rows of a binary .meshb of degree 2 whose vertices come before the nodes of edges: as rows of a straight mesh,
-/// and the nodes beside them. Each call decodes its own rows, see `rows_of_gmf`.
+/// Rows of a binary .meshb file of degree 2 with vertices before edge nodes, as a straight mesh and edge nodes. See
+/// `rows_of_gmf`.
 template <int D>
 class QuadraticRows final : public MeshRows<D> {
   public:
-    /// All ranks call it: each looks through a run of the simplices for where vertices end. Errors, of any rank: input,
-    /// unsupported (io; vertices behind nodes of edges).
+    /// Each rank searches a run of the simplices for the last vertex. Errors: input, unsupported (io; vertices after
+    /// edge nodes).
     [[nodiscard]] static Outcome<std::unique_ptr<QuadraticRows>> make(Column<std::byte> bytes, std::string_view name,
                                                                       std::function<void()> after_rows, Ranks& ranks);
     QuadraticRows(Column<std::byte> bytes, GmfRuns<D, 2> runs, std::function<void()> after_rows)
@@ -492,7 +477,7 @@ class QuadraticRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<1>> edges(std::size_t begin, std::size_t end) const override;
     [[nodiscard]] Outcome<LinearMesh<D>> lists() const override { return runs_.lists(); }
 
-    /// The edges' nodes themselves, and those of simplices (K is D, D − 1 or, of feature edges in 3D, 1).
+    /// Edge nodes, and those of simplices (K: D, D − 1, or 1 for feature edges in 3D).
     [[nodiscard]] Outcome<PointRows<D>> mid_nodes(std::size_t begin, std::size_t end) const;
     template <int K>
     [[nodiscard]] Outcome<EdgeNodeRows<K>> nodes_of(std::size_t begin, std::size_t end) const;
@@ -509,7 +494,7 @@ class QuadraticRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<SimplexRows<K>> corners(std::size_t begin, std::size_t end) const;
     [[nodiscard]] Outcome<PointRows<D>> rows_of_points(std::size_t begin, std::size_t end) const;
 
-    /// Where vertices end, and edges' nodes begin, as far as simplices of a run say it.
+    /// End of vertices and start of edge nodes in a run.
     struct Ends {
         std::uint64_t of_vertices = 0, of_nodes = 0;
     };
@@ -518,7 +503,7 @@ class QuadraticRows final : public MeshRows<D> {
     [[nodiscard]] Outcome<Done> find_vertices(std::string_view name, Ranks& ranks);
 
     Column<std::byte> bytes_;
-    GmfRuns<D, 2> runs_;  ///< over those
+    GmfRuns<D, 2> runs_;
     std::function<void()> after_rows_;
     std::size_t vertices_ = 0;
 };

@@ -1,4 +1,4 @@
-// A single process as rank, errors as bytes, and the halo exchange between ranks.
+// Single-process ranks, serialised errors, and the halo exchange.
 module;
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ std::unique_ptr<Ranks> one_rank() { return std::make_unique<OneRank>(); }
 
 namespace {
 
-/// A number, or a text after its length.
+/// A number, or a text with its length.
 void put(Bytes& bytes, std::uint64_t number) {
     const std::size_t at = bytes.size();
     bytes.resize(at + sizeof number);
@@ -53,7 +53,7 @@ void put(Bytes& bytes, const std::string& text) {
     if (!text.empty()) std::memcpy(bytes.data() + at, text.data(), text.size());
 }
 
-/// Takes what `put` gave, in the same turn; what is not there is 0 or empty.
+/// Reads in the order of `put`; missing values are 0 or empty.
 class Taker {
   public:
     explicit Taker(const Bytes& bytes) : bytes_(bytes) {}
@@ -105,11 +105,11 @@ Error unpacked_error(const Bytes& bytes) {
 
 namespace {
 
-/// From which of whose keys each row in the rings comes; owners look their rows up.
+/// Request for a ring row from its owner.
 template <class Key>
 struct Asked {
     Key key;
-    std::uint64_t part = 0;  ///< its owner
+    std::uint64_t part = 0;  ///< owner part
     Halo::Row into;
 };
 

@@ -1,4 +1,4 @@
-// Communication between ranks: exchange, agreement, errors as bytes, packing of rows.
+// Communication between ranks: exchange, agreement, serialised errors and rows.
 module;
 #include <cstddef>
 #include <cstdint>
@@ -16,12 +16,13 @@ export namespace camber {
 
 using Bytes = Buffer<std::byte>;
 
-/// What has gone out from a rank to others.
+/// Data sent by a rank to others.
 struct Traffic {
     std::size_t rounds = 0, messages = 0, bytes = 0;
 };
 
-/// The processes that hold a mesh together, each some of its blocks.
+/// Processes that share a mesh. Functions that take `Ranks&`, except constructors, are collective: all ranks call them
+/// in the same order, and errors can come from any rank.
 class Ranks {
   public:
     virtual ~Ranks() = default;
@@ -30,14 +31,14 @@ class Ranks {
     [[nodiscard]] virtual std::size_t size() const = 0;
     [[nodiscard]] virtual Traffic traffic() const = 0;
 
-    /// Gives to each rank (its own too) and takes from each: out[r] is what r gave to this one. All ranks call it, in
-    /// the same turn. Where one of them comes with an error all get it, that of the lowest rank.
+    /// Sends bytes to each rank, including itself; out[r] comes from rank r. If ranks pass an error, all get that of
+    /// the lowest.
     [[nodiscard]] Outcome<std::vector<Bytes>> exchange(Outcome<std::vector<Bytes>> to) {
         auto from = exchanged(std::move(to));
         all_know_ |= !from;
         return from;
     }
-    /// Whether an exchange has ended with an error: so all ranks have it.
+    /// True after an error in an exchange: all ranks have it.
     [[nodiscard]] bool all_know() const { return all_know_; }
 
   protected:
@@ -53,11 +54,11 @@ class Ranks {
     bool all_know_ = false;
 };
 
-/// A process by itself.
+/// A single process.
 [[nodiscard]] std::unique_ptr<Ranks> one_rank();
 
-/// What all ranks do together, work() → Outcome: where one of them fails by itself all others get its error in the
-/// exchange that they come to next, and all fail alike.
+/// Runs work() → Outcome on all ranks. A local error becomes the result of the next exchange of all others, so that all
+/// fail.
 template <class Work>
 [[nodiscard]] auto together(Ranks& ranks, const Work& work) -> decltype(work()) {
     auto made = work();
@@ -68,7 +69,6 @@ template <class Work>
     return made;
 }
 
-/// Plain values as bytes, and back.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Bytes bytes_of(std::span<const T> values) {
@@ -84,7 +84,7 @@ void append_values(const Bytes& bytes, std::vector<T, Allocator>& values) {
     if (!bytes.empty()) std::memcpy(values.data() + before, bytes.data(), bytes.size());
 }
 
-/// The values of all ranks on all of them, one rank's after the other's. Errors: of any rank.
+/// Concatenates the values of all ranks.
 template <class T>
 [[nodiscard]] Outcome<std::vector<T>> gather_all(Ranks& ranks, const Outcome<std::vector<T>>& own) {
     std::vector<Bytes> to;
@@ -97,8 +97,7 @@ template <class T>
     return all;
 }
 
-/// What every rank has made by itself, if all have: none goes on and waits for one that has failed. All ranks call it.
-/// Errors: of the lowest rank that has one.
+/// Returns the local result, or the error of the lowest rank with one, so that no rank waits for a failed one.
 template <class T>
 [[nodiscard]] Outcome<T> agreed(Ranks& ranks, Outcome<T> made) {
     if (ranks.size() == 1) return made;
@@ -108,8 +107,7 @@ template <class T>
     return made;
 }
 
-/// The first rank's value (a plain one, or a text) on all of them; what the others give is not looked at. Errors: of
-/// any.
+/// Value of rank 0 (plain, or a text) on all ranks.
 template <class T>
     requires std::is_trivially_copyable_v<T>
 [[nodiscard]] Outcome<T> told_by_first(Ranks& ranks, const Outcome<T>& own) {
@@ -129,7 +127,6 @@ template <class T>
     return std::string(all->begin(), all->end());
 }
 
-/// An error for another process, and back.
 [[nodiscard]] Bytes packed(const Error& error);
 [[nodiscard]] Error unpacked_error(const Bytes& bytes);
 
@@ -137,7 +134,7 @@ template <class T>
 
 namespace camber {
 
-/// Rows of plain values one after the other, a count before each, and back.
+/// Serialises rows of plain values, with counts.
 class Packing {
   public:
     explicit Packing(Bytes& bytes) : bytes_(bytes) {}
@@ -177,7 +174,7 @@ class Unpacking {
     std::span<const std::byte> left_;
 };
 
-/// What has rows of several kinds: T::each_kind(value, f) does f(rows) of each.
+/// T::each_kind(value, f) calls f(rows) for each kind of rows.
 template <class T>
 [[nodiscard]] Bytes packed_rows(const T& value) {
     std::size_t size = 0;

@@ -1,4 +1,4 @@
-// Gathers elements, and rings of elements around them, on one rank.
+// Gathers elements and rings around them on one rank.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Sets of numbers from 0 on, each called by the lowest of them.
+/// Represented by the minimum index.
 class DisjointSets {
   public:
     explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), std::size_t{0}); }
@@ -45,11 +45,11 @@ template <int D>
     return vertices;
 }
 
-/// Elements with all within some rings around them.
+/// Elements with the rings around them.
 template <int D>
 struct GrownPlaces {
-    std::vector<SimplexRow<D>> rows;  ///< rising
-    std::vector<GlobalNumber> inner;  ///< vertices all of whose elements are here, rising
+    std::vector<SimplexRow<D>> rows;  ///< sorted by row
+    std::vector<GlobalNumber> inner;  ///< vertices with all elements in `rows`, ascending
 };
 
 template <int D>
@@ -59,7 +59,7 @@ SimplexRow<D> row_of(const RingedPart<D>& part, ElementId e) {
     return row;
 }
 
-/// Those of the given elements that this rank's parts own.
+/// Elements owned by this rank's parts.
 template <int D>
 std::vector<SimplexRow<D>> own_seeds(const RingedParts<D>& parts, const std::vector<GlobalNumber>& elements) {
     std::vector<SimplexRow<D>> own;
@@ -70,7 +70,6 @@ std::vector<SimplexRow<D>> own_seeds(const RingedParts<D>& parts, const std::vec
     return own;
 }
 
-/// What is around the vertices that each rank asks for, of all parts.
 template <int D>
 Outcome<std::vector<SimplexRow<D>>> around_vertices(const RingedParts<D>& parts,
                                                     std::span<const Incidence<ElementId>> balls,
@@ -97,7 +96,6 @@ void sort_rows(std::vector<SimplexRow<D>>& rows) {
     rows.erase(again.begin(), again.end());
 }
 
-/// Around what each rank gives, ring by ring.
 template <int D>
 Outcome<GrownPlaces<D>> grown(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
                               std::vector<SimplexRow<D>> seeds, int rings, Ranks& ranks) {
@@ -116,13 +114,13 @@ Outcome<GrownPlaces<D>> grown(const RingedParts<D>& parts, std::span<const Incid
     return made;
 }
 
-/// A vertex, or what else is called by one, and the place that it is of: called by its lowest vertex.
+/// A vertex (or place) and its place: a connected set of elements, identified by its lowest vertex.
 struct OfPlace {
     GlobalNumber number = 0, place = 0;
     auto operator<=>(const OfPlace&) const = default;
 };
 
-/// Each vertex of what a rank has grown, as far as it knows by itself; rising.
+/// Local vertices with their places by local knowledge; sorted.
 template <int D>
 std::vector<OfPlace> places_here(const std::vector<SimplexRow<D>>& rows) {
     const auto vertices = vertices_of<D>(rows);
@@ -138,7 +136,7 @@ std::vector<OfPlace> places_here(const std::vector<SimplexRow<D>>& rows) {
     return places;
 }
 
-/// Places of several ranks that have a vertex in common, in pairs: all ranks have all.
+/// Pairs of places that share a vertex, on all ranks.
 Outcome<std::vector<OfPlace>> places_that_meet(const std::vector<OfPlace>& own, Ranks& ranks) {
     std::vector<std::vector<OfPlace>> to(ranks.size());
     for (const OfPlace& one : own) to[one.number % ranks.size()].push_back(one);
@@ -154,7 +152,6 @@ Outcome<std::vector<OfPlace>> places_that_meet(const std::vector<OfPlace>& own, 
     return gather_all(ranks, Outcome<std::vector<OfPlace>>(std::move(pairs)));
 }
 
-/// What places are called once those that meet are one.
 class PlacesTogether {
   public:
     explicit PlacesTogether(const std::vector<OfPlace>& pairs) {
@@ -172,8 +169,8 @@ class PlacesTogether {
     std::map<GlobalNumber, GlobalNumber> called_;
 };
 
-/// Around these elements, of all ranks: those that grow together are one place, which comes to the rank that has the
-/// lowest of its elements among these. `balls`: of the parts here. Errors: of any rank.
+/// Adds rings around elements of all ranks. A connected result is a place, on the rank of the lowest of its `elements`.
+/// `balls`: of own parts.
 template <int D>
 Outcome<GrownPlaces<D>> grown_places(const RingedParts<D>& parts, std::span<const Incidence<ElementId>> balls,
                                      const std::vector<GlobalNumber>& elements, int rings, Ranks& ranks) {
@@ -208,7 +205,7 @@ Outcome<GrownPlaces<D>> grown_places(const RingedParts<D>& parts, std::span<cons
     return grown<D>(parts, balls, std::move(mine), rings, ranks);
 }
 
-/// A vertex and an edge of a part, as their owner has them.
+/// Data from the owner.
 template <int D>
 struct VertexData {
     Vec<D> point;
@@ -281,7 +278,6 @@ Outcome<Done> take_edges(const RingedParts<D>& parts, const std::vector<PartStat
     return Done{};
 }
 
-/// What a rank has grown, with what the parts know of it.
 template <int D>
 Outcome<Region<D>> region_of(const RingedParts<D>& parts, const std::vector<PartState<D>>& states,
                              const GrownPlaces<D>& grown, Ranks& ranks, const Execution& execution) {
@@ -318,7 +314,7 @@ Outcome<Region<D>> region_of(const RingedParts<D>& parts, const std::vector<Part
     return region;
 }
 
-/// One of the places of a region: its elements, rising, are all that hang together.
+/// `elements`: connected, ascending.
 template <int D>
 Outcome<Region<D>> place_of(const Region<D>& all, const std::vector<ElementId>& elements, const Execution& execution) {
     Region<D> place;

@@ -17,14 +17,14 @@ namespace camber {
 
 namespace {
 
-/// D! times the volume of a simplex.
+/// Volume of a simplex times D!.
 double scaled_volume(const std::array<Vec<2>, 3>& p) {
     const Vec<2> a = p[1] - p[0], b = p[2] - p[0];
     return a[0] * b[1] - a[1] * b[0];
 }
 double scaled_volume(const std::array<Vec<3>, 4>& p) { return dot(cross(p[1] - p[0], p[2] - p[0]), p[3] - p[0]); }
 
-/// That of the simplex whose edges are of length 1.
+/// The same for edges of length 1.
 template <int D>
 constexpr double scaled_unit_volume = D == 2 ? 0.8660254037844386 : 0.7071067811865476;
 
@@ -40,7 +40,7 @@ std::uint64_t weight_of(const AdaptationRows<D>& rows, const AdaptedSimplex<D>& 
     const double elements = std::abs(scaled_volume(points)) * density / (scaled_unit_volume<D> * pow(coarser, D));
     constexpr double most = 1ULL << 32U;
     constexpr auto one = static_cast<double>(ElementWeights::one);
-    // What is no number counts as one element.
+    // NaN counts as one element.
     return elements > 1 ? static_cast<std::uint64_t>(one * std::min(elements, most)) : ElementWeights::one;
 }
 
@@ -72,14 +72,13 @@ ToMetricOptions options_of(const BlockTurn& turn, ToMetricOptions options) {
         options.collapse.longest = std::max(options.collapse.longest, options.early_collapse_longest);
         options.split.longest = std::max(options.split.longest, options.early_split_longest);
         options.split.shortest = std::max(options.split.shortest, options.early_split_shortest);
-        options.mend.sweeps = 0;  // what is bad then changes anyway
+        options.mend.sweeps = 0;  // later iterations change these elements anyway
     }
     options.split.longest *= turn.coarser;
     options.early_split_longest *= turn.coarser;
     return options;
 }
 
-/// A block brought to the metric, in place of its rows.
 template <int D>
 Outcome<ToMetricStatistics> bring_block(AdaptationRows<D>& rows, const AdaptationGoal<D>& goal,
                                         const ToMetricOptions& options, const Around& around) {
@@ -94,7 +93,6 @@ Outcome<ToMetricStatistics> bring_block(AdaptationRows<D>& rows, const Adaptatio
     return brought->statistics;
 }
 
-/// All of this rank's, one after the other.
 template <int D>
 Outcome<std::vector<ToMetricStatistics>> bring_blocks(std::vector<AdaptationRows<D>>& parts,
                                                       const AdaptationGoal<D>& goal, const ToMetricOptions& options,
@@ -108,7 +106,7 @@ Outcome<std::vector<ToMetricStatistics>> bring_blocks(std::vector<AdaptationRows
     return statistics;
 }
 
-/// Directions and associations of the mesh that was cut, of the vertices that they are still of.
+/// Restores directions and associations at preserved vertices.
 template <int D>
 void give_back(const GivenOfMesh<D>& before, const AdaptationRows<D>& rows, DynamicMesh<D>& after) {
     Buffer<VertexId> now(before.vertices, VertexId{});
@@ -135,7 +133,7 @@ void give_back(const GivenOfMesh<D>& before, const AdaptationRows<D>& rows, Dyna
     after.groups = before.groups;
 }
 
-/// Of the grids of turns that follow each other: none has a wall in common with the next ones.
+/// Consecutive grids have no common walls.
 template <int D>
 double shift_of(int turn) {
     if constexpr (D == 2)
@@ -144,7 +142,7 @@ double shift_of(int turn) {
         return std::array{0.0, 0.4, 0.2, 0.6, 0.8}[static_cast<std::size_t>(turn) % 5];
 }
 
-/// Elements of all ranks, and how many these are to become.
+/// Current and expected number of elements of all ranks.
 struct Growing {
     double elements = 0, expected = 0;
     [[nodiscard]] double growth() const { return expected / elements; }
@@ -161,8 +159,8 @@ Outcome<Growing> growing(const AdaptationRows<D>& rows, Ranks& ranks, const Exec
     });
 }
 
-/// Turns before the others, as long as the mesh is to become many times larger: none makes so much of it that blocks,
-/// which are cut by what they are to become, are of few elements or outgrow what a block may be.
+/// Preliminary iterations with limited growth, while the mesh is to grow by a large factor. Blocks, which are cut by
+/// expected elements, then have enough elements and do not exceed their size.
 template <int D>
 Outcome<BroughtRows<D>> grown(BroughtRows<D> rows, const AdaptationGoal<D>& goal, const ToMetricOptions& options,
                               const InBlocks& by, const Around& around) {
@@ -174,7 +172,7 @@ Outcome<BroughtRows<D>> grown(BroughtRows<D> rows, const AdaptationGoal<D>& goal
             run_step(around, "blocks", [&](const Execution& e) { return growing(rows.shared.rows, by.ranks, e); });
         if (!now) return fail(now.error());
         if (!(now->growth() > too_much)) break;
-        if (!(now->elements > 1.5 * before)) break;  // something keeps it from growing
+        if (!(now->elements > 1.5 * before)) break;  // the mesh does not grow
         before = now->elements;
         const BlockTurn turn{.shift = shift_of<D>(k),
                              .rounds = 1,

@@ -22,7 +22,7 @@ namespace camber {
 
 namespace {
 
-/// Of several places, all of whose elements are others.
+/// Adds the statistics of a place with other elements.
 void add_up(RepairStatistics& sum, const RepairStatistics& place) {
     sum.corrected_elements += place.corrected_elements;
     sum.raised_elements += place.raised_elements;
@@ -38,20 +38,18 @@ void add_up(RepairStatistics& sum, const RepairStatistics& place) {
     sum.by_surface += place.by_surface;
 }
 
-/// What is known of parts whose elements are to be repaired.
 template <int D>
 struct RepairedBlocks {
     RingedParts<D>& parts;
-    std::vector<PartState<D>>& states;  ///< with the nodes that are wanted
+    std::vector<PartState<D>>& states;  ///< with target nodes
     const WholeSurface<D>& surface;
     CurvingAim aim;
 };
 
-/// Programmes look at two rings first, an extension at up to eight; a ring more holds what they may move.
+/// Optimisation uses two rings first, an extension up to eight; one more contains all elements they may change.
 constexpr int rings_around = 9;
 
-/// The facets of the surface that are faces of elements of the region, its feature edges and lists, and what the
-/// surface knows of its features.
+/// Facets, feature edges, lists and features in a region.
 template <int D>
 class RegionBoundary {
   public:
@@ -61,7 +59,7 @@ class RegionBoundary {
             if (of_surface_[v].valid()) in_region_.emplace_back(of_surface_[v], VertexId(v));
     }
 
-    /// The mesh with them, its nodes and edges numbered as before: facets and feature edges have no others.
+    /// Adds them to the region's mesh, without new edges, so that numbers of nodes and edges do not change.
     [[nodiscard]] Outcome<Boundary<D>> take(const Execution& execution) {
         const LinearMesh<D>& from = surface_.mesh.linear;
         LinearMesh<D>& mesh = region_.mesh.linear;
@@ -93,7 +91,7 @@ class RegionBoundary {
             std::ranges::lower_bound(in_region_, of_surface, {}, [](const auto& pair) { return pair.first; });
         return at != in_region_.end() && at->first == of_surface ? std::optional(at->second) : std::nullopt;
     }
-    /// Whether the region has an edge between all of them; a facet then is a face of an element, or parts two.
+    /// True if the region has all edges; a facet is then a face of one or two elements.
     [[nodiscard]] bool has_edges(const auto& simplex) const {
         for (std::size_t i = 0; i < simplex.size(); ++i)
             for (std::size_t j = 0; j < i; ++j)
@@ -142,12 +140,12 @@ class RegionBoundary {
 
     const WholeSurface<D>& surface_;
     Region<D>& region_;
-    std::vector<VertexId> of_surface_;                      ///< of each vertex of the region
-    std::vector<std::pair<VertexId, VertexId>> in_region_;  ///< of the surface, rising, and the region
+    std::vector<VertexId> of_surface_;                      ///< of each region vertex
+    std::vector<std::pair<VertexId, VertexId>> in_region_;  ///< (surface vertex, region vertex), ascending
     std::vector<std::uint32_t> facets_;
 };
 
-/// Kinds by which what is not all here stays.
+/// Fixes edges with elements outside the region.
 template <int D>
 Column<EdgeKind> with_fixed_rim(const Region<D>& region) {
     Buffer<EdgeKind> kinds(region.kinds.begin(), region.kinds.end());
@@ -158,7 +156,6 @@ Column<EdgeKind> with_fixed_rim(const Region<D>& region) {
     return kinds;
 }
 
-/// What moved, as all know it.
 template <int D>
 struct MovedVertex {
     GlobalNumber vertex = 0;
@@ -217,7 +214,7 @@ Outcome<Moved<D>> repair_region(const RepairedBlocks<D>& of, Region<D>& region, 
     return moved;
 }
 
-/// Of each place by itself, one after the other: so it does not matter which of them are here.
+/// Repairs places independently, so that the result does not depend on their distribution.
 template <int D>
 Outcome<Moved<D>> repair_places(const RepairedBlocks<D>& of, std::vector<Region<D>> places,
                                 const RepairOptions& options, const Execution& execution) {
@@ -263,10 +260,9 @@ void apply_moves(const RepairedBlocks<D>& of, const Moved<D>& moved) {
     }
 }
 
-/// Elements that are not valid, and all within some rings around them, are brought together by places, each on the rank
-/// that has the lowest of its elements, which repairs it as `curve_mesh` would a mesh of its own; nodes and vertices
-/// that moved go back to all who have them. So many rings: as far as repair ever looks. What this rank has repaired.
-/// Errors: those of `repair`, of any rank.
+/// Repairs elements with nine rings, the maximum range of repair. Places are on the rank of their lowest element, and
+/// repaired like meshes in `curve_mesh`. All ranks receive moved nodes and vertices. Returns local statistics. Errors:
+/// those of `repair`.
 template <int D>
 Outcome<RepairStatistics> repair_blocks(const RepairedBlocks<D>& of, const std::vector<GlobalNumber>& elements,
                                         const RepairOptions& options, Ranks& ranks, const Execution& execution) {
@@ -308,7 +304,7 @@ Outcome<Done> judge_part(BlockRun<D>& run, PartState<D>& state, const RingedPart
     return Done{};
 }
 
-/// Returns the verdicts of all elements of all ranks, and lists those to repair.
+/// Verdicts of all ranks; lists elements to repair.
 template <int D>
 Outcome<BlocksValidation> judged_blocks(BlockRun<D>& run, const Execution& execution) {
     BlocksValidation own;
@@ -330,7 +326,7 @@ Outcome<BlocksValidation> judged_blocks(BlockRun<D>& run, const Execution& execu
     return sum;
 }
 
-/// Vertices and nodes of the whole surface as they are now.
+/// Current positions on the whole surface.
 template <int D>
 struct SurfaceNow {
     Buffer<Vec<D>> points;
@@ -353,7 +349,7 @@ Outcome<SurfaceNow<D>> surface_now(BlockRun<D>& run) {
     now.points = Buffer<Vec<D>>(mesh.linear.points.begin(), mesh.linear.points.end());
     now.nodes = Buffer<LagrangeNode<D>>(places.size());
     for (std::size_t e = 0; e < places.size(); ++e) now.nodes[e] = {places[e]};
-    std::vector<Found> moved;  // repair slides vertices of the boundary
+    std::vector<Found> moved;  // repair slides boundary vertices
     for (const RingedPart<D>& part : run.out.parts.own) {
         const std::vector<VertexId> at = run.by->surface.places_of(part.vertices.view());
         for (VertexId v = part.first; v < part.last; v = VertexId(v.index() + 1))
@@ -366,7 +362,6 @@ Outcome<SurfaceNow<D>> surface_now(BlockRun<D>& run) {
     return now;
 }
 
-/// The parts' nodes of these edges of the surface.
 template <int D>
 void put_on_parts(BlockRun<D>& run, const UncrossedNodes<D>& found) {
     for (PartState<D>& state : run.states)
@@ -378,7 +373,7 @@ void put_on_parts(BlockRun<D>& run, const UncrossedNodes<D>& found) {
         }
 }
 
-/// Where the first pair crosses, and the number of pairs that cross when straight.
+/// Sets the boxes of the first crossing pair, and the number of crossing pairs when straight.
 template <int D>
 Outcome<Done> find_first_crossing(const QuadraticMesh<D>& surface, const SurfaceNow<D>& now, WallsOfBlocks<D>& walls,
                                   const Execution& execution) {
@@ -393,7 +388,7 @@ Outcome<Done> find_first_crossing(const QuadraticMesh<D>& surface, const Surface
     return Done{};
 }
 
-/// Elements that became invalid are repaired.
+/// Repairs new invalid elements.
 template <int D>
 Outcome<Done> judge_uncrossed(BlockRun<D>& run, const Execution& execution) {
     auto validation = judged_blocks(run, execution);

@@ -65,7 +65,7 @@ class GmfRows final : public MeshRows<D> {
     }
 
     Column<std::byte> bytes_;
-    GmfRuns<D> runs_;  ///< over those
+    GmfRuns<D> runs_;
     std::function<void()> after_rows_;
 };
 

@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Simplices of a part by turns of their vertices.
+/// Simplices by curve positions of their vertices.
 template <int D>
 struct PartInTurns {
     std::vector<SentSimplex<D>> elements;
@@ -65,14 +65,13 @@ class Arriving {
             vertices_.insert(vertices_.end(), some.begin(), some.end());
         }
     }
-    /// Lists that grow would be copied.
     void reserve(const std::vector<SentRows<D>>& sent) {
         std::vector<std::size_t> elements(parts_.size(), 0);
         for (const SentRows<D>& rows : sent)
             for (const SentSimplex<D>& element : rows.elements) ++elements[element.part - first_];
         for (std::size_t p = 0; p < parts_.size(); ++p) parts_[p].elements.reserve(elements[p]);
     }
-    /// Of each vertex that was sent its turn along the curve; several have sent the same one.
+    /// Assigns curve positions; several ranks may have sent a vertex.
     void sort_vertices() {
         struct Turn {
             std::uint64_t key = 0;
@@ -98,7 +97,7 @@ class Arriving {
             (parts_[one.part - first_].*list).push_back(one);
         }
     }
-    /// Those whose vertices are there.
+    /// Takes simplices with all vertices present.
     template <int K>
     void put_by_number(const Buffer<SentSimplex<K>>& some, std::vector<SentSimplex<K>> PartInTurns<D>::* list) {
         if (!some.empty() && by_number_.empty()) {
@@ -138,7 +137,6 @@ class Arriving {
         for (const std::uint32_t turn : named_) ids_[turn] = {};
         return rows;
     }
-    /// Those of the elements.
     void put_vertices(const PartInTurns<D>& part, AdaptationRows<D>& rows) {
         named_.clear();
         for (const SentSimplex<D>& element : part.elements)
@@ -162,7 +160,7 @@ class Arriving {
             rows.elements.push_back(element.simplex);
         }
     }
-    /// How many elements of the part have all vertices of a simplex, which names these by the part's rows then.
+    /// Number of elements that contain a simplex, whose vertices become rows of the part.
     template <int K>
     [[nodiscard]] int elements_with(AdaptedSimplex<K>& simplex, const AdaptationRows<D>& rows,
                                     const Incidence<ElementId>& around) const {
@@ -177,13 +175,13 @@ class Arriving {
     const PointBox<D>& grid_;
     PartNumber first_;
     std::vector<PartInTurns<D>> parts_;
-    Buffer<AdaptedVertex<D>> vertices_;     ///< as they were sent
-    std::vector<std::size_t> counts_;       ///< of those, by each rank
-    Buffer<std::uint32_t> turn_of_;         ///< of each of those
-    std::vector<std::uint32_t> turns_;      ///< one that was sent, of each turn
-    std::vector<std::uint32_t> by_number_;  ///< turns
-    std::vector<std::uint32_t> named_;      ///< turns of a part's vertices
-    Buffer<VertexId> ids_;                  ///< of each turn in a part
+    Buffer<AdaptedVertex<D>> vertices_;
+    std::vector<std::size_t> counts_;
+    Buffer<std::uint32_t> turn_of_;
+    std::vector<std::uint32_t> turns_;      ///< received vertex at each position
+    std::vector<std::uint32_t> by_number_;  ///< positions, sorted by vertex number
+    std::vector<std::uint32_t> named_;      ///< positions of a part's vertices
+    Buffer<VertexId> ids_;                  ///< row in the part, by position
 };
 
 }  // namespace

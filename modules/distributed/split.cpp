@@ -14,12 +14,11 @@ namespace camber {
 
 namespace {
 
-/// What a facet counts at each of its vertices, where an element counts 1: edges near a boundary that is displaced have
-/// equations.
+/// Weight of a facet at each vertex (element: 1): edges near a displaced boundary add equations.
 constexpr std::uint64_t weight_of_facet = 20;
 
-/// Where blocks begin: an element counts at each of its vertices, since all around these is worked on; in buckets,
-/// since a bound need not be sharp.
+/// An element counts at each vertex, because all elements at a vertex are processed. Counts are in buckets, because
+/// bounds may be approximate.
 template <int D>
 Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
     const RowCounts counts = rows.counts();
@@ -61,7 +60,7 @@ Outcome<std::vector<GlobalNumber>> first_vertices(const MeshRows<D>& rows, const
     return first;
 }
 
-/// Blocks dealt out to ranks, and those of a rank to as few parts of like size as may be.
+/// Distributes blocks over ranks, and those of a rank over the minimum number of similar parts.
 PartLayout layout_of(std::vector<GlobalNumber> first_of_blocks, const BlockOptions& options, std::size_t ranks) {
     PartLayout layout;
     layout.first_of_blocks = std::move(first_of_blocks);
@@ -79,7 +78,6 @@ PartLayout layout_of(std::vector<GlobalNumber> first_of_blocks, const BlockOptio
     return layout;
 }
 
-/// Where the blocks of a mesh begin, and who has which: see `split`. Errors: those of the rows, of any rank.
 template <int D>
 Outcome<PartLayout> part_layout(const MeshRows<D>& rows, const BlockOptions& options, Ranks& ranks) {
     auto first = first_vertices(rows, options, ranks);
@@ -87,7 +85,6 @@ Outcome<PartLayout> part_layout(const MeshRows<D>& rows, const BlockOptions& opt
     return layout_of(std::move(*first), options, ranks.size());
 }
 
-/// What a part is made of: rows of the file.
 template <int D>
 struct PartRows {
     Buffer<SimplexRow<D>> elements;
@@ -95,7 +92,7 @@ struct PartRows {
     Buffer<SimplexRow<1>> edges;
 };
 
-/// The vertices of a part: a run of its own, and some of others before and behind.
+/// Own run of vertices, and others before and after.
 class LocalVertices {
   public:
     LocalVertices(Run own, std::vector<GlobalNumber> others) : own_(own), others_(std::move(others)) {
@@ -107,7 +104,7 @@ class LocalVertices {
     [[nodiscard]] std::size_t size() const { return count() + others_.size(); }
     [[nodiscard]] VertexId first() const { return VertexId(before_); }
     [[nodiscard]] VertexId last() const { return VertexId(before_ + count()); }
-    /// Invalid: it is not among them.
+    /// Returns an invalid id if the vertex is absent.
     [[nodiscard]] VertexId find(GlobalNumber v) const {
         if (owns(v)) return VertexId(before_ + (v - own_.begin));
         const auto at = std::ranges::lower_bound(others_, v);
@@ -126,11 +123,11 @@ class LocalVertices {
   private:
     [[nodiscard]] std::size_t count() const { return own_.size(); }
     Run own_;
-    std::vector<GlobalNumber> others_;  ///< rising
+    std::vector<GlobalNumber> others_;  ///< ascending
     std::size_t before_ = 0;
 };
 
-/// Local simplices of global rows.
+/// `numbers`: in the file.
 template <int K>
 struct LocalSimplices {
     Simplices<K> simplices;
@@ -161,7 +158,6 @@ void add_others(const Buffer<SimplexRow<K>>& rows, Run own, std::vector<GlobalNu
             if (v < own.begin || v >= own.end) others.push_back(v);
 }
 
-/// A list of vertices, as far as they are local.
 Column<VertexId> local_list(const Column<VertexId>& list, const LocalVertices& vertices) {
     Buffer<VertexId> local;
     for (const VertexId v : list)
@@ -169,7 +165,7 @@ Column<VertexId> local_list(const Column<VertexId>& list, const LocalVertices& v
     return local;
 }
 
-/// All of a part but the points of others.
+/// Makes a part without the points of other parts.
 template <int D>
 Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
                                     const Execution& execution) {
@@ -209,7 +205,7 @@ Outcome<RingedPart<D>> part_of_rows(const PartRows<D>& of, Run own, const MeshRo
     return part;
 }
 
-/// A part of rows in any order, some of them twice: all but the points of others. Errors: those of the rows, stopped.
+/// The same from unsorted rows with duplicates. Errors: those of the rows, stopped.
 template <int D>
 Outcome<RingedPart<D>> kept_part(PartRows<D> of, Run own, const MeshRows<D>& rows, const LinearMesh<D>& lists,
                                  const PartMemory& memory, const Execution& execution) {
@@ -226,7 +222,7 @@ Outcome<RingedPart<D>> kept_part(PartRows<D> of, Run own, const MeshRows<D>& row
     return part;
 }
 
-/// The parts of a simplex's vertices, each once.
+/// Visits each part of the vertices once.
 template <std::size_t N>
 void each_part_of(const PartLayout& layout, const std::array<GlobalNumber, N>& vertices, const auto& visit) {
     std::array<std::size_t, N> parts{};
@@ -236,7 +232,7 @@ void each_part_of(const PartLayout& layout, const std::array<GlobalNumber, N>& v
         if (i == 0 || parts[i] != parts[i - 1]) visit(parts[i]);
 }
 
-/// Empty lists with room for the rows of each part here: lists that grow would be copied.
+/// Empty lists with capacity for each own part.
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> lists_for(Run own, const PartLayout& layout, Ranks& ranks,
                                                       const Read& read) {
@@ -259,12 +255,12 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> lists_for(Run own, const PartLayout&
     for (std::size_t p = layout.begin_of(ranks.rank()); p < layout.end_of(ranks.rank()); ++p) {
         std::uint64_t rows = 0;
         for (std::size_t r = 0; r < ranks.size(); ++r) rows += (*of_ranks)[r * layout.size() + p];
-        lists.emplace_back().reserve(rows + rows / 4);  // and some of the second ring
+        lists.emplace_back().reserve(rows + rows / 4);  // with space for some of the second ring
     }
     return lists;
 }
 
-/// All rows of one kind to the parts of their vertices: read(begin, end) gives them.
+/// Sends rows to the parts of their vertices.
 template <int K, class Read>
 Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<const std::uint32_t> required,
                                                        const PartLayout& layout, Ranks& ranks, const Read& read) {
@@ -293,13 +289,13 @@ Outcome<std::vector<Buffer<SimplexRow<K>>>> first_ring(std::size_t n, std::span<
     return all;
 }
 
-/// A part that wants what is around a vertex of another.
+/// Request for the elements around another part's vertex.
 struct Wish {
     std::uint64_t part = 0;
     GlobalNumber vertex = 0;
 };
 
-/// Of each own part the vertices of its first ring that are others', told to their owners.
+/// Requests received for vertices in first rings of other parts.
 template <int D>
 Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexRow<D>>>& ring, const PartLayout& layout,
                                                Ranks& ranks) {
@@ -317,7 +313,7 @@ Outcome<std::vector<std::vector<Wish>>> wishes(const std::vector<Buffer<SimplexR
     return route<Wish>(ranks, layout, std::move(out));
 }
 
-/// The most parts that a rank has: so many turns go over all of them, one of each rank at a time.
+/// Maximum parts of a rank. Iteration b processes part b of each.
 std::size_t turns_of(const PartLayout& layout) {
     std::size_t most = 0;
     for (std::size_t r = 0; r + 1 < layout.first_parts.size(); ++r)
@@ -325,14 +321,14 @@ std::size_t turns_of(const PartLayout& layout) {
     return most;
 }
 
-/// Those of a part's simplices that others wish, each once for each of them.
+/// Requested simplices, once for each requesting part.
 template <int K>
 std::vector<ToPart<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> rows, std::vector<Wish> wishes) {
     std::vector<ToPart<SimplexRow<K>>> out;
     if (wishes.empty()) return out;
     std::ranges::sort(wishes, {}, [](const Wish& w) { return std::pair(w.vertex, w.part); });
     const GlobalNumber first = wishes.front().vertex, last = wishes.back().vertex;
-    std::vector<bool> is_wished(last - first + 1, false);  // most are not
+    std::vector<bool> is_wished(last - first + 1, false);  // most are false
     for (const Wish& w : wishes) is_wished[w.vertex - first] = true;
     std::vector<std::uint64_t> told;
     for (const auto& row : rows) {
@@ -348,7 +344,7 @@ std::vector<ToPart<SimplexRow<K>>> wished_rows(std::span<const SimplexRow<K>> ro
     return out;
 }
 
-/// The first ring with what is around its vertices: a ring more. Others ask for first rings alone.
+/// Adds the second ring from first rings of other parts.
 template <int K>
 Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vector<std::vector<Wish>>& wishes,
                        const PartLayout& layout, Ranks& ranks) {
@@ -366,7 +362,7 @@ Outcome<Done> add_ring(std::vector<Buffer<SimplexRow<K>>>& rows, const std::vect
     return Done{};
 }
 
-/// What is required is looked up.
+/// For binary search.
 template <int D>
 void sort_required(LinearMesh<D>& lists) {
     const auto sorted = [](Column<std::uint32_t> rows) {
@@ -385,7 +381,6 @@ struct PlacedPoint {
     Reference reference = 0;
 };
 
-/// The points of others, from them.
 template <int D>
 Outcome<Done> bring_points(RingedParts<D>& parts, Ranks& ranks) {
     const PartLayout& layout = parts.layout;

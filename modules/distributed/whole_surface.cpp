@@ -1,4 +1,4 @@
-// The whole boundary on each rank, and its displacement extended into the blocks.
+// The whole boundary on each rank, and the extension of its displacement into the blocks.
 module;
 #include <algorithm>
 #include <array>
@@ -23,7 +23,7 @@ namespace camber {
 
 namespace {
 
-/// Vertices that the boundary has, as they are numbered in the whole mesh, and their places in the surface.
+/// Boundary vertices: global numbers to surface vertices.
 class SurfaceVertices {
   public:
     explicit SurfaceVertices(std::vector<GlobalNumber> all) : all_(std::move(all)) {
@@ -41,7 +41,7 @@ class SurfaceVertices {
         for (VertexId& v : simplex) v = *find(v.value);
         return simplex;
     }
-    /// Rows about vertices that are here: vertex_of(row) is its vertex.
+    /// `vertex`: member with the row's vertex.
     template <class Row>
     [[nodiscard]] Column<Row> kept(const Column<Row>& rows, VertexId Row::* vertex) const {
         Buffer<Row> out;
@@ -72,7 +72,7 @@ Simplices<K> with_places(SimplexRows<K> rows, const Simplices<K>& lists, const S
     return {std::move(rows.vertices), std::move(rows.references), lists.required, lists.entities};
 }
 
-/// The points, read a chunk at a time: they are few among all.
+/// Reads chunks, because few points are on the boundary.
 template <int D>
 Outcome<Done> read_points(const MeshRows<D>& rows, std::span<const GlobalNumber> vertices, LinearMesh<D>& mesh) {
     constexpr std::size_t chunk = std::size_t{1} << 18U;
@@ -104,7 +104,7 @@ GivenGeometry<D> kept_geometry(const GivenGeometry<D>& given, const SurfaceVerti
             vertices.kept(given.on_surfaces, &Association<2>::item)};
 }
 
-/// Facets, feature edges and what is listed, without elements.
+/// Facets, feature edges and lists, without elements.
 template <int D>
 Outcome<std::pair<LinearMesh<D>, std::vector<GlobalNumber>>> boundary_of(const MeshRows<D>& rows) {
     const RowCounts counts = rows.counts();
@@ -180,7 +180,7 @@ CurveOptions edges_by(const BlockRun<D>& run) {
     return edges;
 }
 
-/// Kinds and nodes of edges on the boundary, from the surface; others are the volume's, and straight.
+/// Kinds and nodes of boundary edges from the surface; others are straight.
 template <int D>
 Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const RingedPart<D>& part) {
     const WholeSurface<D>& surface = run.by->surface;
@@ -203,7 +203,7 @@ Outcome<Done> take_boundary(const BlockRun<D>& run, PartState<D>& state, const R
     return Done{};
 }
 
-/// The displacement of what is not of the volume by these kinds, extended over the elements: the nodes of each part.
+/// Extends the displacement of non-volume edges over the elements. Returns the nodes of each part.
 template <int D>
 Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, Column<EdgeKind> PartState<D>::* kinds,
                                                              const Execution& execution) {
@@ -229,7 +229,6 @@ Outcome<std::vector<Buffer<LagrangeNode<D>>>> extended_nodes(BlockRun<D>& run, C
     return nodes;
 }
 
-/// Nodes of the surface's edges as the surface has them.
 template <int D>
 void take_base(const BlockRun<D>& run, PartState<D>& state) {
     for (std::size_t e = 0; e < state.base.size(); ++e)
@@ -244,7 +243,7 @@ Outcome<Done> take_base_everywhere(BlockRun<D>& run, const Execution& execution)
     });
 }
 
-/// Nodes of walls without geometry where the volume takes them: see kinds_that_follow.
+/// Moves nodes of walls without geometry, see kinds_that_follow.
 template <int D>
 Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;
@@ -270,8 +269,7 @@ Outcome<Done> follow_volume(BlockRun<D>& run, const Column<EdgeKind>& kinds, con
     return Done{};
 }
 
-/// The displacement of the surface's curves extended over its faces, and then walls without geometry. Each rank has the
-/// whole surface.
+/// Extends curve displacements over faces, then to walls without geometry, on the whole surface.
 template <int D>
 Outcome<Done> extend_on_surface(BlockRun<D>& run, const Execution& execution) {
     WholeSurface<D>& surface = run.by->surface;

@@ -1,4 +1,4 @@
-// camber.drawing: which faces of a mesh are to be seen, whole and cut open.
+// camber.drawing: visible faces of a mesh, whole and cut open.
 #include <array>
 #include <cstddef>
 #include <cstdio>
@@ -9,7 +9,7 @@ import camber.drawing;
 
 using namespace camber;
 
-/// Two tetrahedra on a common face, one above it and one below.
+/// Two tetrahedra on a common face, one above and one below.
 static Outcome<Mesh<3>> two_tetrahedra() {
     LinearMesh<3> mesh;
     mesh.points = Buffer<Vec<3>>{{{0, 0, 0}}, {{1, 0, 0}}, {{0, 1, 0}}, {{0, 0, 1}}, {{0, 0, -1}}};
@@ -22,7 +22,7 @@ static Outcome<Mesh<3>> two_tetrahedra() {
 int main() {
     const auto mesh = two_tetrahedra();
     if (!mesh) return 1;
-    const auto kept = kept_by(Cut<3>{{{0, 0, 1}}, 0}, *mesh, Execution{});  // what is above is cut away
+    const auto kept = kept_by(Cut<3>{{{0, 0, 1}}, 0}, *mesh, Execution{});  // cuts the upper one away
     if (!kept) return 1;
     const auto whole = faces_to_draw(*mesh, {}, Execution{}), cut = faces_to_draw(*mesh, kept->view(), Execution{});
     if (!whole || !cut) return 1;

@@ -1,4 +1,4 @@
-// Draws marks over images, and writes PNG files.
+// Draws marks on images and writes PNG files.
 module;
 #include <zlib.h>
 
@@ -22,15 +22,15 @@ namespace camber {
 
 namespace {
 
-// A small alphabet of strokes: digits, small letters, a few signs and the J of Jacobian.
+// A stroke font: digits, lower-case letters, a few signs and the J of Jacobian.
 
 struct StrokePoint {
-    double x, y;  ///< to the right and up from the base line, in sixths of a capital letter
+    double x, y;  ///< from the base line, in sixths of a capital letter
 };
 using Stroke = std::vector<StrokePoint>;
 
-/// Each letter's strokes one after the other, by points of two signs: x and y; a and b are one and two below the base
-/// line. A stroke of one point is a dot.
+/// Strokes of each letter as points of two characters: x and y; a and b are one and two below the base line. A stroke
+/// of one point is a dot.
 constexpr auto letters = std::to_array<std::pair<char, std::string_view>>({
     {'0', "103041453616050110"},
     {'1', "052620 1030"},
@@ -81,7 +81,7 @@ constexpr auto letters = std::to_array<std::pair<char, std::string_view>>({
     {'z', "04440040"},
 });
 
-/// A text as strokes, and how far it goes.
+/// Strokes and width of a text.
 struct StrokedText {
     std::vector<Stroke> strokes;
     double width = 0;
@@ -116,7 +116,6 @@ inline StrokedText stroked(std::string_view text) {
     return out;
 }
 
-/// Marks put upon an image, smooth at their rims.
 class Brush {
   public:
     explicit Brush(Image& image) : image_(image) {}
@@ -160,7 +159,7 @@ class Brush {
                    });
     }
 
-    /// cover(x, y) → colour and how much of it, for the middles of pixels in a box.
+    /// Calls cover(x, y) → colour and coverage for the pixel centres in a box.
     template <class Cover>
     void each_pixel(double left, double top, double right, double bottom, Cover&& cover) {
         const auto within = [](double v, std::size_t most) {
@@ -175,7 +174,6 @@ class Brush {
             }
     }
 
-    /// The colour over what is there, as opaque as its part of the pixel.
     void put(std::size_t pixel, const Colour& colour, double part) {
         std::uint8_t* p = image_.bytes.data() + 4 * pixel;
         const double below = p[3] / 255.0 * (1 - part), all = part + below;
@@ -196,8 +194,8 @@ Image with_marks(Image image, const std::vector<PictureMark>& marks) {
     return image;
 }
 
-// Why not libpng: what is written is one kind of picture, whole and in memory, which is four chunks around what zlib
-// makes, and zlib is needed for meshes anyway.
+// No libpng: the image is complete and in memory, so a PNG is four chunks around zlib data, and zlib is needed for
+// meshes anyway.
 
 namespace {
 
@@ -207,7 +205,7 @@ void put_number(Bytes& out, std::uint32_t value) {
     for (const unsigned shift : {24U, 16U, 8U, 0U}) out.push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
-/// Length, name, data and the check sum of the last two.
+/// Length, name, data and the checksum of name and data.
 void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> data) {
     put_number(out, static_cast<std::uint32_t>(data.size()));
     const std::size_t begin = out.size();
@@ -216,7 +214,7 @@ void put_chunk(Bytes& out, std::string_view name, std::span<const std::uint8_t> 
     put_number(out, static_cast<std::uint32_t>(crc32(0, out.data() + begin, static_cast<uInt>(out.size() - begin))));
 }
 
-/// What a byte is told from: none, left, above, their mean, or the one of three that a gradient points to.
+/// PNG prediction: none, left, above, mean, or Paeth.
 std::uint8_t predicted(int filter, int left, int above, int corner) {
     switch (filter) {
         case 1: return static_cast<std::uint8_t>(left);
@@ -231,7 +229,7 @@ std::uint8_t predicted(int filter, int left, int above, int corner) {
     }
 }
 
-/// A row by that filter, the filter's number before it.
+/// Filter number, then the row.
 Bytes filtered(int filter, std::span<const std::uint8_t> row, std::span<const std::uint8_t> above, std::size_t pixel) {
     Bytes out(row.size() + 1);
     out[0] = static_cast<std::uint8_t>(filter);
@@ -243,14 +241,13 @@ Bytes filtered(int filter, std::span<const std::uint8_t> row, std::span<const st
     return out;
 }
 
-/// How far bytes are from 0: what is small packs well.
 std::size_t weight(const Bytes& row) {
     std::size_t sum = 0;
     for (std::size_t i = 1; i < row.size(); ++i) sum += std::min<std::size_t>(row[i], 256U - row[i]);
     return sum;
 }
 
-/// The rows, each by the filter that leaves least; pixels of 3 bytes where all are opaque.
+/// Uses the filter with the minimum weight for each row; pixels have 3 bytes if all are opaque.
 Bytes filtered_rows(const Image& image, std::size_t pixel) {
     Bytes out;
     Bytes row(image.width * pixel), above;

@@ -1,4 +1,4 @@
-// Draws scenes as pixels: faces cut into flat triangles, a depth buffer, samples.
+// Draws scenes as pixels: subdivision into flat triangles, depth buffer, sampling.
 module;
 #include <algorithm>
 #include <array>
@@ -17,14 +17,14 @@ namespace camber {
 
 namespace {
 
-// A patch as small flat triangles.
+// Subdivision of a patch into flat triangles.
 
-/// How far a chord may be from its curve (pixels), and into how many pieces an edge goes at most.
+/// Maximum distance of a chord from its curve (pixels), and maximum number of pieces of an edge.
 constexpr double chord_error = 0.05;
 constexpr std::size_t most_pieces = 64;
 
-/// A power of two, so that the points of one number of pieces are points of a larger one. An edge whose middle is d
-/// from that of its chord is d/n² from n chords.
+/// Returns a power of two, so that points of a coarser division are points of finer ones. An edge with its middle at
+/// distance d from the chord's is within d/n² of n chords.
 inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     const Vec<3> chord = midpoint(patch.nodes[edge], patch.nodes[(edge + 1) % 3]);
     const double wanted = std::sqrt(distance(patch.nodes[3 + edge], chord) / chord_error);
@@ -33,14 +33,13 @@ inline std::size_t pieces_of_edge(const DrawnFace& patch, std::size_t edge) {
     return n;
 }
 
-/// A point of the subdivision: where it is on the patch, and on paper.
+/// A subdivision point: barycentric and on paper.
 struct SmallCorner {
     FacePoint xi;
     Vec<3> point;
 };
 
-/// The points of a patch cut into n pieces an edge. Those of an edge that needs fewer lie on its chords, where its
-/// other patch has them too: no gap opens between the two.
+/// Points of an edge with fewer pieces lie on its chords, as in the neighbouring patch: no gap opens.
 class Subdivision {
   public:
     void cut(const DrawnFace& patch) {
@@ -59,7 +58,7 @@ class Subdivision {
                 corners_.push_back({xi, on_paper(patch, pieces, lattice, xi)});
             }
     }
-    /// visit(a, b, c) for each small triangle, turned as the patch is.
+    /// Calls visit(a, b, c) for each small triangle, oriented like the patch.
     template <class Visit>
     void each_triangle(Visit&& visit) const {
         for (std::size_t j = 0; j < n_; ++j)
@@ -97,35 +96,33 @@ class Subdivision {
     std::vector<SmallCorner> corners_;
 };
 
-// Which patch is nearest at each sample of a strip of paper.
+// Nearest patch at each sample of a strip of paper.
 
-/// Samples a pixel along each axis.
+/// Along each axis.
 constexpr std::size_t samples_per_pixel = 3;
 
-/// Rows [first, last) of pixels, all of the paper's width.
+/// Rows [first, last) of pixels, in full width.
 struct Strip {
     std::size_t width, first, last;
     [[nodiscard]] std::size_t columns() const { return width * samples_per_pixel; }
     [[nodiscard]] std::size_t rows() const { return (last - first) * samples_per_pixel; }
 };
 
-/// Where on its patch a sample lies, and how fast the patch's coordinates change there (per pixel).
+/// Position of a sample on its patch, and the patch coordinates' rate of change (per pixel).
 struct Hit {
     const DrawnFace& patch;
     FacePoint xi;
     std::array<double, 3> slopes;  ///< |∇ξ_i|
 };
 
-/// A flat triangle on paper with what interpolation needs.
 struct FlatTriangle {
     std::array<SmallCorner, 3> c;
-    double twice;  ///< its area with sign, positive where it turns counter-clockwise to the viewer
+    double twice;  ///< signed area, positive if counter-clockwise for the viewer
 
     FlatTriangle(const SmallCorner& a, const SmallCorner& b, const SmallCorner& d) : c{a, b, d}, twice(0) {
         const Vec<3> u = b.point - a.point, v = d.point - a.point;
         twice = v[0] * u[1] - v[1] * u[0];
     }
-    /// The barycentric coordinates of a place.
     [[nodiscard]] std::array<double, 3> barycentric(double x, double y) const {
         std::array<double, 3> b{};
         for (std::size_t k = 0; k < 3; ++k) {
@@ -149,7 +146,7 @@ struct FlatTriangle {
     }
 };
 
-/// The samples from `low` to `high` (pixels) of a row or column of `count`.
+/// Samples of a row or column.
 struct SampleRange {
     std::size_t begin, end;
 };
@@ -162,7 +159,7 @@ inline SampleRange samples_between(double low, double high, std::size_t first, s
     return {clamped(begin), clamped(end)};
 }
 
-/// hit(sample, Hit) for each sample of the strip that a patch covers and that is nearer than all before.
+/// Calls hit(sample, Hit) for each sample covered by a patch that is nearer than all earlier ones.
 class DepthBuffer {
   public:
     DepthBuffer(const Strip& strip, const std::optional<PaperFrame>& clip)
@@ -185,7 +182,7 @@ class DepthBuffer {
   private:
     template <class OnHit>
     void draw(const DrawnFace& patch, const FlatTriangle& t, OnHit&& hit) {
-        constexpr double s = samples_per_pixel, slack = -1e-7;  // a little of each neighbour's, so that no gap opens
+        constexpr double s = samples_per_pixel, slack = -1e-7;  // small overlap with neighbours closes gaps
         Box<3> box;
         for (const SmallCorner& corner : t.c) box.include(corner.point);
         for (int axis = 0; axis < 2; ++axis) {
@@ -214,7 +211,7 @@ class DepthBuffer {
     }
 
     Strip strip_;
-    /// Limits of x and y (pixels).
+    /// Clipping in x and y (pixels).
     std::array<double, 2> low_{-HUGE_VAL, -HUGE_VAL}, high_{HUGE_VAL, HUGE_VAL};
     std::vector<double> depths_;
     Subdivision subdivision_;
@@ -222,7 +219,7 @@ class DepthBuffer {
 
 constexpr std::size_t rows_of_a_strip = 16;
 
-/// The patches that each strip may show, in their order.
+/// Candidate patches of each strip, in order.
 struct Strips {
     std::vector<std::uint32_t> offsets, patches;
     std::size_t count = 0;
@@ -240,7 +237,7 @@ StripRange strips_of(const DrawnFace& patch, const PictureOptions& o, std::size_
         box.low[0] > static_cast<double>(o.width))
         return {0, 0};
     const double begin = std::floor(std::fmax(box.low[1] - 1, 0) / rows_of_a_strip);
-    // What is enlarged beyond measure goes on far below the paper.
+    // Strongly enlarged patches extend far below the paper.
     const double end = std::fmin(std::floor((box.high[1] + 1) / rows_of_a_strip) + 1, static_cast<double>(count));
     return {static_cast<std::size_t>(begin), static_cast<std::size_t>(end)};
 }
@@ -263,7 +260,7 @@ Strips sorted_into_strips(const Scene& scene) {
     return strips;
 }
 
-/// finish(strip, samples) for each strip, once its samples have what `of(hit)` makes of the nearest patch.
+/// Stores of(hit) of the nearest patch in each sample, then calls finish(strip, samples).
 template <class Sample, class Of, class Finish>
 Outcome<Done> each_strip(const Scene& scene, const Execution& execution, const Sample& none, Of&& of, Finish&& finish) {
     return guarded([&]() -> Outcome<Done> {
@@ -296,7 +293,6 @@ class Shader {
     }
 
   private:
-    /// How much of the line's colour there is.
     [[nodiscard]] double line_at(const Hit& hit) const {
         double most = 0;
         for (std::size_t e = 0; e < 3; ++e) {
@@ -321,7 +317,6 @@ struct Sample {
     bool is_covered = false;
 };
 
-/// The mean of a pixel's samples.
 void put_pixel(const Theme& theme, bool is_transparent, std::span<const Sample> samples, std::size_t columns,
                std::size_t at, std::span<std::uint8_t, 4> pixel) {
     Colour sum;

@@ -23,7 +23,7 @@ constexpr Colour rgb(std::uint32_t hexadecimal) {
     return {part(16), part(8), part(0)};
 }
 
-// Lightness rises along the plain ramp; the other goes from warm and dark through pale to a calm blue.
+// The plain ramp has ascending lightness; the other goes from warm and dark through pale to blue.
 constexpr std::array plain_ramp{rgb(0x2c2a6e), rgb(0x2c64a8), rgb(0x2f9fa6), rgb(0x8fca74), rgb(0xf7e26b)};
 constexpr std::array quality_ramp{rgb(0x7d1630), rgb(0xd2553a), rgb(0xf0b867), rgb(0xcfe0c8), rgb(0x8fbfd0)};
 constexpr std::array kinds{rgb(0x6ea6d7), rgb(0xf0a35e), rgb(0x7fc08a), rgb(0xd98a9c), rgb(0xb79bd6),
@@ -69,7 +69,7 @@ Colour colour_of_kind(std::size_t i) { return kinds[i % kinds.size()]; }
 Colour colour_of(const Colouring& colouring, double value, const Theme& theme) {
     if (std::holds_alternative<OneColour>(colouring)) return theme.plain;
     if (const auto* range = std::get_if<ColourRange>(&colouring)) {
-        // Minus infinity is the worst there is, and has the colour of the low end.
+        // Minus infinity means the worst value and gets the colour of the low end.
         if (std::isnan(value)) return theme.missing;
         if (range->spacing == Spacing::logarithmic && !(value > 0)) return colour_at(range->ramp, 0);
         return colour_at(range->ramp, std::isinf(value) ? (value > 0 ? 1 : 0) : range->place_of(value));
@@ -95,7 +95,7 @@ Vec<D> centroid(const LinearMesh<D>& mesh, const std::array<VertexId, N>& vertic
 
 NodeNumber number_of(VertexId v) { return v.value; }
 
-/// The local edge between two local vertices of a K-simplex.
+/// Local edge between two vertices of a K-simplex.
 template <int K>
 constexpr std::size_t local_edge(int a, int b) {
     for (std::size_t e = 0; e < local_edges<K>.size(); ++e)
@@ -105,7 +105,6 @@ constexpr std::size_t local_edge(int a, int b) {
     return 0;
 }
 
-/// The nodes of a triangle of a simplex.
 template <int K>
 std::array<NodeNumber, 6> nodes_of(const SimplexVertices<K>& vertices,
                                    const std::array<EdgeId, edges_per_simplex<K>>& edges,
@@ -119,7 +118,7 @@ std::array<NodeNumber, 6> nodes_of(const SimplexVertices<K>& vertices,
     return nodes;
 }
 
-/// Triangles that are seen themselves.
+/// Triangles that are cells themselves.
 template <int K, class Edges>
 Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, std::size_t vertex_count,
                              std::span<const std::uint8_t> kept, FaceKind kind) {
@@ -133,9 +132,9 @@ Column<Face> whole_triangles(const Simplices<K>& triangles, const Edges& edges, 
 }
 
 enum class Seen : std::uint8_t { no, boundary, uncovered, facet };
-using SeenFaces = std::array<Seen, 4>;  ///< by the local vertex opposite
+using SeenFaces = std::array<Seen, 4>;  ///< by opposite local vertex
 
-/// The reference of the facet with these vertices; none: no facet is listed there.
+/// None if no facet is listed there.
 std::optional<Reference> reference_of_facet(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                             std::array<VertexId, 3> vertices) {
     std::sort(vertices.begin(), vertices.end());
@@ -157,7 +156,7 @@ std::array<VertexId, 3> vertices_of_face(const LinearMesh<3>& mesh, std::size_t 
     return {v[local[0]], v[local[1]], v[local[2]]};
 }
 
-/// Each face belongs to one call of the visitor, so that none writes where another does.
+/// Thread-safe: each face belongs to one call of the visitor.
 Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence<FacetId>& facets,
                                       std::span<const std::uint8_t> kept, const DrawnGroups& groups,
                                       const Execution& execution) {
@@ -178,7 +177,7 @@ Outcome<Buffer<SeenFaces>> seen_faces(const LinearMesh<3>& mesh, const Incidence
             seen[f->face.element.index()][f->face.opposite] = Seen::facet;
     };
     auto done = each_face<3>(mesh, *balls_of, part_of(execution, 0.4, 0.9), [&](std::span<const FaceAround<3>> on) {
-        // More than two elements on a face are a defect, and all of them are shown.
+        // Faces with more than two elements are defects; all of their elements are shown.
         if (!groups.shown.empty() && std::none_of(on.begin(), on.end(), is_body)) return show_facet(on);
         if (on.size() == 2 && is_body(on[0]) == is_body(on[1])) return;
         for (const FaceAround<3>& f : on)
@@ -275,7 +274,6 @@ Column<FaceEdge> edges_to_draw(const Mesh<D>& mesh, std::span<const Face> faces)
 
 namespace {
 
-/// Room for the mesh: the legend has its own at the right.
 PaperFrame frame_of(const PictureOptions& o) {
     const auto w = static_cast<double>(o.width), h = static_cast<double>(o.height);
     const double margin = 0.04 * std::min(w, h), legend = o.has_legend() ? legend_width(o) : 0;
@@ -286,13 +284,13 @@ Vec<3> in_view(const View& view, const Vec<3>& p) {
     return {{dot(view.right, p), dot(view.up, p), dot(view.towards, p)}};
 }
 
-/// The part of the frame that the zoom's box fills: a square in its middle.
+/// Square in the middle, for the zoom's box.
 PaperFrame clip_of(const PaperFrame& frame) {
     const double side = std::min(frame.width, frame.height);
     return {frame.left + (frame.width - side) / 2, frame.top + (frame.height - side) / 2, side, side};
 }
 
-/// Of the nodes: the margin has room for what bows beyond them.
+/// Box of the nodes; the margin leaves space for curves beyond them.
 template <int D>
 Box<3> box_of(const Mesh<D>& mesh, std::span<const Face> faces, const View& view) {
     Box<3> box;
@@ -346,7 +344,7 @@ Outcome<Scene> make_scene(const Mesh<D>& mesh, std::span<const Face> faces, cons
             patch.is_marked = std::binary_search(marked.begin(), marked.end(), face.element);
             if (options.edges == Edges::shown || patch.is_marked)
                 for (std::size_t i = 0; i < 3; ++i) patch.lines[i] = line_kind(of_edges[face.nodes[3 + i] - vertices]);
-            // In 2D nothing lies before anything else, but what is marked is to be seen.
+            // In 2D nothing overlaps, but marked elements must be on top.
             if (D == 2 && patch.is_marked)
                 for (Vec<3>& node : patch.nodes) node[2] += 1;
             return patch;

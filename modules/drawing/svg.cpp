@@ -1,4 +1,4 @@
-// Marks of pictures, and SVG files.
+// Marks of pictures and SVG files.
 module;
 #include <algorithm>
 #include <array>
@@ -24,7 +24,6 @@ double text_size(const PictureOptions& o) {
     return std::clamp(0.019 * static_cast<double>(std::min(o.width, o.height)), 8.0, 40.0);
 }
 
-/// Where the legend stands.
 struct Place {
     double x, top, height, size;
 };
@@ -37,7 +36,7 @@ void add_title(const PictureOptions& o, const Place& p, const Theme& theme, std:
     marks.emplace_back(TextMark{p.x, p.top - 1.2 * p.size, p.size, Anchor::start, theme.ink, o.title});
 }
 
-/// To a thousandth of the range, so that what is nearly 0 reads as 0.
+/// Rounds to 1/1000 of the range, so that values near 0 print as 0.
 double rounded(double value, const ColourRange& range) {
     if (range.spacing == Spacing::logarithmic || !(range.high > range.low)) return value;
     const double step = pow(10, std::floor(log10((range.high - range.low) / 1000)));
@@ -50,7 +49,7 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     const Theme theme = theme_of(o.background);
     add_title(o, p, theme, marks);
     const double step = p.height / steps_of_a_bar;
-    // From the top, each down to the end of the bar, so that no paper shines through between two.
+    // From the top, each down to the end of the bar, so that there is no gap.
     for (std::size_t i = steps_of_a_bar; i-- > 0;) {
         const double place = (static_cast<double>(i) + 0.5) / steps_of_a_bar,
                      height = static_cast<double>(i + 1) * step;
@@ -65,16 +64,15 @@ void add_bar(const PictureOptions& o, const ColourRange& range, std::vector<Pict
     }
 }
 
-/// Width of a letter in the legend, as a share of the text's size, and the room of the colour before a text.
+/// Relative to the text size: width of a letter, and indent after the colour box.
 constexpr double letter_width = 0.66, text_indent = 1.7;
 
-/// The text of a kind: "inlet (3)", or the number alone.
+/// "inlet (3)", or the number alone.
 std::string text_of_kind(const ColourKinds& kinds, std::size_t i) {
     const std::string number = std::to_string(kinds.numbers[i]);
     return i < kinds.names.size() && !kinds.names[i].empty() ? kinds.names[i] + " (" + number + ")" : number;
 }
 
-/// The kinds that the legend lists.
 std::vector<std::size_t> listed(const ColourKinds& kinds) {
     std::vector<std::size_t> places;
     for (std::size_t i = 0; i < kinds.numbers.size(); ++i)
@@ -82,7 +80,6 @@ std::vector<std::size_t> listed(const ColourKinds& kinds) {
     return places;
 }
 
-/// The text, with an ellipsis if it has more letters than the legend has room for.
 std::string shortened(const std::string& text, double room) {
     const std::size_t most = static_cast<std::size_t>(std::fmax(room, 4));
     const auto is_middle = [&](std::size_t at) { return (static_cast<unsigned char>(text[at]) & 0xc0U) == 0x80U; };
@@ -153,7 +150,7 @@ std::vector<PictureMark> marks_of(const Scene& scene) {
 
 namespace {
 
-/// A number of tenths, as short as can be: "-.5", "12", "3.4". Behind another one a sign is all that parts them.
+/// Shortest form of a number of tenths: "-.5", "12", "3.4". A negative number needs no separator.
 void put_tenths(std::string& out, std::int64_t tenths) {
     if (tenths < 0)
         out += '-';
@@ -163,16 +160,15 @@ void put_tenths(std::string& out, std::int64_t tenths) {
     if (size >= 10 || size == 0) out += std::to_string(size / 10);
     if (size % 10 != 0) out += '.' + std::to_string(size % 10);
 }
-/// Of a place far off the paper one that is still far off.
+/// Limits positions far outside of the paper.
 std::int64_t tenths_of(double value) { return std::llround(std::clamp(10 * value, -1e12, 1e12)); }
 void put(std::string& out, double value) { put_tenths(out, tenths_of(value)); }
 
-/// Writes the pieces of a path to a tenth of a pixel, each from where the one before has ended, rounding included.
+/// Writes path segments in tenths of a pixel, relative to the previous rounded end.
 class Pen {
   public:
     explicit Pen(const Vec<3>& begin) : at_(tenths(begin)), d_("M") { put(at_); }
 
-    /// On along an edge with its node, to its other end.
     void edge(const Vec<3>& from, const Vec<3>& middle, const Vec<3>& to) {
         const Vec<3> bow = middle - midpoint(from, to);
         const Point end = tenths(to), control = tenths(control_point(from, to, middle));
@@ -224,7 +220,7 @@ std::string curve(const DrawnFace& patch, std::size_t edge) {
 
 constexpr FacePoint middle{1.0 / 3, 1.0 / 3, 1.0 / 3};
 
-/// A part of a patch, which is a triangle of degree 2 again.
+/// A part of a patch, again of degree 2.
 DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& corners) {
     DrawnFace part = whole;
     part.lines = {};
@@ -241,7 +237,7 @@ DrawnFace part_of_patch(const DrawnFace& whole, const std::array<FacePoint, 3>& 
     return part;
 }
 
-/// Whether the patch turns away from the viewer somewhere, and does not somewhere.
+/// True if parts of the patch face the viewer and parts face away.
 bool folds(const DrawnFace& patch) {
     bool towards = false, away = false;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -255,7 +251,7 @@ bool folds(const DrawnFace& patch) {
 
 constexpr std::size_t cuts_of_a_fold = 5;
 
-/// A patch at the silhouette of a solid as the small parts that can be seen.
+/// Adds the visible small parts of a patch at a solid's silhouette.
 void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
     constexpr auto n = static_cast<double>(cuts_of_a_fold);
     const auto at = [&](std::size_t i, std::size_t j) {
@@ -273,7 +269,7 @@ void add_parts(const DrawnFace& patch, std::vector<DrawnFace>& out) {
         }
 }
 
-/// From the farthest to the nearest.
+/// Farthest first.
 std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::uint32_t>& visible) {
     std::vector<DrawnFace> patches;
     for (const std::uint32_t f : visible) {
@@ -291,7 +287,7 @@ std::vector<DrawnFace> painted_in_order(const Scene& scene, const Buffer<std::ui
 
 constexpr double most_opacity = 0.8;
 
-/// In tenths.
+/// Rounded to tenths.
 double opacity_of_lines(const DrawnFace& patch, double width) {
     double longest = 0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -372,7 +368,7 @@ class Writer {
         put(out_, "width", frame.width);
         put(out_, "height", frame.height);
     }
-    /// Where it is not that of the whole.
+    /// Omitted if it is the group's opacity.
     void put_opacity(double opacity) {
         if (opacity != most_opacity) put(out_, "stroke-opacity", opacity);
     }
@@ -386,7 +382,7 @@ class Writer {
             out_ += "/>\n";
             return;
         }
-        // A hair of its own colour, so that nothing shines through between two faces.
+        // A thin stroke of the same colour closes gaps between faces.
         out_ += " stroke=\"" + fill + "\" stroke-width=\".4\"";
         put_opacity(1);
         out_ += "/>\n";

@@ -28,21 +28,21 @@ double share_of_sizes(const EdgeAccuracyOptions& options, int dimension) {
 
 namespace {
 
-// The axes and sizes that eight edges see of a field, in the frame of its axes at their middles.
+// Metric samples of eight edges, in the frame of the metric axes at their midpoints.
 
 template <int D>
 using GradientPack = std::array<SymPack<D>, D>;
 
-/// The field as the straight edge sees it, at one of its ends or at its middle.
+/// Field sampled by the straight edge at an end or its midpoint.
 template <int D>
 struct EdgeSight {
     SymPack<D> log_metric;     ///< log M̂, M̂ = Fᵀ M F
     GradientPack<D> gradient;  ///< in the reference
     MatPack<D> jacobian;       ///< F
-    SymPack<D> change = {};    ///< of the middle: of log M̂ from one end to the other
+    SymPack<D> change = {};    ///< midpoint: difference of log M̂ between the ends
 };
 
-/// The field at an end as the straight edge sees it, where that is bent.
+/// Transforms the field at bent ends to the straight edge.
 template <int D>
 [[gnu::always_inline]] inline void see_through_map(EdgeSight<D>& sight, Mask bent) {
     const SeenPack<D> seen = seen_through<D>(sight.log_metric, sight.jacobian);
@@ -74,7 +74,7 @@ template <int D>
         edges, begin, [&](const Ends& e) __attribute__((always_inline)) -> const Mat<D>& { return (e.*end).jacobian; });
     return seen;
 }
-/// Whether all lanes have one end, as edges from one point have: it need not be gathered.
+/// True if all lanes share this end, so that it needs no gathering.
 template <int D>
 [[nodiscard]] inline bool is_one_end(std::span<const EndSights<D>> edges, std::size_t begin, std::size_t end) {
     const std::size_t last = std::min<std::size_t>(begin + pack_size, edges.size());
@@ -90,7 +90,7 @@ template <int D>
     for (int k = 0; k < sym_size<D>; ++k) all.c[k] = packed(one.c[k]);
     return all;
 }
-/// Of edges that nothing of the mesh itself bends: F is the identity.
+/// Without a curved back mesh F is the identity.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeSight<D> seen_from_end(std::span<const EndSights<D>> edges,
                                                                     std::size_t begin, std::size_t end) {
@@ -114,7 +114,6 @@ template <int D>
     return seen;
 }
 
-/// The mean of both ends.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeSight<D> middle_of(EdgeSight<D> a, const EdgeSight<D>& b) {
     for (int k = 0; k < sym_size<D>; ++k) {
@@ -146,7 +145,7 @@ template <int D>
     return middle_of(seen_from_end(edges, begin, 0), seen_from_end(edges, begin, 1));
 }
 
-/// ∂_v of a field with this gradient.
+/// ∂_v of the field.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> derivative(const GradientPack<D>& gradient, const VecPack<D>& v) {
     SymPack<D> along;
@@ -157,7 +156,6 @@ template <int D>
     return along;
 }
 
-/// aᵀ m b.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack bilinear(const SymPack<D>& m, const VecPack<D>& a, const VecPack<D>& b) {
     Pack sum = packed(0);
@@ -169,7 +167,7 @@ template <int D>
     return sum;
 }
 
-/// What an edge sees in the frame of the axes at its middle.
+/// Sampled metric in its axes at the midpoint.
 template <int D>
 struct EdgeFrame {
     EigenPack<D> log_metric;
@@ -204,33 +202,32 @@ template <int D>
     return sqrt(q);
 }
 
-// The offset for accuracy of eight edges, by the axes and the sizes that they see.
+// Offset for accuracy of eight edges, from sampled axes and sizes.
 
-/// What changes by more than this within an edge is not resolved by it: the angle by which axes turn, in radians, and
-/// the change of log M by sizes (a factor of 7 of a size).
+/// Resolution limits within an edge: rotation of the axes in radians, change of log M (a size factor of 7).
 constexpr double max_turn = 1;
 constexpr double max_turn_of_ends = 1.2;
 constexpr double max_resolved_change = 4;
-/// The longest edge of a mesh that is unit for the metric has length √2; functions are not resolved by longer ones.
+/// Longest edge of a unit mesh: √2.
 constexpr double unit_length_squared = 2;
-/// The most that a node is shifted along its chord; at 1/4 the edge folds.
+/// Shift along the chord; at 1/4 the edge folds.
 constexpr double max_shift = 0.2;
 
-/// 1 where `change` is small beside `most`, 0 far beyond.
+/// 1 for small `change`, 0 for large.
 [[nodiscard, gnu::always_inline]] inline Pack resolved(Pack change, double most) {
     const Pack share = change / most;
     return 1 / (1 + share * share * share * share);
 }
 
-/// w(x): 1/|x| turns a change of L into an angle, where axis j is the finer one; nothing where both are alike, since
-/// what turns there are no axes.
+/// w(x): 1/|x| converts a change of L into an angle if axis j is the finer one; 0 for equal sizes, whose axes are
+/// undefined.
 [[nodiscard, gnu::always_inline]] inline Pack turning(Pack x, Pack likeness) {
     const Pack unlike = 1 - likeness;
     return select(x == 0, packed(0), unlike * unlike / abs(x) * select(x > 0, likeness, packed(1)));
 }
 
-/// Level sets of the coordinates whose gradients the axes are: r_j·d = (change of r_j along e)·e/8. By both ends, whose
-/// change is x tan α for axes that turn by α, as far as the tangents there ask for: (e/4) tan(α/2).
+/// r_j·d = (change of r_j along e)·e/8. With `of_ends`, axes that turn by α change by x tan α, and the tangents give
+/// (e/4) tan(α/2).
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_axes(const EdgeFrame<D>& f, ChangeAlong change) {
     VecPack<D> d;
@@ -246,8 +243,8 @@ template <int D>
             d[j] += part;
         }
     }
-    // 8 |d|/|e| is the angle by which the axes turn. Where that is of both ends it is known as far as it is told from
-    // one by which other axes came there.
+    // 8 |d|/|e| is the rotation angle. From the ends alone it is ambiguous, because other axes may have taken that
+    // place.
     const Pack turn = 8 * sqrt(dot(d, d)) / sqrt(dot(f.chord, f.chord));
     const Pack kept = change == ChangeAlong::of_ends ? resolved(turn * turn, max_turn_of_ends * max_turn_of_ends)
                                                      : resolved(turn, max_turn);
@@ -255,8 +252,8 @@ template <int D>
     return d;
 }
 
-/// Sizes of a Hessian, or of third derivatives: the geodesic's first step, [(∂_u L) u − ½ ∇(uᵀ L u)]/8, for each axis j
-/// of what the chord has along axes that are like it, u = R K_j∘c: 8 d_j = r_jᵀ (∂_u L) u − ½ uᵀ (∂_{r_j} L) u.
+/// First geodesic step from the chord component along similar axes, u = R K_j∘c: 8 d_j = r_jᵀ (∂_u L) u − ½ uᵀ (∂_{r_j}
+/// L) u.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_derivatives(const EdgeFrame<D>& f,
                                                                    const GradientPack<D>& gradient) {
@@ -273,12 +270,11 @@ template <int D>
     return d;
 }
 
-/// Sizes that grow away from something: of u = f(φ), φ along the gradient γ of the mean log size of the axes that are
-/// like axis j, as far as it is along such axes; 16 d_j = (γ·c)² γ_j/|γ|².
+/// 16 d_j = (γ·c)² γ_j/|γ|²; γ is the gradient of the mean log size of the axes similar to axis j, within these axes.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_layers(const EdgeFrame<D>& f, const GradientPack<D>& gradient) {
     const MatPack<D>& r = f.log_metric.vectors;
-    std::array<VecPack<D>, D> growth;  // growth[k][i]: of λ_i along axis k
+    std::array<VecPack<D>, D> growth;  // of λ_i along axis k
     for (int k = 0; k < D; ++k) {
         const SymPack<D> along = derivative<D>(gradient, r.column[k]);
         for (int i = 0; i < D; ++i) growth[k][i] = bilinear<D>(along, r.column[i], r.column[i]);
@@ -300,20 +296,20 @@ template <int D>
     return d;
 }
 
-/// The part that sizes ask for, as far as it is resolved.
+/// Offset from sizes, reduced if it is not resolved.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> by_sizes(const EdgeFrame<D>& f, const GradientPack<D>& gradient,
                                                              MetricKind kind) {
     VecPack<D> d = kind == MetricKind::natural ? by_layers<D>(f, gradient) : by_derivatives<D>(f, gradient);
     const Pack length = metric_length(f, f.chord);
     const Pack unit = min(unit_length_squared / (length * length), packed(1));
-    // In one direction d = Δλ e/16.
+    // In one dimension d = Δλ e/16.
     const Pack kept = unit * resolved(16 * metric_length(f, d) / length, max_resolved_change);
     for (int j = 0; j < D; ++j) d[j] *= kept;
     return d;
 }
 
-/// The recovered gradient, with the change along the chord that the ends tell: the least change of it, in the metric.
+/// Adds the minimal change, in the metric, that matches the ends along the chord.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline GradientPack<D> agreeing_with_ends(const EdgeFrame<D>& f,
                                                                             const EdgeSight<D>& middle,
@@ -334,7 +330,7 @@ template <int D>
     return gradient;
 }
 
-/// F R (by_axes + σ by_sizes), not further along the chord than `max_shift`; nothing where that is no number.
+/// F R (by_axes + σ by_sizes); 0 if not finite.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> accurate_offset(const EdgeFrame<D>& f, const VecPack<D>& chord,
                                                                     const EdgeSight<D>& middle,
@@ -359,7 +355,7 @@ template <int D>
     return offset;
 }
 
-/// sqrt(n Σ(x − mean)²/n) of the log sizes of a metric, see frame_mean.
+/// sqrt(n Σ(x − mean)²/n) of the log sizes, see frame_mean.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack unlikeness(const VecPack<D>& sizes) {
     Pack sum = sizes[0], squares = sizes[0] * sizes[0];
@@ -370,7 +366,7 @@ template <int D>
     return sqrt(max(squares - sum * sum / D, packed(0)));
 }
 
-/// |e| in frame_mean of the ends' metrics, whose log sizes rise.
+/// |e| in frame_mean of the ends' metrics; log sizes ascend.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack middle_speed(const EdgeFrame<D>& f, const VecPack<D>& a,
                                                            const VecPack<D>& b) {
@@ -380,7 +376,7 @@ template <int D>
     const Pack share = min(max((ratio - 0.5) / 0.3, packed(0)), packed(1));
     Pack sum = packed(0);
     for (int i = 0; i < D; ++i) {
-        Pack rank = packed(0);  // among the values
+        Pack rank = packed(0);
         for (int k = 0; k < D; ++k)
             if (k != i) rank += select(k < i ? values[k] <= values[i] : values[k] < values[i], packed(1), packed(0));
         Pack mean = packed(0);
@@ -390,7 +386,7 @@ template <int D>
     return sqrt(sum);
 }
 
-/// logarithmic_mean.
+/// See logarithmic_mean.
 [[nodiscard, gnu::always_inline]] inline Pack mean_of_speeds(Pack a, Pack b) {
     const Pack sum = a + b, d = (a - b) / sum;
     const Pack near = sum / 2 * (1 - d * d / 3);
@@ -412,11 +408,11 @@ template <int D>
     return sqrt(sum);
 }
 
-/// Whether the ends tell of one metric all along but for rounding, in which the edge is straight and as long as that
-/// says: its node would leave the chord's middle by less than 1e-13 of that.
+/// True if the metric is constant within rounding: the node would leave the chord midpoint by less than 1e-13 of the
+/// length.
 template <int D>
 [[nodiscard]] bool sees_one_metric(const EndSights<D>& ends, const Vec<D>& chord) {
-    constexpr double rounding = 1e-12;  // of log M, within the edge
+    constexpr double rounding = 1e-12;  // of log M within the edge
     const auto changes = [](double change) { return !(std::abs(change) <= rounding); };
     for (int k = 0; k < sym_size<D>; ++k)
         if (changes(ends[0].log_metric->l.c[k] - ends[1].log_metric->l.c[k])) return false;

@@ -62,15 +62,14 @@ double riemannian_length(const EdgeField<D>& field, const QuadraticEdge<D>& edge
 
 namespace {
 
-/// A quadrature point of an edge.
 template <int D>
 struct EdgePoint {
     double t, weight;
     Vec<D> derivative;  ///< l'(t)
 };
 
-/// Adds one quadrature point's share of q = l'ᵀ M l', with ∂_i l' = 4(1−2t) e_i, ∂_i log M = 4t(1−t) G_i:
-/// ∂_i q = 2·4(1−2t) (M l')_i + 4t(1−t) ⟨adjoint, G_i⟩ (paper §2.2.1 through the adjoint of Daletskii–Krein).
+/// Adds a quadrature point of q = l'ᵀ M l': ∂_i q = 2·4(1−2t) (M l')_i + 4t(1−t) ⟨adjoint, G_i⟩ with ∂_i log M =
+/// 4t(1−t) G_i (paper §2.2.1, adjoint of Daletskii–Krein).
 template <int D>
 void add_point(ObjectiveSample<D>& sum, EdgeObjectiveKind kind, const EdgePoint<D>& point,
                const LogMetric<D>& log_metric, const LogGradient<D>& gradient) {
@@ -148,7 +147,7 @@ EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule,
 
 namespace {
 
-/// Armijo's rule with quadratic interpolation along the bounded step. False where no step lowers the objective.
+/// Armijo's rule with quadratic interpolation; false if no step succeeds.
 template <int D>
 bool line_search(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Iterate<D>& from,
                  const Vec<D>& direction, Iterate<D>& next) {
@@ -189,8 +188,7 @@ EdgeSearch descend(const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
     return EdgeSearch::exhausted;
 }
 
-/// The energy also evens out the speed along the edge, and where one node cannot serve both it leaves some length: from
-/// its minimum, in the regular valley that it has found, the length itself is lowered where that promises enough.
+/// Minimises the length from the energy's minimum, which also equalises the speed and may be longer.
 template <int D>
 void shorten(const BackMesh<D>& back, EdgeObjective<D> objective, const EdgeMinimiserOptions& options, Vec<D>& node) {
     objective.kind = EdgeObjectiveKind::length;
@@ -212,7 +210,7 @@ EdgeMinimum<D> minimised(const BackMesh<D>& back, const EdgeObjective<D>& object
     return minimum;
 }
 
-/// The minimum, or where the search began if that is shorter by the finer rule.
+/// Returns the start if that is shorter by the finer rule.
 template <int D>
 EdgeMinimum<D> no_longer_than(const LagrangeNode<D>& present, const BackMesh<D>& back,
                               const EdgeObjective<D>& objective, const Quadrature& rule, EdgeMinimum<D> minimum) {
@@ -238,7 +236,7 @@ Vec<D> geodesic_start(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& 
     const Vec<D> e = p02 - p20;
     const FieldSample<D> sample = sample_with_recovered_gradient(back, middle, hint);
     const SpectralMetric<D> metric(sample.log_metric);
-    // ∂_i M = D exp(L)[∂_i L]; only its products with e are needed: (∂_e M) e and eᵀ(∂_i M) e.
+    // ∂_i M = D exp(L)[∂_i L]; only (∂_e M) e and eᵀ(∂_i M) e are required.
     Sym<D> along;
     for (int i = 0; i < D; ++i) along += e[i] * sample.gradient[i];
     Vec<D> force = exp_derivative(metric, along) * e;

@@ -14,10 +14,10 @@ import camber.metric;
 
 namespace camber {
 
-/// A rule's points along an edge are sampled in packs of this many.
+/// Points per sampling pack.
 inline constexpr std::size_t edge_pack = 12;
 
-/// sampled(points, hint, samples), a pack at a time, then use(q, sample) for each point of the rule in turn.
+/// Calls sampled(points, hint, samples) per pack, then use(q, sample) per point.
 template <int D, class Sampled, class Use>
 void each_along(const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint, Sampled&& sampled, Use&& use) {
     std::array<Vec<D>, edge_pack> points;
@@ -31,7 +31,7 @@ void each_along(const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId 
     }
 }
 
-/// use(q, sample) with log M at each point of the rule.
+/// Calls use(q, sample) with log M at each point.
 template <int D, class Use>
 void each_value_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
                       Use&& use) {
@@ -39,7 +39,7 @@ void each_value_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, con
         edge, rule, hint, [&](auto points, ElementId from, auto out) { back->sample_values(points, from, out); }, use);
 }
 
-/// The same with gradients.
+/// With gradients.
 template <int D, class Use>
 void each_gradient_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, const Quadrature& rule, ElementId hint,
                          Use&& use) {
@@ -52,21 +52,19 @@ void each_gradient_along(const BackMesh<D>& back, const QuadraticEdge<D>& edge, 
 
 export namespace camber {
 
-/// A Riemannian length, and how many of its samples lay beyond the back mesh.
+/// With the number of samples outside the back mesh.
 struct EdgeLength {
     double length = 0;
     int outside = 0;
     int lost = 0;
 };
 
-/// ∫ sqrt(l'ᵀ M(l) l') dt on the true field, that of the back mesh at the points of the curve. `hint`: an element near
-/// the edge's first vertex.
+/// ∫ sqrt(l'ᵀ M(l) l') dt in the field of the back mesh. `hint`: an element near the first vertex.
 template <int D>
 [[nodiscard]] EdgeLength riemannian_length(const BackMesh<D>& back, const QuadraticEdge<D>& edge,
                                            const Quadrature& rule, ElementId hint);
 
-/// The metric along a P2 edge as the paper has it (§2.1, eq. 3 and 4): log M(t) quadratic through log M_20, log M(P^l),
-/// log M_02.
+/// log M(t) is quadratic through log M_20, log M(P^l), log M_02 (paper §2.1, eq. 3 and 4).
 template <int D>
 struct EdgeField {
     LogMetric<D> l20, mid, l02;
@@ -74,11 +72,10 @@ struct EdgeField {
     [[nodiscard]] LogMetric<D> at(double t) const {
         return {(1 - t) * (1 - 2 * t) * l20.l + 4 * t * (1 - t) * mid.l + t * (2 * t - 1) * l02.l};
     }
-    /// The virtual log-metric of eq. (4): log M_11 = (4 log M(P^l) − log M_20 − log M_02)/2.
+    /// log M_11 = (4 log M(P^l) − log M_20 − log M_02)/2 (eq. 4).
     [[nodiscard]] LogMetric<D> virtual_mid() const { return {2.0 * mid.l - 0.5 * (l20.l + l02.l)}; }
 };
 
-/// The field along an edge of which the end vertices' log-metrics and the middle node's place are known.
 template <int D>
 [[nodiscard]] EdgeField<D> edge_field(const BackMesh<D>& back, const QuadraticEdge<D>& edge, ElementId hint);
 
@@ -86,33 +83,29 @@ template <int D>
 template <int D>
 [[nodiscard]] double riemannian_length(const EdgeField<D>& field, const QuadraticEdge<D>& edge, const Quadrature& rule);
 
-/// What an edge's node minimises. Length does not change under reparametrisation, so its Hessian is singular along the
-/// edge and a quadrature rule turns that into false minima; the energy ∫ l'ᵀ M l' dt has the same curves as minimisers,
-/// at constant speed, and a regular Hessian.
+/// The energy ∫ l'ᵀ M l' dt has the same minimising curves as the length, at constant speed, with a regular Hessian.
+/// The length is invariant under reparametrisation: its Hessian is singular, and quadrature creates false minima.
 enum class EdgeObjectiveKind : std::uint8_t { energy, length };
 [[nodiscard]] constexpr auto words(EdgeObjectiveKind) {
     return words_of(Word{EdgeObjectiveKind::energy, "energy"}, Word{EdgeObjectiveKind::length, "length"});
 }
 
-/// Which field the objective sees along the edge.
+/// Field of the objective along the edge.
 enum class EdgeFieldKind : std::uint8_t {
-    back,  ///< the back mesh's at each quadrature point: the true field
-    edge,  ///< the quadratic through the three nodes' log-metrics (paper §2.2.1, eq. 7)
+    back,  ///< of the back mesh at each quadrature point
+    edge,  ///< quadratic through the three log-metrics (paper §2.2.1, eq. 7)
 };
 [[nodiscard]] constexpr auto words(EdgeFieldKind) {
     return words_of(Word{EdgeFieldKind::back, "background"}, Word{EdgeFieldKind::edge, "edge"});
 }
 
-/// The objective at one node.
 template <int D>
 struct ObjectiveSample {
     double value = 0;
-    Vec<D> gradient;  ///< with respect to P^l, in physical coordinates
-    Sym<D> hessian;   ///< the SPD model: second derivative with the metric frozen (energy), or its Gauss–Newton kin
-                      ///< (length)
+    Vec<D> gradient;  ///< by P^l, in physical coordinates
+    Sym<D> hessian;   ///< SPD model with the metric frozen (energy), or its Gauss–Newton analogue (length)
 };
 
-/// One edge's objective as a function of its mid node.
 template <int D>
 struct EdgeObjective {
     const BackMesh<D>* back = nullptr;
@@ -120,41 +113,37 @@ struct EdgeObjective {
     EdgeObjectiveKind kind = EdgeObjectiveKind::energy;
     EdgeFieldKind field = EdgeFieldKind::back;
     Vec<D> p20, p02;
-    LogMetric<D> l20, l02;  ///< at the ends; used by EdgeFieldKind::edge only
+    LogMetric<D> l20, l02;  ///< at the ends; for EdgeFieldKind::edge
     ElementId hint;
 
     [[nodiscard]] double value(const Vec<D>& node) const;
-    /// Value, exact gradient wherever no sample lies on a face of the back mesh, and the Hessian model. One
-    /// decomposition a quadrature point.
+    /// The gradient is exact unless a sample lies on a face of the back mesh. One decomposition per quadrature point.
     [[nodiscard]] ObjectiveSample<D> evaluate(const Vec<D>& node) const;
 };
 
-/// The chord of an edge anywhere in a back mesh.
 template <int D>
 struct Chord {
     Vec<D> p20, p02;
     ElementId hint;  ///< an element near p20
 };
 
-/// The objective of the edge on a chord, whose ends are located from its hint. It refers to `back` and `rule`, which
-/// must outlive it.
+/// Locates the ends of the chord from its hint. `back` and `rule` must outlive the result.
 template <int D>
 [[nodiscard]] EdgeObjective<D> edge_objective(const BackMesh<D>& back, const Quadrature& rule, EdgeObjectiveKind kind,
                                               EdgeFieldKind field, const Chord<D>& chord);
 
-/// How an edge's node is searched for.
 struct EdgeMinimiserOptions {
     EdgeObjectiveKind objective = EdgeObjectiveKind::energy;
     EdgeFieldKind field = EdgeFieldKind::back;
     int quadrature_points = 4;
     int max_iterations = 30;
-    /// Ends when the model promises to lower the objective by less than this, relatively.
+    /// Ends if the predicted relative decrease is less.
     double tolerance = 1e-7;
-    double length_tolerance = 1e-3;     ///< of the length's model
+    double length_tolerance = 1e-3;     ///< for the length model
     double max_tangential_shift = 0.2;  ///< at 1/4 the edge folds (l' = 0 at an end)
-    double max_offset = 4;              ///< an edge of a mesh that is unit for the metric has length 1
+    double max_offset = 4;              ///< metric lengths; an edge of a unit mesh has length 1
 
-    /// All that a user may set; `objective` is named by whoever offers more than these two.
+    /// User options; callers that offer `objective` add it.
     [[nodiscard]] static constexpr auto options() {
         using S = EdgeMinimiserOptions;
         return std::tuple(
@@ -187,66 +176,59 @@ struct EdgeMinimiserOptions {
     friend bool operator==(const EdgeMinimiserOptions&, const EdgeMinimiserOptions&) = default;
 };
 
-/// How the node of an edge was found.
 enum class EdgeSearch : std::uint8_t {
-    converged,  ///< the model's decrease fell below the tolerance
-    polished,   ///< stopped at a kink of the back mesh's field, then a pattern search ended it
-    exhausted,  ///< out of iterations
+    converged,  ///< predicted decrease below the tolerance
+    polished,   ///< stopped at a kink of the field, finished by pattern search
+    exhausted,  ///< iteration limit
 };
 
-/// The node found for one edge, and what it makes of its length.
 template <int D>
 struct EdgeMinimum {
     LagrangeNode<D> node;
-    double straight_length = 0;  ///< of the chord, on the true field by report_points
-    double length = 0;           ///< of the edge with `node`, likewise; never above straight_length
+    double straight_length = 0;  ///< length of the chord by report_points
+    double length = 0;           ///< length with `node`, never above straight_length
     EdgeSearch search = EdgeSearch::converged;
-    bool shortened = false;  ///< the finer rule found the minimiser's edge longer: its offset was reduced
-    bool outside = false;    ///< some sample of the curve lay beyond the back mesh
-    bool lost = false;       ///< some sample of the curve was not found in the back mesh
+    bool shortened = false;  ///< the offset was reduced by the finer rule
+    bool outside = false;    ///< a sample was outside the back mesh
+    bool lost = false;       ///< a sample was not located
 };
 
-/// Rules shared by all edges of a run.
 struct EdgeRules {
     Quadrature objective, report;
 };
-/// The rules that the options ask for: quadrature_points for the search, report_points for the judgement.
+/// quadrature_points for the search, report_points for the final test.
 [[nodiscard]] EdgeRules edge_rules(const EdgeMinimiserOptions& options);
 
-/// The middle node of P^l = mid + Γ(e, e)/8, Γ(e, e) = M⁻¹[(∂_e M) e − ½ eᵀ(∂M) e]: the first Newton step of the energy
-/// from the straight edge (the geodesic equation x'' = −Γ(x', x')), with the recovered gradient of the field at the
-/// middle, which does not depend on the back element.
+/// P^l = mid + Γ(e, e)/8, Γ(e, e) = M⁻¹[(∂_e M) e − ½ eᵀ(∂M) e]: first Newton step of the energy (geodesic equation x''
+/// = −Γ(x', x')). Uses the recovered gradient, which does not depend on the back element.
 template <int D>
 [[nodiscard]] Vec<D> geodesic_start(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02, ElementId hint);
 
-/// The node that makes the edge from p20 to p02 shortest, an edge anywhere in the back mesh: from the better of the
-/// straight edge and geodesic_start, BFGS in the metric's own frame, a pattern search where a kink of the field stops
-/// it; judged on the true field by the finer rule, by which the result is never longer than the straight edge. `hint`:
-/// an element near p20.
+/// Minimises the length of an edge anywhere in the back mesh, from the better of the straight edge and geodesic_start.
+/// Uses BFGS in the metric's frame, then pattern search at kinks of the field. The result is never longer than the
+/// straight edge by the finer rule. `hint`: an element near p20.
 template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_edge(const BackMesh<D>& back, const Vec<D>& p20, const Vec<D>& p02,
                                            ElementId hint, const EdgeRules& rules, const EdgeMinimiserOptions& options);
 
-/// The same for an edge of the back mesh itself, whose shell is not empty. Such a chord lies on kinks of the
-/// field: the search starts from the best of the closed-form minima of the shell's sectors, and so does not depend on
-/// an order; or from the node that the edge has, where the objective is lower still: it is never longer than that.
+/// For edges of the back mesh; the shell must not be empty. Starts from the best closed-form minimum of the shell's
+/// sectors (the chord lies on kinks of the field), or from the present node if that is better. Never longer than the
+/// present edge, and independent of the order of the shell.
 template <int D>
 [[nodiscard]] EdgeMinimum<D> minimise_back_edge(const BackMesh<D>& back, const BackEdge& edge,
                                                 const LagrangeNode<D>& present, const EdgeRules& rules,
                                                 const EdgeMinimiserOptions& options);
 
-/// Edges of a back mesh with their present nodes, one an edge.
 template <int D>
 struct BackEdges {
     std::span<const BackEdge> edges;
     std::span<const LagrangeNode<D>> nodes;
 };
 
-/// What the searches of some edges took.
 struct EdgeSearchWork {
-    std::size_t single = 0;          ///< edges that were searched alone
-    std::size_t judged = 0;          ///< edges of which the finer rule had to say whether they are shorter
-    std::size_t decompositions = 0;  ///< of M, of the others
+    std::size_t single = 0;          ///< edges searched individually
+    std::size_t judged = 0;          ///< edges compared by the finer rule
+    std::size_t decompositions = 0;  ///< of M, in packs
     EdgeSearchWork& operator+=(const EdgeSearchWork& o) {
         single += o.single;
         judged += o.judged;
@@ -255,22 +237,21 @@ struct EdgeSearchWork {
     }
 };
 
-/// minimise_back_edge of each edge, in packs, without the lengths, which stay 0: minima[i] of the edge i. An edge has
-/// the same bytes in any company and with any instructions.
+/// minimise_back_edge in packs, without lengths (0). Results are bitwise independent of other edges and of the
+/// instruction set.
 template <int D>
 EdgeSearchWork minimise_back_edges(const BackMesh<D>& back, const BackEdges<D>& edges, const EdgeRules& rules,
                                    const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
                                    Instructions set = widest_instructions());
 
-/// An edge anywhere in a back mesh: its ends, with the field there.
 template <int D>
 struct FreeEdge {
     BackVertex<D> a, b;
     ElementId hint;  ///< an element near a
 };
 
-/// minimise_edge of each edge, likewise. From the chord, whose energy has its gradient from the elements that it
-/// passes; by the search alone where the field goes along with curves there, or the chord leaves the mesh.
+/// minimise_edge in packs, from the chord with the gradient of its elements. Edges are searched individually if the
+/// field is curved or the chord leaves the mesh.
 template <int D>
 EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<D>> edges, const EdgeRules& rules,
                               const EdgeMinimiserOptions& options, std::span<EdgeMinimum<D>> minima,
@@ -280,8 +261,7 @@ EdgeSearchWork minimise_edges(const BackMesh<D>& back, std::span<const FreeEdge<
 
 namespace camber {
 
-/// The metric at the middle of the chord as a change of variables: P = mid + S y, in which the frozen-metric Hessian of
-/// the objective is the identity.
+/// P = mid + S y: frame of the metric at the chord midpoint, in which the frozen-metric Hessian is the identity.
 template <int D>
 struct UnitFrame {
     Vec<D> origin;
@@ -293,7 +273,6 @@ struct UnitFrame {
     [[nodiscard]] Vec<D> node(const Vec<D>& y) const { return origin + s * y; }
     [[nodiscard]] Vec<D> gradient(const Vec<D>& g) const { return transposed_times(s, g); }
 
-    /// The coordinates of a node.
     [[nodiscard]] Vec<D> coordinates(const Vec<D>& node) const {
         Vec<D> y;
         const Vec<D> offset = node - origin;
@@ -301,13 +280,13 @@ struct UnitFrame {
         return y;
     }
 
-    /// y moved into the bounds on the tangential shift (in chords) and on the offset (in metric lengths).
+    /// Applies the limits of the shift (in chords) and of the offset (in metric lengths).
     [[nodiscard]] Vec<D> bounded(Vec<D> y) const {
         double length = 0;
         for (int k = 0; k < D; ++k) length += metric_weight[k] * y[k] * y[k];
         length = std::sqrt(length);
         if (length > max_offset) y *= max_offset / length;
-        // The shift a·y is linear: the nearest y of the slab |a·y| ≤ max_shift is nearer to 0 too, so both bounds hold.
+        // Projection onto the slab |a·y| ≤ max_shift also reduces |y|, so both limits hold.
         const Vec<D> a = transposed_times(s, chord) / norm_squared(chord);
         const double shift = dot(a, y);
         if (std::abs(shift) <= max_shift) return y;
@@ -324,7 +303,7 @@ UnitFrame<D> unit_frame(const BackMesh<D>& back, const EdgeObjective<D>& objecti
     frame.max_shift = max_tangential_shift;
     frame.max_offset = max_offset;
     const SpectralMetric<D> metric(sample_value(back, frame.origin, objective.hint).log_metric);
-    // ∫ 2·16(1−2t)² dt = 32/3 for the energy; the length's is that over 2 sqrt(q).
+    // ∫ 2·16(1−2t)² dt = 32/3 for the energy; for the length divided by 2 sqrt(q).
     double curvature = 32.0 / 3;
     if (objective.kind == EdgeObjectiveKind::length)
         curvature /= 2 * std::sqrt(std::max(metric.length_squared(frame.chord), 1e-300));
@@ -335,15 +314,11 @@ UnitFrame<D> unit_frame(const BackMesh<D>& back, const EdgeObjective<D>& objecti
     return frame;
 }
 
-/// When the chord is an edge of the back mesh, it lies on kinks of the field: each element of its shell has a gradient
-/// of its own, and the objective a local minimum of its own in the sector (the wedge of that element around the chord)
-/// or on a face between two. As long as the node stays in one sector the whole parabola does, so there the objective is
-/// smooth, and its model from the chord, value + gᵀy + |y|²/2 in the unit frame, is exact to second order.
-///
-/// best_sector_start: of the minimisers y of each element's model over its sector, the lowest.
+/// Sectors: a chord of the back mesh lies on kinks of the field. Each element of its shell has its own gradient, with a
+/// local minimum in its sector (the wedge around the chord) or on a face. While the node stays in a sector, so does the
+/// whole parabola; the model value + gᵀy + |y|²/2 in the unit frame is exact to second order.
 
-/// The gradient at the chord, split in what all sectors share and what the field's gradient of each adds:
-/// ∂_i = common_i + ⟨adjoint, G_i⟩.
+/// Gradient at the chord: ∂_i = common_i + ⟨adjoint, G_i⟩ with the field gradient G of a sector.
 template <int D>
 struct ChordGradient {
     Vec<D> common;
@@ -366,7 +341,7 @@ ChordGradient<D> chord_gradient(const BackMesh<D>& back, const EdgeObjective<D>&
     return out;
 }
 
-/// The point of the cone { y : a_k·y ≥ 0 } nearest to y: inside, on one wall, or on the line where two meet.
+/// Nearest point of the cone { y : a_k·y ≥ 0 } to y.
 template <int D>
 Vec<D> nearest_in_sector(const Vec<D>& y, const std::array<Vec<D>, D - 1>& walls) {
     const auto onto = [](const Vec<D>& p, const Vec<D>& wall) { return p - dot(p, wall) / norm_squared(wall) * wall; };
@@ -388,8 +363,7 @@ Vec<D> nearest_in_sector(const Vec<D>& y, const std::array<Vec<D>, D - 1>& walls
     }
 }
 
-/// The start of the sector whose model promises most; the zero vector where none promises anything. The result depends
-/// on the shell as a set, not on its order.
+/// Sector minimum with the best model; zero if none predicts a decrease. Independent of the order of the shell.
 template <int D>
 Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& objective, const UnitFrame<D>& frame,
                          VertexId a, VertexId b, std::span<const ElementId> shell) {
@@ -400,9 +374,9 @@ Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& object
         Vec<D> g = chord.common;
         for (int i = 0; i < D; ++i) g[i] += inner(chord.adjoint, field[i]);
         for (Vec<D>& wall : walls) wall = frame.gradient(wall);
-        // The model's decrease at the projection y of −g onto the cone is |y|²/2.
+        // The model's decrease at the projection y of −g is |y|²/2.
         const Vec<D> y = nearest_in_sector<D>(-frame.gradient(g), walls);
-        // On the wall between two sectors both find the same point, but for its last bits.
+        // On a shared wall both sectors find the same point up to rounding; the comparison makes the choice unique.
         if (norm_squared(y) > norm_squared(best) || (norm_squared(y) == norm_squared(best) && y.c > best.c)) best = y;
     }
     return best;
@@ -410,7 +384,7 @@ Vec<D> best_sector_start(const BackMesh<D>& back, const EdgeObjective<D>& object
 
 }  // namespace camber
 
-/// What the searches for an edge's node share, whatever their unknowns are.
+/// Common parts of the searches for an edge's node.
 namespace camber {
 
 template <int D>
@@ -427,7 +401,7 @@ Iterate<D> evaluated(const EdgeObjective<D>& objective, const UnitFrame<D>& fram
     return {y, sample.value, frame.gradient(sample.gradient), congruence(transposed(frame.s), sample.hessian)};
 }
 
-/// H⁻¹ of a well-conditioned symmetric matrix, as those of the unit frame are; the identity where it is not.
+/// H⁻¹ of a well-conditioned symmetric matrix, else the identity.
 template <int D>
 Sym<D> inverse_of(const Sym<D>& h) {
     Mat<D> m;
@@ -440,8 +414,7 @@ Sym<D> inverse_of(const Sym<D>& h) {
     return out;
 }
 
-/// The BFGS update of an inverse Hessian by a step s and a change of gradient d; skipped where curvature is not
-/// positive.
+/// BFGS by step s and gradient change d; skipped without positive curvature.
 template <int D>
 void update_inverse_hessian(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
     const double sd = dot(s, d);
@@ -452,7 +425,7 @@ void update_inverse_hessian(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
         for (int j = 0; j <= i; ++j) h(i, j) += factor * s[i] * s[j] - (hd[i] * s[j] + s[i] * hd[j]) / sd;
 }
 
-/// A pattern search along the frame's axes with falling radius: it needs no gradient, so a kink does not stop it.
+/// Pattern search without gradients, so kinks do not stop it.
 template <int D>
 void polish(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, Iterate<D>& best) {
     const double scale = std::sqrt(std::max(best.value, 0.0));
@@ -474,7 +447,7 @@ void polish(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, Iterat
     }
 }
 
-/// The predicted node, halved until it beats the straight edge; the straight edge itself where it never does.
+/// Halves the prediction until it improves on the straight edge, else returns that.
 template <int D>
 Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, const Vec<D>& predicted) {
     const Iterate<D> straight = evaluated(objective, frame, Vec<D>{});
@@ -486,7 +459,7 @@ Iterate<D> start(const EdgeObjective<D>& objective, const UnitFrame<D>& frame, c
     return straight;
 }
 
-/// Lengths by the finer rule; the offset is halved until the edge is no longer than its chord.
+/// Halves the offset until the edge is no longer than its chord by the finer rule.
 template <int D>
 void judge(const BackMesh<D>& back, const EdgeObjective<D>& objective, const Quadrature& rule,
            EdgeMinimum<D>& minimum) {

@@ -14,48 +14,44 @@ import :edge_minimiser;
 import :edge_pack_location;
 import :edge_pack_objective;
 
-/// Eight searches for an edge's node under way, and a step of quasi-Newton in each lane.
+/// Eight simultaneous searches, and quasi-Newton steps in each lane.
 namespace camber {
 
-/// A bound that leaves no more of a step holds the node.
+/// Remaining share of a step at which a bound blocks the node.
 inline constexpr double blocked_step = 1e-3;
-/// |y| of an offset of a unit of length: sqrt(energy_curvature).
+/// |y| of an offset of unit length: sqrt(energy_curvature).
 inline constexpr double unit_offset = 3.2659863237109041;
 inline constexpr int max_attempts = 8;
-/// Lengths that differ by less are the same.
+/// Relative tolerance of equal lengths.
 inline constexpr double length_rounding = 1e-11;
 inline constexpr int max_crossings = 6;
 inline constexpr int max_length_steps = 5;
-/// A step of the energy that promises less than this share is the last, and taken unmeasured: by then the model is
-/// near enough that what it leaves is a small part of that (docs/algorithms/edge-minimisation.md).
+/// Predicted share below which an energy step is the last and is not evaluated (docs/algorithms/edge-minimisation.md).
 inline constexpr double last_step = 3e-4;
-/// The same where the length is asked for, on the way from the energy's minimum to the length's.
+/// The same on the way from the energy's minimum to the length's.
 inline constexpr double last_step_of_length = 2e-4;
-/// And only where it is short, by |y|² as a share of the energy, and by what the edge has gained: along the edge the
-/// model of the length tells little.
+/// Maximum |y|² of such a step, as a share of the energy; also limited by the gain, because the length model is
+/// inaccurate along the edge.
 inline constexpr double max_blind_step = 0.02;
-/// The same where the field is only that of an element as it goes on beyond its ends: it is measured then.
+/// The same in an extrapolated field; the step is then evaluated.
 inline constexpr double rough_last_step = 1e-1;
 
-/// A parabola that leaves its element near an end by less than this, in chords, is searched in the field of that
-/// element as it goes on beyond, and then from there in that of the mesh.
+/// Parabolas beyond their element near an end by less than this (in chords) are first searched in its extrapolated
+/// field.
 inline constexpr double max_beyond = 8;
 
-/// What is searched from its chord: edges within which log M, along the chord, to the vertices of the shell and out to
-/// the node, changes by less. Others are full of kinks and false minima, which the mesh does not resolve: they look at
-/// other places first.
+/// Maximum change of log M along the chord, to the shell's vertices and to the node, for a search from the chord. Other
+/// edges do not resolve the field and probe other positions first.
 inline constexpr double max_change = 3;
-/// Where log M changes by more than this, sizes by a factor of 50, slopes tell nothing of what is a step away.
+/// Above this change of log M (a size factor of 50), slopes do not predict steps.
 inline constexpr double max_change_for_slopes = 8;
-/// Gains below this share of the length are not asked for. Others are believed by a rule of as many points where they
-/// are above what is not sure of the length, too, or, of curves with kinks, above that share times the square of what
-/// log M changes by, if that is more than 1: of 100 000 curves in fields from smooth to random none was wrong by as
-/// much (docs/algorithms/edge-minimisation.md).
+/// Smaller relative gains are ignored. Larger ones are accepted with at least `min_points` if they exceed the
+/// uncertainty of the length or, with kinks, `sure_share_with_kinks` times max(1, change of log M squared) (evidence:
+/// docs/algorithms/edge-minimisation.md).
 inline constexpr double min_gain = 1e-6;
 inline constexpr std::size_t min_points = 4;
 inline constexpr double sure_share_with_kinks = 0.03;
 
-/// Eight searches under way.
 template <int D>
 struct SearchPack {
     ChordFrame<D> frame;
@@ -66,13 +62,13 @@ struct SearchPack {
     SymPack<D> inverse_hessian;
     Pack slope{}, step{}, attempts{}, steps{}, crossings{};
     Pack by_length{}, busy{};  ///< 1 or 0
-    Pack change{};             ///< the most that log M does within the shell
-    Pack along{};              ///< what log M changes by along the chord
-    Pack probed{};             ///< 1: has looked elsewhere
+    Pack change{};             ///< maximum change of log M within the shell
+    Pack along{};              ///< change of log M along the chord
+    Pack probed{};             ///< 1: has probed
     // While the field is that of one element:
     WedgePack<D> wedge;
-    EdgeSums<D> sums;        ///< `at` is of these
-    EdgeValues<D> on_chord;  ///< where the search began
+    EdgeSums<D> sums;        ///< sums of `at`
+    EdgeValues<D> on_chord;  ///< at the start of the search
 };
 template <int D>
 struct SearchLanes {
@@ -80,7 +76,7 @@ struct SearchLanes {
     std::array<std::uint32_t, pack_size> edge{};
     std::array<ElementId, pack_size> element{};
 
-    /// Lanes without an edge look at some element too.
+    /// Lanes without an edge need a valid element.
     [[gnu::always_inline]] inline void look_anywhere() { element.fill(ElementId(std::size_t{0})); }
 };
 
@@ -99,7 +95,7 @@ template <int D>
                                              std::size_t from_lane) {
     copy_packs(to, to_lane, from, from_lane, sizeof(SearchPack<D>));
 }
-/// Of a search that leaves its element, without what is of that.
+/// Omits the data of the element that the search leaves.
 template <int D>
 [[gnu::always_inline]] inline void copy_leaving(SearchLanes<D>& to, std::size_t to_lane, const SearchLanes<D>& from,
                                                 std::size_t from_lane) {
@@ -114,7 +110,6 @@ template <int D>
     return s;
 }
 
-/// The objective under way.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack value_of(const EdgeValues<D>& at, Mask by_length) {
     return select(by_length, at.length, at.energy);
@@ -131,7 +126,7 @@ template <int D>
     return sqrt(dot(v, v));
 }
 
-/// The inverse Hessian of those directions that the bounds leave free: on a bound that is pressed, tangent to it.
+/// Inverse Hessian in the free directions; tangential on an active bound.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> free_part(const SearchPack<D>& s, SymPack<D> h,
                                                               const VecPack<D>& gradient,
@@ -152,7 +147,7 @@ template <int D>
     return h;
 }
 
-/// The share of a step by which the node stays within its shift.
+/// Share of a step within the shift bound.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack reach(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
     const Pack shift = dot(s.frame.shift, s.y);
@@ -161,7 +156,7 @@ template <int D>
     return max(select((change != 0) & (share < 1), share, packed(1)), packed(0));
 }
 
-/// y + step · direction, shortened to the largest offset.
+/// y + step · direction, limited to the maximum offset.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> trial_of(const SearchPack<D>& s,
                                                              const EdgeMinimiserOptions& options) {
@@ -174,8 +169,8 @@ template <int D>
     return y;
 }
 
-/// How far a parabola leaves its element near an end: 0 where that one's coordinate moves by −1/4 at most, as a share
-/// of the chord beyond.
+/// Distance of a parabola beyond its element near an end, in chords: 0 if the end's coordinate changes by at least
+/// −1/4.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack beyond_ends(const SearchPack<D>& s, const VecPack<D>& y) {
     const Pack b = dot(s.wedge.rise_b, y);
@@ -184,7 +179,7 @@ template <int D>
     return max(-min(a, b) - 0.25, packed(0));
 }
 
-/// Whether the next trial's parabola leaves its element so far that the field there tells nothing of it.
+/// True if the trial leaves its element too far for extrapolation.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask leaves(const SearchPack<D>& s, const EdgeMinimiserOptions& options) {
     return beyond_ends(s, trial_of(s, options)) > max_beyond;
@@ -233,7 +228,7 @@ template <int D>
     }
     choose(mask, to.rise_b, from.rise_b);
 }
-/// Whether a is after b in the order of vectors.
+/// Lexicographic a > b.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask after(const VecPack<D>& a, const VecPack<D>& b) {
     Mask equal = a[0] == b[0];
@@ -247,18 +242,15 @@ template <int D>
 
 }  // namespace camber
 
-/// The energy's Hessian before a search has met it: with the metric frozen it is the identity, and where log M changes
-/// much within the shell steps by that are far too long. The energy is ∫ |r|² of r = exp(L/2) l', and 2 ∫ ∂rᵀ ∂r
-/// (Gauss and Newton) takes in that the curve bulges into another metric. By the middle of the chord, where L is
-/// diagonal in the frame and l' does not change: ∂r = 4t(1−t) J, J_km = ½ Σ_i F_ki (∂_m L)_ki c_i, with the divided
-/// differences F of exp(x/2).
+/// Initial Hessian of the energy ∫ |r|², r = exp(L/2) l'. The identity (frozen metric) gives far too long steps if log
+/// M changes much; the Gauss–Newton term 2 ∫ ∂rᵀ ∂r includes this change. At the chord midpoint L is diagonal and l'
+/// constant: ∂r = 4t(1−t) J, J_km = ½ Σ_i F_ki (∂_m L)_ki c_i, with divided differences F of exp(x/2).
 namespace camber {
 
-/// 2 ∫ (4t(1−t))² dt = 16/15, twice: where L keeps its axes r·∂²r, which is left out, is as much again (e^{gs} has g²,
-/// of which Gauss and Newton see a half).
+/// 2 ∫ (4t(1−t))² dt = 16/15, doubled because the omitted r·∂²r is as large for constant axes.
 inline constexpr double bulge_curvature = 2 * 16.0 / 15;
 
-/// F_ij = (e^{λ_i/2} − e^{λ_j/2})/(λ_i/2 − λ_j/2) at the chord's middle.
+/// F_ij = (e^{λ_i/2} − e^{λ_j/2})/(λ_i/2 − λ_j/2) at the midpoint.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> divided_roots(const ChordFrame<D>& f) {
     VecPack<D> root;
@@ -297,7 +289,7 @@ template <int D>
     return jacobian;
 }
 
-/// Of a matrix that is not less than the identity, by cofactors.
+/// Inverse of a matrix that is at least the identity, by cofactors.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_by_cofactors(const SymPack<D>& h) {
     SymPack<D> out;
@@ -321,10 +313,10 @@ template <int D>
     return out;
 }
 
-/// Of a curvature above this cofactors keep too few digits: steps begin by the identity.
+/// Curvature above which cofactors lose too many digits; steps start with the identity.
 inline constexpr double max_bulge_curvature = 1e6;
 
-/// H⁻¹ in that wedge.
+/// Initial H⁻¹ in the wedge.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_hessian_at_chord(const ChordFrame<D>& f,
                                                                              const WedgePack<D>& w) {
@@ -343,31 +335,30 @@ template <int D>
 
 }  // namespace camber
 
-/// How eight searches begin: in the best of the sectors around their chords.
+/// Start of eight searches in the best sectors.
 namespace camber {
 
 template <int D>
 struct PackedEdges {
     const StraightBack<D>& back;
-    std::span<const BackEdge> edges;  ///< of the back mesh; none where they are free
+    std::span<const BackEdge> edges;  ///< of the back mesh; empty for free edges
     std::span<const FreeEdge<D>> free;
-    const CurvedBack<D>* curved;           ///< the field, where it goes along with curves
-    std::span<const std::uint32_t> order;  ///< in which they begin
+    const CurvedBack<D>* curved;           ///< field on a curved back mesh
+    std::span<const std::uint32_t> order;  ///< order of processing
     const EdgeRules& rules;
     const EdgeMinimiserOptions& options;
     std::span<EdgeMinimum<D>> minima;
-    std::span<std::uint8_t> alone;  ///< 1: not for packs, or it turned out so; 2: its node is to be judged
+    std::span<std::uint8_t> alone;  ///< 1: individual search; 2: individual final test
     EdgeSearchWork& work;
 };
 
-/// The best of the sectors for each lane's chord, by what its model promises.
 template <int D>
 struct BestSector {
     ShellElementPack<D> element;
     VecPack<D> step;
     Pack slope{};
     Pack slot{};
-    Pack change{};  ///< the most that log M changes to a vertex of the shell off the edge
+    Pack change{};  ///< maximum change of log M to a shell vertex
 };
 
 template <int D>
@@ -422,13 +413,13 @@ template <int D>
     to.change = select(mask, from.change, to.change);
 }
 
-/// How log M changes from end to end of an edge.
+/// Change of log M between the ends.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack change_of(const SearchPack<D>& s) {
     return sqrt(inner(s.frame.change, s.frame.change));
 }
 
-/// Those of edges that do not resolve their field are not busy: they look at other places first.
+/// Edges that do not resolve their field are not busy; they probe first.
 template <int D>
 [[gnu::always_inline]] inline void begin(const PackedEdges<D>& all, const std::array<std::uint32_t, pack_size>& lanes,
                                          int count, SearchLanes<D>& out) {
@@ -453,7 +444,7 @@ template <int D>
     s.change = max(s.along, best.change);
     const Mask unresolved = ~(s.change < max_change);
     if (all.options.objective == EdgeObjectiveKind::length && any(unresolved)) {
-        // These begin by the length.
+        // These start with the length.
         const Pack curvature = 2 * s.chord_length;
         choose(unresolved, best, best_sector(all, lanes, chords, s.frame, s.sums.length, curvature));
         choose(unresolved, s.inverse_hessian, multiple_of_identity<D>(curvature));
@@ -463,7 +454,7 @@ template <int D>
     s.at = s.on_chord = values_in(s.frame, s.wedge, s.sums);
     s.direction = best.step;
     s.slope = best.slope;
-    // Which sector is best the identity tells; what the first step is, the curvature there.
+    // The identity selects the sector; the actual curvature gives the first step.
     choose(~unresolved, s.inverse_hessian, inverse_hessian_at_chord(s.frame, s.wedge));
     const WallStep<D> first = step_within<D>(s.wedge.rise, s.inverse_hessian, s.at.energy_gradient, s.y);
     choose(~unresolved, s.direction, first.step);
@@ -483,9 +474,8 @@ template <int D>
 
 }  // namespace camber
 
-/// How eight searches for edges that are not the back mesh's begin: at their chords, of which each point is located.
-/// The energy's Hessian with the metric frozen is the identity, so that the first step is minus the gradient: the first
-/// of the geodesic equation, with the slopes of the elements that the chord passes.
+/// Start of eight searches for other edges than those of the back mesh, at located chord points: the first step is
+/// minus the gradient (frozen-metric Hessian is the identity), which is the first geodesic step.
 namespace camber {
 
 template <int D>
@@ -502,15 +492,13 @@ template <int D>
     return c;
 }
 
-/// Where the field goes along with curves its places are not those of the straight mesh.
 template <int D>
 [[nodiscard]] bool is_bent(const PackedEdges<D>& all, const PointElements<D>& points, int lane) {
     return all.curved != nullptr &&
            std::ranges::any_of(points, [&](const auto& at) { return all.curved->is_bent(at.element[lane]); });
 }
 
-/// Those of edges that do not resolve their field are not busy, as in `begun`. What log M changes by is that of the
-/// elements where the chord's points are: between these it may be more.
+/// Edges that do not resolve their field are not busy. The change of log M is known at the chord's points only.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SearchLanes<D> begun_at_chords(
     const PackedEdges<D>& all, const std::array<std::uint32_t, pack_size>& lanes, int count) {
@@ -530,7 +518,7 @@ template <int D>
     for (std::size_t q = 0; q < n_points; ++q)
         for (const SymPack<D>& change : points[q].change) s.change = max(s.change, sqrt(inner(change, change)));
     s.along = s.change;
-    // Those that do not resolve their field begin by the length, where that is asked for.
+    // Unresolved edges start with the length if that is the objective.
     const Mask by_length = ~(s.change < max_change) & Mask(all.options.objective == EdgeObjectiveKind::length ? -1 : 0);
     s.by_length = select(by_length, packed(1), packed(0));
     s.inverse_hessian = multiple_of_identity<D>(select(by_length, 2 * s.chord_length, packed(1)));
@@ -552,7 +540,7 @@ template <int D>
     return out;
 }
 
-/// Chords by the finer rule, where what stands for them leaves its elements.
+/// Chord length by the finer rule.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack chord_length(const PackedEdges<D>& all, const SearchLanes<D>& lanes,
                                                            WalkMarks& marks) {

@@ -12,28 +12,26 @@ import :edge_pack_objective;
 
 namespace camber {
 
-/// Where a parabola leaves the elements around its chord, its points are located: eight walks at a time, each from
-/// where that point was before.
+/// Location of points of parabolas outside the elements around their chord: eight walks at a time, from each point's
+/// last element.
 
-/// The points of a rule along eight edges.
 inline constexpr std::size_t max_points = 12;
 
-/// An element of the mesh for each lane, and what is needed of it: kept from evaluation to evaluation, since points
-/// seldom change their elements.
+/// One element per lane with its data, reused between evaluations.
 template <int D>
 struct ElementsPack {
     std::array<ElementId, pack_size> element{};
     std::array<VecPack<D>, D + 1> corner{};
     SymPack<D> log_metric{};                ///< at the first corner
-    std::array<SymPack<D>, D> change{};     ///< at the others, less that
-    std::array<VecPack<D>, D + 1> slope{};  ///< ∇u, as ElementFrame has them
+    std::array<SymPack<D>, D> change{};     ///< at the others, relative to that
+    std::array<VecPack<D>, D + 1> slope{};  ///< ∇u as in ElementFrame
     Pack tolerance{};
-    Mask slim{};  ///< ElementFrame itself finds the coordinates
+    Mask slim{};  ///< slim element: coordinates by ElementFrame
 };
 template <int D>
 using PointElements = std::array<ElementsPack<D>, max_points>;
 
-/// ∇u of the corners; in lanes that are slim, by ElementFrame.
+/// Computes ∇u of the corners; in slim lanes by ElementFrame.
 template <int D>
 [[gnu::always_inline]] inline void measure(const StraightBack<D>& back, ElementsPack<D>& e) {
     MatPack<D> sides;
@@ -71,7 +69,7 @@ template <int D>
     }
 }
 
-/// use(lane) of each in the mask, without a branch for each of the others.
+/// Calls use(lane) for the lanes of the mask.
 template <class Use>
 [[gnu::always_inline]] inline void each_lane(Mask mask, const Use& use) {
     using Flags = bool __attribute__((ext_vector_type(8)));
@@ -86,13 +84,12 @@ template <class Use>
     return n;
 }
 
-/// That lane looks at another element now: where it is. To be measured.
+/// Sets the element of a lane; `measure` must follow.
 template <int D>
 [[gnu::always_inline]] inline void read_corners(const StraightBack<D>& back, ElementsPack<D>& e, int lane) {
     const auto& v = back.mesh.elements.vertices[e.element[lane]];
     for (int n = 0; n <= D; ++n) put(e.corner[n], lane, back.mesh.points[v[n]]);
 }
-/// And what log M is there.
 template <int D>
 [[gnu::always_inline]] inline void read_logs(const StraightBack<D>& back, ElementsPack<D>& e, Mask lanes) {
     each_lane(lanes, [&](int lane) __attribute__((always_inline)) {
@@ -115,7 +112,6 @@ template <int D>
     read_logs(back, e, Mask(-1));
     return e;
 }
-/// Other elements in those lanes.
 template <int D>
 [[gnu::always_inline]] inline void enter_lanes(const StraightBack<D>& back, ElementsPack<D>& e,
                                                const std::array<ElementId, pack_size>& elements, Mask lanes) {
@@ -162,24 +158,24 @@ template <int D>
     return u;
 }
 
-/// What walks met: lanes whose place was not found, lanes beyond the boundary.
+/// Lanes not located, and lanes outside the boundary.
 struct WalkMarks {
     Mask lost{}, outside{};
 };
 
-/// Coordinates of the place that stands for a point; the normal of the boundary where that is not the point itself.
+/// Coordinates of a point, or of its boundary projection with the normal.
 template <int D>
 struct LocatedPack {
     std::array<Pack, D + 1> u{};
     VecPack<D> normal;
 };
 
-/// A face of the element in a lane, by its opposite corner.
+/// A face, identified by its opposite corner.
 struct LaneFace {
     int lane, opposite;
 };
 
-/// The element across the face of the lowest coordinate; where there is none, the point moves to its foot on that face.
+/// Crosses the face of the lowest coordinate; at the boundary, projects the point onto it.
 template <int D>
 [[gnu::always_inline]] inline void cross_face(const StraightBack<D>& back, LaneFace face, ElementsPack<D>& elements,
                                               VecPack<D>& x, LocatedPack<D>& place, WalkMarks& marks) {
@@ -200,8 +196,8 @@ template <int D>
     marks.outside[lane] = -1;
 }
 
-/// Points by walks from `elements`, of lanes that are not lost. A walk that comes to the boundary goes on along it. All
-/// points of a rule walk side by side, so that one does not wait for what the other reads.
+/// Walks from `elements` in lanes that are not lost, along the boundary where it is met. All points walk together,
+/// which hides memory latency.
 template <int D>
 [[gnu::always_inline]] inline void locate(const StraightBack<D>& back, std::span<ElementsPack<D>> elements,
                                           std::span<VecPack<D>> x, std::span<LocatedPack<D>> places, WalkMarks& marks) {
@@ -253,7 +249,6 @@ template <int D>
     return l;
 }
 
-/// The point of the curve at t.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> place_at(const ChordFrame<D>& f, const VecPack<D>& offset,
                                                              double t) {
@@ -272,7 +267,7 @@ template <int D>
     return t;
 }
 
-/// ⟨adjoint, ∂ log M⟩ where a point was located. Beyond the boundary the field is constant along the normal.
+/// ⟨adjoint, ∂ log M⟩. Outside the boundary the field is constant along the normal.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> slope_across(const ElementsPack<D>& elements,
                                                                  const VecPack<D>& normal, const SymPack<D>& adjoint) {
@@ -287,13 +282,12 @@ template <int D>
     return across;
 }
 
-/// Eight curved edges: the frames of their chords, and their nodes in these.
 template <int D>
 struct CurvePack {
     const ChordFrame<D>& frame;
     const VecPack<D>& y;
 
-    /// Offsets of the nodes from the middles of the chords, along the axes of the frame.
+    /// Offsets from the chord midpoints, along the frame's axes.
     [[nodiscard, gnu::always_inline]] inline VecPack<D> offset() const {
         VecPack<D> out;
         for (int i = 0; i < D; ++i) out[i] = frame.scale[i] * y[i];
@@ -301,8 +295,7 @@ struct CurvePack {
     }
 };
 
-/// Energy and length with their gradients in the unit frame, each point in its element; use(q, point, slope) of each,
-/// with the slope of w q.
+/// Gradients are in the unit frame. Calls use(q, point, slope) with the slope of w q.
 template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_values(const StraightBack<D>& back,
                                                                       const CurvePack<D>& curve, const Quadrature& rule,
@@ -316,7 +309,7 @@ template <int D, class Use>
     std::array<LocatedPack<D>, max_points> places;
     for (std::size_t q = 0; q < rule.size(); ++q) x[q] = place_at(f, offset, rule.t[q]);
     locate<D>(back, std::span(elements).first(rule.size()), std::span(x).first(rule.size()), places, marks);
-    // Two points at a time, as in each_point.
+    // Two points at a time, see each_point.
     for (std::size_t first = 0; first < rule.size(); first += 2) {
         const std::size_t count = std::min<std::size_t>(2, rule.size() - first);
         std::array<SymPack<D>, 2> log_metric;
@@ -362,7 +355,7 @@ template <int D>
                           [](std::size_t, const PointPack<D>&, const VecPack<D>&) __attribute__((always_inline)) {});
 }
 
-/// Energy and length alone; `elements`: where the first walk begins, and then where the last one ended.
+/// `elements`: start and end of the walks.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths(const StraightBack<D>& back,
                                                                        const CurvePack<D>& curve,
@@ -383,7 +376,7 @@ template <int D>
     return out;
 }
 
-/// The same, with each point's walk from where that point was before.
+/// The same, with a separate walk for each point.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline EdgeValues<D> located_lengths_beside(const StraightBack<D>& back,
                                                                               const CurvePack<D>& curve,

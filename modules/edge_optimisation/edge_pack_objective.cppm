@@ -7,20 +7,18 @@ import camber.metric;
 
 namespace camber {
 
-/// An element of an edge's shell is a wedge around the chord: the coordinates of its vertices off the edge rise from
-/// its walls. While the offset o of the edge's node stays in it, and moves neither end's coordinate by more than −1/4,
-/// the whole parabola chord + 4t(1−t) o lies in the element, where log M is linear: along the edge it is
-/// (1−t) L_a + t L_b + 4t(1−t) Σ (∇u_v·o) L_v, nothing is located and nothing has kinks.
+/// A shell element is a wedge around the chord: coordinates of vertices off the edge increase from its walls. While the
+/// node's offset o stays in the wedge and changes the end coordinates by at least −1/4, the parabola chord + 4t(1−t) o
+/// is in the element. There log M is (1−t) L_a + t L_b + 4t(1−t) Σ (∇u_v·o) L_v, without location or kinks.
 
-/// One element of the shell for each lane, in space.
+/// One shell element per lane, in space.
 template <int D>
 struct ShellElementPack {
     std::array<VecPack<D>, D - 1> rise;    ///< ∇u of the vertices off the edge
-    std::array<Pack, D - 1> along{};       ///< where along the chord they are, in chords
-    std::array<SymPack<D>, D - 1> change;  ///< log M there, less that at a
+    std::array<Pack, D - 1> along{};       ///< position along the chord, in chords
+    std::array<SymPack<D>, D - 1> change;  ///< log M relative to a
 };
 
-/// Eight edges of the back mesh.
 template <int D>
 struct ChordPack {
     std::array<VertexId, pack_size> a, b;
@@ -57,14 +55,14 @@ template <int D>
     return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
-/// By the parts across the chord, so that needles keep the digits that the coordinates have.
+/// Uses components across the chord, so that needles keep their accuracy.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline ShellElementPack<D> shell_elements(
     const StraightBack<D>& back, const ChordPack<D>& edges, const std::array<ElementId, pack_size>& elements) {
     ShellElementPack<D> w;
     std::array<VecPack<D>, D - 1> across;
     for (int lane = 0; lane < pack_size; ++lane) {
-        // Those off the edge, without branches, of which half would be guessed wrong.
+        // Vertices off the edge; branches would be mispredicted half of the time.
         std::array<VertexId, D + 2> off{};
         std::size_t count = 0;
         for (const VertexId v : back.mesh.elements.vertices[elements[lane]]) {
@@ -125,7 +123,7 @@ template <int D>
     for (int k = 0; k < sym_size<D>; ++k) to.c[k] = select(mask, from.c[k], to.c[k]);
 }
 
-/// A step of the quadratic model within a cone { y : rise_k·y ≥ 0 }, and which walls hold it.
+/// Model step within a cone { y : rise_k·y ≥ 0 }, and its active walls.
 template <int D>
 struct WallStep {
     VecPack<D> step;
@@ -133,7 +131,7 @@ struct WallStep {
     Pack slope{};  ///< of the objective along it
 };
 
-/// min gᵀs + ½ sᵀ H⁻¹ s while y + s is in the cone: the free step, that onto one wall, or that onto their line.
+/// Minimises gᵀs + ½ sᵀ H s with y + s in the cone.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline WallStep<D> step_within(const std::array<VecPack<D>, D - 1>& rise,
                                                                  const SymPack<D>& inverse_hessian,
@@ -176,9 +174,8 @@ template <int D>
     return out;
 }
 
-/// A rotation in the plane of axes p, q that nearly zeroes a(p, q), in `lanes`. Its half angle is a rational function
-/// of what it has to remove, near enough that nothing is lost of the order of convergence, and takes one division and
-/// no root.
+/// Nearly zeroes a(p, q) in `lanes`. The half angle is a rational approximation with the same order of convergence and
+/// without a root.
 template <int D>
 [[gnu::always_inline]] inline void rotate_log(SymPack<D>& a, MatPack<D>& r, int p, int q, Mask lanes) {
     const Pack difference = a(q, q) - a(p, p);
@@ -206,10 +203,9 @@ template <int D>
     rotate_columns(r, p, q, c, s);
 }
 
-/// log M rotated until its off-diagonal entries are below 1e-13 of a unit: absolutely, since sizes are its exponential.
+/// Off-diagonal entries end below 1e-13, absolutely, since sizes are the exponential.
 ///
-/// N matrices go side by side, so that one does not wait for the other's divisions; each has the bytes that it has
-/// alone.
+/// N matrices are processed together to hide latency; results are bitwise the same as individually.
 template <int D, std::size_t N>
 [[nodiscard, gnu::always_inline]] inline std::array<EigenPack<D>, N> log_eigen_systems(std::array<SymPack<D>, N> a) {
     std::array<MatPack<D>, N> r;
@@ -244,8 +240,8 @@ template <int D>
     return log_eigen_systems<D, 1>({a})[0];
 }
 
-/// The frame of an edge's search: the axes of M at the middle of its chord, and offsets o = axes (scale ∘ y), in which
-/// the energy's Hessian with that metric frozen is the identity.
+/// Axes of M at the chord midpoint; offsets are o = axes (scale ∘ y), so that the frozen-metric Hessian of the energy
+/// is the identity.
 template <int D>
 struct ChordFrame {
     VecPack<D> middle;
@@ -256,7 +252,7 @@ struct ChordFrame {
     VecPack<D> shift;               ///< shift·y is the node's shift along the chord, in chords
 };
 
-/// 16(1−2t)² · 2 integrated.
+/// ∫ 2 · 16(1−2t)² dt.
 inline constexpr double energy_curvature = 32.0 / 3;
 
 template <int D>
@@ -279,12 +275,12 @@ template <int D>
     return f;
 }
 
-/// An element of the shell, in the unit frame of its edge.
+/// A shell element in the unit frame.
 template <int D>
 struct WedgePack {
     std::array<VecPack<D>, D - 1> rise;    ///< ∂u/∂y of the vertices off the edge
     VecPack<D> rise_b;                     ///< that of b
-    std::array<SymPack<D>, D - 1> change;  ///< log M there, less that at a
+    std::array<SymPack<D>, D - 1> change;  ///< log M relative to a
 };
 
 template <int D>
@@ -306,8 +302,7 @@ template <int D>
     return w;
 }
 
-/// An objective, and its gradient split in what all elements share and what the slope of log M in each adds:
-/// ∂_i = scale_i common_i + ⟨adjoint, ∂_i log M⟩.
+/// ∂_i = scale_i common_i + ⟨adjoint, ∂_i log M⟩: common part and the slope of log M in each element.
 template <int D>
 struct ObjectiveSums {
     Pack value{};
@@ -317,15 +312,14 @@ struct ObjectiveSums {
 template <int D>
 struct EdgeSums {
     ObjectiveSums<D> energy, length;
-    Pack second{}, third{};  ///< of the speed's coefficients by Legendre polynomials
+    Pack second{}, third{};  ///< Legendre coefficients of the speed
 };
 
-/// The objectives with their gradients in the unit frame.
 template <int D>
 struct EdgeValues {
     Pack energy{}, length{};
     VecPack<D> energy_gradient, length_gradient;
-    Pack bulge{};  ///< of located points: how far log M is at most from that on the chord, squared
+    Pack bulge{};  ///< maximum squared difference of log M from the chord (located points)
 };
 
 template <int D>
@@ -346,8 +340,8 @@ template <int D>
     return gradient_in(f, w, sums.common, sums.adjoint);
 }
 
-/// What is not sure of a length by four points or more, as a share of it: coefficients of a smooth speed fall off
-/// geometrically, and the rule is wrong by the eighth.
+/// Relative uncertainty for four or more points: the coefficients of a smooth speed decrease geometrically, and the
+/// rule's error is the eighth.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack unsure_share(const EdgeSums<D>& sums) {
     const Pack share = (abs(sums.second) + abs(sums.third)) / sums.length.value;
@@ -361,7 +355,6 @@ template <int D>
             packed(0)};
 }
 
-/// What a parabola within an element is made of.
 template <int D>
 struct ParabolaPack {
     VecPack<D> offset;
@@ -383,7 +376,7 @@ template <int D>
     return p;
 }
 
-/// M along it at t, decomposed, and the velocity in its axes.
+/// Decomposed M, and the velocity in its axes.
 template <int D>
 struct PointPack {
     EigenPack<D> log_metric;
@@ -423,8 +416,7 @@ template <int D>
     return l;
 }
 
-/// use(q, point) for each point of a rule along a parabola within an element: two at a time, as far from the middle as
-/// each other, since those further off take more rotations.
+/// Calls use(q, point) in pairs of equal distance from the middle, because outer points take more rotations.
 template <int D, class Use>
 [[gnu::always_inline]] inline void each_point(const ChordFrame<D>& f, const ParabolaPack<D>& p, const Quadrature& rule,
                                               const Use& use) {
@@ -440,7 +432,7 @@ template <int D, class Use>
     }
 }
 
-/// The adjoint of vᵀ exp(L) v (length_squared_adjoint), with divided differences e^b (e^x − 1)/x.
+/// Adjoint of vᵀ exp(L) v (length_squared_adjoint), with divided differences e^b (e^x − 1)/x.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> adjoint_of(const PointPack<D>& p) {
     SymPack<D> inside;
@@ -486,9 +478,8 @@ template <int D>
     for (int k = 0; k < sym_size<D>; ++k) sums.adjoint.c[k] += by_metric * adjoint.c[k];
 }
 
-/// Energy and length of the parabola by the rule, with their gradients: ∂_i q = 8(1−2t)(M l')_i + 4t(1−t)⟨adjoint, ∂_i
-/// log M⟩ of q = l'ᵀ M l', and ∂_i sqrt(q) is that over 2 sqrt(q).
-/// use(q, point, M l', adjoint) of each point.
+/// q = l'ᵀ M l' has ∂_i q = 8(1−2t)(M l')_i + 4t(1−t)⟨adjoint, ∂_i log M⟩, and ∂_i sqrt(q) is that over 2 sqrt(q).
+/// Calls use(q, point, M l', adjoint).
 template <int D, class Use>
 [[nodiscard, gnu::always_inline]] inline EdgeSums<D> sums_along(const ChordFrame<D>& f, const ParabolaPack<D>& p,
                                                                 const Quadrature& rule, const Use& use) {

@@ -28,16 +28,15 @@ template <int D>
     return times(f.axes, o);
 }
 
-/// Once an edge: its node is in the middle of the chord until then.
+/// Precondition: the node is the chord midpoint (one call per edge).
 template <int D>
 [[gnu::always_inline]] inline void put_node(const PackedEdges<D>& all, std::uint32_t edge, const VecPack<D>& offset,
                                             int lane) {
     for (int i = 0; i < D; ++i) all.minima[edge].node.point[i] += offset[i][lane];
 }
 
-/// As `judge`: the offset is halved until the edge is shorter than its chord by the finer rule. length_of(lanes,
-/// marks) and `chord` by that rule; `beside`: what the chord's points met. Where the boundary is crossed the nearest
-/// point of it has to be found: `judge` itself does it.
+/// Halves the offset until the edge is shorter than its chord; length_of(lanes, marks) and `chord` use the finer rule;
+/// `beside`: marks of the chord. Edges that cross the boundary go to `judge`, which projects onto it.
 template <int D, class Length>
 [[gnu::always_inline]] inline void judged(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count, Pack chord,
                                           const WalkMarks& beside, const Length& length_of) {
@@ -69,7 +68,7 @@ template <int D, class Length>
     all.work.judged += static_cast<std::size_t>(count);
 }
 
-/// By the parabola within an element, and anywhere in the mesh.
+/// Within an element, and anywhere in the mesh.
 template <int D>
 [[gnu::always_inline]] inline void judge_within(const PackedEdges<D>& all, SearchLanes<D>& open, int count) {
     const Pack chord = length_along(open.pack.frame, ParabolaPack<D>{}, all.rules.report);
@@ -114,7 +113,6 @@ struct SearchQueue {
     }
 };
 
-/// The queues of searches that leave their lanes.
 template <int D>
 struct SearchQueues {
     SearchQueue<D>& to_judge;
@@ -123,7 +121,7 @@ struct SearchQueues {
     SearchQueue<D>& to_judge_through;
 };
 
-/// What ended, and is shorter beyond doubt, is done; what is not goes to be judged; what left its element to `leaving`.
+/// Finishes searches with a certain gain, queues uncertain ones, and moves those that left their element to `leaving`.
 template <int D, class Where>
 [[gnu::always_inline]] inline void resolve(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Ended& ended,
                                            const Where& where, const SearchQueues<D>& queues) {
@@ -154,14 +152,14 @@ template <int D, class Where>
     }
 }
 
-/// What the best places are is searched from there, to `leaving`, or judged.
+/// Continues from the best probe, or queues it for the final test.
 template <int D>
 [[gnu::always_inline]] inline void probe(const PackedEdges<D>& all, SearchLanes<D>& lanes, int count,
                                          PointElements<D>& points, SearchQueue<D>& leaving, SearchQueue<D>& to_judge) {
     SearchPack<D>& s = lanes.pack;
     Mask open{};
     for (int lane = 0; lane < count; ++lane) open[lane] = -1;
-    // From places so far apart the energy has no valley of its own to find first.
+    // Probes far apart have no energy valley to search first.
     const bool shortens = all.options.objective == EdgeObjectiveKind::length || all.options.length_tolerance > 0;
     s.by_length = packed(shortens ? 1 : 0);
     s.probed = packed(1);
@@ -188,7 +186,7 @@ template <int D>
     return n;
 }
 
-/// The next edges for packs, and how many they are.
+/// Takes the next edges; returns their number.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline int take_edges(const PackedEdges<D>& all, std::size_t& next,
                                                         std::array<std::uint32_t, pack_size>& taken) {
@@ -199,9 +197,8 @@ template <int D>
     return count;
 }
 
-/// Asks for what the edges that begin next are made of: the shells of a mesh without an order are spread over more than
-/// a near cache holds, and an element tells only when it has come which vertices are to be read. Half of its vertices:
-/// each off the edge is in two elements of the shell.
+/// Prefetches the next edges, whose shells are scattered in unordered meshes. Half of an element's vertices suffice:
+/// each one off the edge is in two elements of the shell.
 template <int D>
 void look_ahead(const PackedEdges<D>& all, std::size_t next) {
     const auto& elements = all.back.mesh.elements.vertices;
@@ -218,20 +215,19 @@ void look_ahead(const PackedEdges<D>& all, std::size_t next) {
         for (const ElementId e : all.edges[all.order[i]].shell) __builtin_prefetch(&elements[e]);
 }
 
-/// An evaluation of each search, and where those go that ended.
 template <int D, class Where>
 [[gnu::always_inline]] inline void step(const PackedEdges<D>& all, SearchLanes<D>& lanes, const Where& where,
                                         const SearchQueues<D>& queues) {
     resolve(all, lanes, stepped(all, lanes, where), where, queues);
 }
 
-/// Each kernel by itself is compiled for the set: all of them in one function take a compiler five times as long.
+/// Kernels are compiled separately for the instruction set; one common function takes five times as long to compile.
 template <int D>
 void search(Instructions set, const PackedEdges<D>& all) {
     const bool are_free = !all.free.empty();
     SearchLanes<D> fresh{};
     SearchLanes<D> within{};
-    SearchLanes<D> through{};  ///< without a wedge: no walls
+    SearchLanes<D> through{};  ///< no wedge, so no walls
     within.look_anywhere();
     through.look_anywhere();
     PointElements<D> points{};  ///< of `through`
@@ -259,7 +255,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
     std::size_t next = 0;
     for (;;) {
         bool more = true;
-        // Lanes that have ended take edges that have not begun.
+        // Finished lanes take new edges.
         for (int lane = 0; lane < pack_size && more; ++lane) {
             while (within.pack.busy[lane] == 0 && leaving.count < pack_size && to_probe.count < pack_size &&
                    to_judge.count < pack_size) {
@@ -288,7 +284,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
                         leaving.push_leaving(fresh, k);
                         fresh.pack.busy[k] = 0;
                     }
-                    // Many end with their first step, and need no lane elsewhere.
+                    // Many finish with their first step.
                     if (const int busy = busy_lanes(fresh); busy > 0) step_within(fresh, busy);
                 }
                 if (fresh.pack.busy[fresh_lane] != 0) copy_lane(within, lane, fresh, fresh_lane);
@@ -343,7 +339,7 @@ void search(Instructions set, const PackedEdges<D>& all) {
     }
 }
 
-/// Edges by the sizes of their shells: the lanes of a pack wait for the largest.
+/// Sorted by shell size: the lanes of a pack wait for the largest.
 std::vector<std::uint32_t> by_shell_size(std::span<const BackEdge> edges) {
     std::array<std::uint32_t, 32> begin{};
     const auto size_class = [&](std::size_t e) { return std::min(edges[e].shell.size(), begin.size() - 1); };

@@ -16,17 +16,17 @@ import :edge_pack_lanes;
 import :edge_pack_location;
 import :edge_pack_objective;
 
-/// From near the energy's minimum on to the length's. The Hessian of the length is all but singular along the edge: to
-/// learn it from gradients takes a search long. But there the points tell it, of q = l'ᵀ M l': ∂²√q = ∂²q/(2√q) − ∂q
-/// ∂qᵀ/(4 q^{3/2}), the first with the metric frozen.
+/// Length minimisation from near the energy's minimum. The Hessian is almost singular along the edge, so it is not
+/// learned from gradients but computed at the points of q = l'ᵀ M l': ∂²√q = ∂²q/(2√q) − ∂q ∂qᵀ/(4 q^{3/2}), the first
+/// term with the metric frozen.
 namespace camber {
 
-/// What makes the Hessian of the length regular, as a share of its first part.
+/// Regularisation, as a share of the first term.
 inline constexpr double length_stiffness = 0.01;
-/// Of a matrix that is further from the identity, by products of its diagonal and its inverse's, steps are not taken.
+/// Maximum product of the diagonals of a matrix and its inverse.
 inline constexpr double max_length_condition = 1e4;
 
-/// H⁻¹ by Cholesky's factors: H is as badly conditioned as a metric.
+/// H⁻¹ by Cholesky factors; H is as ill-conditioned as a metric.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse_of(const SymPack<D>& h) {
     MatPack<D> root;      // H = root rootᵀ
@@ -58,12 +58,12 @@ template <int D>
     return out;
 }
 
-/// Both parts, point by point, in the unit frame.
+/// Both terms, in the unit frame.
 template <int D>
 struct LengthHessian {
     SymPack<D> frozen{}, spread{};
 
-    /// A point at t of that weight; slope: ∂q.
+    /// Adds a point at t; slope: ∂q.
     [[gnu::always_inline]] inline void add(const ChordFrame<D>& f, const PointPack<D>& point, double weight, double t,
                                            const VecPack<D>& slope) {
         const Pack root = sqrt(point.squared);
@@ -82,7 +82,7 @@ struct LengthHessian {
         }
     }
 
-    /// Its inverse; where it is not positive that of the energy's, of a curve as long as that at constant speed.
+    /// If not positive, uses the energy of a curve with this length and constant speed.
     [[nodiscard, gnu::always_inline]] inline SymPack<D> inverse(Pack length) const {
         SymPack<D> h;
         for (int k = 0; k < sym_size<D>; ++k) h.c[k] = (1 + length_stiffness) * frozen.c[k] - spread.c[k];
@@ -97,11 +97,10 @@ struct LengthHessian {
 
 }  // namespace camber
 
-/// One evaluation of eight searches, within an element of the shell or anywhere in the mesh.
+/// One evaluation of eight searches.
 namespace camber {
 
-/// The element of the shell across the wall that holds a lane, from its other vertex off the edge; none at the
-/// boundary.
+/// Shell element across the active wall; nothing at the boundary.
 template <int D>
 [[nodiscard]] ElementId across(const PackedEdges<D>& all, std::uint32_t edge, ElementId element, int wall) {
     const auto& [a, b, shell] = all.edges[edge];
@@ -119,7 +118,7 @@ template <int D>
     return {};
 }
 
-/// Lanes that ended on one wall go on beyond it where that promises something; those that do.
+/// Crosses a single active wall if that predicts a decrease; returns these lanes.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Mask crossed(const PackedEdges<D>& all, SearchLanes<D>& lanes,
                                                       const WallStep<D>& held, Mask ended) {
@@ -164,11 +163,11 @@ template <int D>
     return wanted;
 }
 
-/// The parabola in one element of the shell: nothing is located.
+/// Parabola in one shell element, without location.
 template <int D>
 struct WithinWedge {
     EdgeSums<D> sums;
-    LengthHessian<D> length_hessian;  ///< of the curve that was looked at, where the length is asked for
+    LengthHessian<D> length_hessian;  ///< of the last curve, for the length objective
 
     [[nodiscard, gnu::always_inline]] inline EdgeValues<D> values(const PackedEdges<D>& all,
                                                                   const SearchLanes<D>& lanes, const VecPack<D>& y,
@@ -193,12 +192,12 @@ struct WithinWedge {
         lanes.pack.sums.second = select(accepted, sums.second, lanes.pack.sums.second);
         lanes.pack.sums.third = select(accepted, sums.third, lanes.pack.sums.third);
     }
-    /// How far the parabola's bulge changes log M.
+    /// Change of log M by the offset.
     [[nodiscard, gnu::always_inline]] static inline Pack bulge(const SearchLanes<D>& lanes) {
         const SymPack<D> change = parabola(lanes.pack.frame, lanes.pack.wedge, lanes.pack.y).change;
         return sqrt(inner(change, change));
     }
-    /// A gain by the search's own rule above this is one by any finer rule.
+    /// Minimum gain by the search's rule that is certain for any finer rule.
     [[nodiscard, gnu::always_inline]] static inline Pack sure_gain(const PackedEdges<D>& all,
                                                                    const SearchLanes<D>& lanes) {
         const SearchPack<D>& s = lanes.pack;
@@ -209,13 +208,13 @@ struct WithinWedge {
                                                                  const WallStep<D>& held, Mask ended) {
         return crossed(all, lanes, held, ended);
     }
-    /// Lanes whose values are not those of the field.
+    /// Lanes with extrapolated values.
     [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>& s) {
         return beyond_ends(s, s.y) > 0;
     }
 };
 
-/// Anywhere in the mesh, point by point.
+/// Parabola anywhere in the mesh.
 template <int D>
 struct ThroughElements {
     PointElements<D>& points;
@@ -249,7 +248,7 @@ struct ThroughElements {
     [[nodiscard, gnu::always_inline]] static inline Mask extrapolates(const SearchPack<D>&) { return {}; }
 };
 
-/// y of the lanes whose last step does not leave their element.
+/// Skips lanes whose last step leaves the element.
 template <int D>
 [[gnu::always_inline]] inline void take_last_step(SearchPack<D>& s, Mask lanes, const VecPack<D>& direction,
                                                   const EdgeMinimiserOptions& options) {
@@ -259,7 +258,7 @@ template <int D>
     choose(lanes & ~leaves(s, options), s.y, trial_of(s, options));
 }
 
-/// The way from the chord to y as the next step, with the curvature that is known by now.
+/// Replaces the next step by that from the chord to y.
 template <int D>
 [[gnu::always_inline]] inline void begin_again_towards(SearchPack<D>& s, Mask lanes) {
     choose(lanes, s.direction, s.y);
@@ -272,10 +271,9 @@ template <int D>
 
 struct Ended {
     Mask ended{}, exhausted{}, kinked{};
-    Mask leaves{};  ///< not ended: to go on another way
+    Mask leaves{};  ///< continues in another queue
 };
 
-/// One evaluation of each search.
 template <int D, class Where>
 [[nodiscard, gnu::always_inline]] inline Ended stepped(const PackedEdges<D>& all, SearchLanes<D>& lanes, Where where) {
     SearchPack<D>& s = lanes.pack;
@@ -300,7 +298,7 @@ template <int D, class Where>
     const Mask bounded = norm(moved) < 0.9 * s.step * norm(s.direction);
     const Mask accepted = busy & ((value < from + 1e-4 * s.step * s.slope) | (bounded & (value < from)));
     const Mask rejected = (s.busy != 0) & ~accepted;
-    // A trial that was too far, or beyond a kink, tells of the curvature on the way as well as one that was taken.
+    // Rejected trials also give curvature information.
     const Mask told = rejected & busy & (dot(moved, change) > 0);
     update_inverse_hessian(s.inverse_hessian, accepted | told, moved, change);
     choose(accepted, s.y, trial);
@@ -309,7 +307,7 @@ template <int D, class Where>
     const VecPack<D> gradient = gradient_of(s.at, by_length);
     const WallStep<D> next = step_within(s.wedge.rise, free_part(s, s.inverse_hessian, gradient, o), gradient, s.y);
     const Mask last_phase = by_length & Mask(is_length ? 0 : -1);
-    // What is shorter beyond doubt has to stay so; and the length from afar has no Hessian that would tell.
+    // A certain gain must stay certain, and a distant length has no useful Hessian.
     const Pack gain = s.chord_length - s.at.length;
     const Pack sure = where.sure_gain(all, lanes);
     const Mask doubtful = (gain > sure) & (gain < sure + 2 * last_step * s.chord_length);
@@ -383,27 +381,26 @@ template <int D, class Where>
 
 }  // namespace camber
 
-/// Edges that do not resolve their field: the objective has many minima, each between kinks, and a descent ends in the
-/// first. What pays there is to look at a few places that lie far apart, and to go on from the best of them.
+/// Edges that do not resolve their field have many minima between kinks, where descent ends. A few distant positions
+/// are probed first.
 namespace camber {
 
-/// Places by where the node is off the middle: across the finest axis (along that the bounds leave nothing), in lengths
-/// of the chord. `along`: in the direction nearest to the chord's, as far as the shift allows; `across` both.
+/// Node offsets across the finest axis (the bounds exclude others), in chord lengths. `along`: direction nearest to the
+/// chord, within the shift bound; `across`: both.
 struct ProbePlace {
     double along, across;
 };
 inline constexpr std::array probe_places{ProbePlace{1, -0.5}, ProbePlace{1, 1}, ProbePlace{-1, 0.5},
                                          ProbePlace{-1, -1}};
-/// Then both ways along each axis from the best, by this share of the chord at first, and by half of that.
+/// Initial radius of the pattern search, as a share of the chord; halved once.
 inline constexpr double first_radius = 0.5;
 inline constexpr int compass_rounds = 2;
 
-/// Steps of y by a length of the chord, orthogonal in space: the finest axis is the last; along that, if it is less, to
-/// the bound.
+/// Steps of y of one chord length, orthogonal in space; the last is the finest axis, limited by its bound.
 template <int D>
 struct ProbeAxes {
     std::array<VecPack<D>, D> axis;
-    Pack max_along{};  ///< what the shift leaves of the first
+    Pack max_along{};  ///< limit of the first by the shift bound
 };
 
 template <int D>
@@ -422,7 +419,7 @@ template <int D>
     VecPack<D> along;
     for (int i = 0; i < D; ++i) along[i] = f.chord[i] * (1 - finest[i]);
     const Pack within = norm(along);
-    // To a chord along the finest axis no direction is nearest: any will do.
+    // For a chord along the finest axis any direction is nearest.
     const Mask none = ~(within > 1e-6 * chord);
     for (int i = 0; i < D; ++i) along[i] = select(none, finest[(i + 1) % D], along[i] / within);
     ProbeAxes<D> out;
@@ -438,7 +435,7 @@ template <int D>
     return out;
 }
 
-/// y moved into the bounds, as UnitFrame does.
+/// Restricts y to the bounds, see UnitFrame.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline VecPack<D> bounded(const ChordFrame<D>& f, VecPack<D> y,
                                                             const EdgeMinimiserOptions& options) {
@@ -466,12 +463,11 @@ template <int D>
     return y;
 }
 
-/// The best y so far of some searches, which look at others.
 template <int D>
 struct Probing {
     VecPack<D> y;
     Pack value{};
-    Mask found{};  ///< lower than where they began
+    Mask found{};  ///< lower than at the start
 };
 
 template <int D>
@@ -488,14 +484,13 @@ template <int D>
     all.work.decompositions += count_of(asked) * rule.size();
 }
 
-/// The best of the places and of the step that the search has before it; in lanes `near` then by a pattern search from
-/// it.
+/// Best of the probes and the next step; refined by pattern search in lanes `near`.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Probing<D> probed(const PackedEdges<D>& all, const SearchPack<D>& s, Mask open,
                                                            Mask near, PointElements<D>& points) {
     const ProbeAxes<D> axes = probe_axes(s.frame, all.options);
     Probing<D> best{s.y, value_of(s.at, s.by_length != 0), {}};
-    // One loop for all, since what looks is large.
+    // One loop, because the inlined evaluation is large.
     const int places = 1 + static_cast<int>(probe_places.size());
     const int looks = any(near) ? places + compass_rounds * D * 2 : places;
     for (int n = 0; n < looks; ++n) {
@@ -520,7 +515,7 @@ template <int D>
     return best;
 }
 
-/// A search of quasi-Newton from s.y, with the Hessian that it has with the metric frozen.
+/// Quasi-Newton search from s.y with the frozen-metric Hessian.
 template <int D>
 [[gnu::always_inline]] inline void start_there(const PackedEdges<D>& all, SearchPack<D>& s, Mask open,
                                                PointElements<D>& points) {

@@ -1,6 +1,5 @@
-// camber.edge_optimisation: the P2 edge that is shortest in a metric field, without a mesh to curve. The field asks for
-// short sizes along the radius and long ones across it, so that the shortest way between two points of a circle follows
-// it.
+// camber.edge_optimisation: computes the shortest P2 edge in a metric field without curving a mesh. Sizes are short
+// along the radius and long across it, so the shortest curve between two points of a circle follows the circle.
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -12,7 +11,7 @@ import camber.edge_optimisation;
 
 using namespace camber;
 
-/// The square [−1, 1] × [0.5, 2.5] in n × n cells of two triangles: the back mesh, which carries the field.
+/// The square [−1, 1] × [0.5, 2.5] in n × n cells of two triangles: the back mesh with the field.
 static LinearMesh<2> square(std::size_t n) {
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> triangles;
@@ -34,7 +33,7 @@ static LinearMesh<2> square(std::size_t n) {
 
 static Outcome<bool> example(const Execution& execution) {
     const LinearMesh<2> mesh = square(40);
-    // Fields hold log M: LogMetric and Metric are two types, and only logarithms are interpolated.
+    // Fields store log M: LogMetric and Metric are two types, and only logarithms are interpolated.
     auto field = map_each(execution, mesh.points.size(), [&](std::size_t v) {
         const Vec<2> radial = normalised(mesh.points[v]);
         return log_metric_of_sizes<2>({{0.02, 0.2}}, {{radial, Vec<2>{{-radial[1], radial[0]}}}});

@@ -12,12 +12,11 @@ import :parts;
 
 export namespace camber {
 
-/// Sums over the rows of a run after a step.
 struct ExtensionSums {
     double by_product = 0;  ///< correction · product
     double by_residual = 0;
-    double largest = 0;  ///< largest correction, as a share of the height
-    double joined = 0;   ///< number of rows that have joined
+    double largest = 0;  ///< largest correction / height
+    double joined = 0;   ///< rows that have joined
 
     friend ExtensionSums operator+(const ExtensionSums& a, const ExtensionSums& b) {
         return {a.by_product + b.by_product, a.by_residual + b.by_residual, std::max(a.largest, b.largest),
@@ -25,7 +24,6 @@ struct ExtensionSums {
     }
 };
 
-/// Products of the search direction d: dᵀA d and dᵀr.
 struct AlongDirection {
     double curvature = 0, slope = 0;
 
@@ -34,25 +32,23 @@ struct AlongDirection {
     }
 };
 
-/// The straight simplices of dimension S in space D over which a displacement is extended, and their edges.
 template <int S, int D>
 struct ExtensionDomain {
     const Column<Vec<D>>& points;
     const Column<SimplexVertices<S>>& simplices;
     const EdgeSet<S>& edges;
 };
-/// Returns the elements of a mesh as a domain.
 template <int D>
 [[nodiscard]] ExtensionDomain<D, D> elements_of(const QuadraticMesh<D>& mesh) {
     return {mesh.linear.points, mesh.linear.elements.vertices, mesh.edges};
 }
 
-/// The equations of an extension for the edges of one part of its domain, as far as the displacement reaches.
+/// Equations for the edges of one part, as far as the displacement reaches.
 template <int S, int D>
 class ExtensionPart {
   public:
-    /// Nodes of edges of kind `volume` are unknowns, all others are given by `boundary_nodes`, one an edge. Errors:
-    /// columns that do not fit the domain (internal), stopped, memory. All arguments must outlive it.
+    /// Nodes of edges of kind `volume` are unknowns; `boundary_nodes` (one an edge) prescribes all others. Errors:
+    /// columns that do not fit (internal), stopped, memory. All arguments must outlive it.
     [[nodiscard]] static Outcome<ExtensionPart> make(const ExtensionDomain<S, D>& domain, const Column<EdgeKind>& kinds,
                                                      std::span<const LagrangeNode<D>> boundary_nodes,
                                                      const Incidence<ElementId>& shells, const OwnVertices& own,
@@ -63,28 +59,27 @@ class ExtensionPart {
     ExtensionPart& operator=(ExtensionPart&&) noexcept;
     ~ExtensionPart();
 
-    /// True if a given node is not at the middle of its chord.
+    /// True if a prescribed node is off the middle of its chord.
     [[nodiscard]] bool is_displaced() const;
-    /// Returns Σ |det| and the number of simplices for each run.
+    /// Σ |det| and number of simplices by run.
     [[nodiscard]] Outcome<std::vector<double>> volume_and_count(const Execution& execution) const;
 
-    /// Moves the given nodes and starts a row for each unknown beside them. `mean`: mean |det| over the whole domain.
+    /// Moves the prescribed nodes and starts a row for each unknown beside them. `mean`: mean |det| over the whole
+    /// domain.
     [[nodiscard]] Outcome<Done> begin(double mean, double stiffening, const Execution& execution);
-    /// Moves the nodes along the direction. Returns the sums of each run.
+    /// Moves the nodes. Returns the sums of each run.
     [[nodiscard]] Outcome<std::vector<ExtensionSums>> step(double length, double tolerance, const Execution& execution);
-    /// Sets the next direction: the correction plus `turn` times the last direction. Rows that have joined move from
-    /// now on.
+    /// New direction: correction + `turn` × last direction. Joined rows move from now on.
     [[nodiscard]] Outcome<Done> turn_by(double turn, const Execution& execution);
-    /// Starts rows around the edges that have joined, in this part or in others (`of_others`).
+    /// Starts rows around edges that have joined here or in `of_others`.
     [[nodiscard]] Outcome<Done> join(std::span<const EdgeId> of_others, const Execution& execution);
-    /// Multiplies the direction by the matrix. Returns the products of each run.
+    /// Multiplies the direction by the matrix. Returns dᵀA d and dᵀr of each run.
     [[nodiscard]] Outcome<std::vector<AlongDirection>> multiply(const Execution& execution);
 
     [[nodiscard]] std::span<Vec<D>> directions();                  ///< one an edge
-    [[nodiscard]] const std::vector<EdgeId>& joined_last() const;  ///< rising in each batch
-    [[nodiscard]] std::size_t moving() const;                      ///< number of rows that move
-    /// Returns the nodes, one an edge; only those of edges that it owns are final. Empties the part. Errors: stopped,
-    /// memory.
+    [[nodiscard]] const std::vector<EdgeId>& joined_last() const;  ///< rising by batch
+    [[nodiscard]] std::size_t moving() const;                      ///< rows that move
+    /// Returns the nodes, one an edge; only those of owned edges are final. Empties the part. Errors: stopped, memory.
     [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes(const Execution& execution) &&;
 
   private:
@@ -93,33 +88,30 @@ class ExtensionPart {
     std::unique_ptr<Impl> impl_;
 };
 
-/// Options of an extension.
 struct ExtensionOptions {
-    /// Largest correction of a Jacobi step at the end, as a share of the smallest height of the simplices around the
-    /// edge. det (I + ∇u) then has an error of about that size, in layers of any anisotropy.
+    /// Largest final Jacobi correction, relative to the smallest height of simplices around the edge: about the error
+    /// of det (I + ∇u), at any anisotropy.
     double tolerance = 1e-3;
     int max_iterations = 1000;
-    /// Exponent s of the weight (mean |det| / |det|)^s of a straight simplex. 0 is the Dirichlet energy; larger values
-    /// make small simplices stiffer, so that large ones take up the deformation.
+    /// Exponent s of the weight (mean |det| / |det|)^s. 0 is the Dirichlet energy; larger values make small simplices
+    /// stiffer, so that large ones deform.
     double stiffening = 2;
 };
 
-/// Result of an extension.
 template <int D>
 struct Extension {
     Buffer<LagrangeNode<D>> nodes;  ///< one an edge
     int iterations = 0;
-    double correction = 0;   ///< largest correction at the end, measured as the tolerance is
-    std::size_t solved = 0;  ///< number of unknowns that were solved for; all others are straight
+    double correction = 0;   ///< largest final correction, see `tolerance`
+    std::size_t solved = 0;  ///< unknowns solved for; all others are straight
 };
 
-/// Extends a displacement over simplices: `given_nodes` (one an edge) holds the nodes of all edges that are not of kind
-/// `volume`, displaced from the middles of their chords. The nodes of the other edges get the displacement u that
-/// minimises Σ w_K ∫_K |∇u|² dx over the straight simplices, u in the space of the quadratic edge functions 4 ξ_i ξ_j
-/// (vertices stay). Where S = D, det (I + ∇u) is the scaled Jacobian; where S < D, ∇u is taken in the simplex's plane.
-/// Since the gradient is taken in space, u varies least across thin simplices: a stack of layers moves with its wall.
-/// The system is solved by conjugate gradients, with rows where the displacement exceeds the tolerance; the result has
-/// the same bytes for any number of threads. Errors: columns that do not fit the domain (internal), stopped.
+/// Extends a displacement over simplices. `given_nodes` (one an edge) holds the nodes of all edges that are not of kind
+/// `volume`, displaced from the middles of their chords. The other nodes get the u that minimises Σ w_K ∫_K |∇u|² dx
+/// over the straight simplices, in the space of the edge functions 4 ξ_i ξ_j (vertices are fixed). For S = D, det (I +
+/// ∇u) is the scaled Jacobian; for S < D, ∇u is in the simplex's plane. u varies least across thin simplices: layers
+/// move with their wall. Only rows where the displacement exceeds the tolerance are solved, by conjugate gradients; the
+/// same bytes for any number of threads. Errors: columns that do not fit (internal), stopped.
 template <int S, int D>
 [[nodiscard]] Outcome<Extension<D>> extend_displacement(const ExtensionDomain<S, D>& domain,
                                                         const Column<EdgeKind>& kinds,
@@ -127,7 +119,6 @@ template <int S, int D>
                                                         const Incidence<ElementId>& shells,
                                                         const ExtensionOptions& options, const Execution& execution);
 
-/// Extends the displacement of the boundary's nodes over the elements of a mesh.
 template <int D>
 [[nodiscard]] Outcome<Extension<D>> extend_boundary(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                     const Column<LagrangeNode<D>>& boundary_nodes,
@@ -136,35 +127,31 @@ template <int D>
     return extend_displacement(elements_of(mesh), kinds, boundary_nodes, shells, options, execution);
 }
 
-/// The smooth faces of a boundary.
 struct Faces {
-    Buffer<std::uint8_t> facets;  ///< 1: the facet is part of a face
-    Buffer<std::uint8_t> inside;  ///< by edge; 1: inside a face, not on its curves
+    Buffer<std::uint8_t> facets;  ///< 1: part of a face
+    Buffer<std::uint8_t> inside;  ///< one an edge; 1: inside a face, not on its curves
 };
 
-/// Displacements of edge nodes inside faces.
 struct FaceShifts {
-    std::vector<EdgeId> edges;   ///< those that are displaced, rising within each face
-    std::vector<Vec<3>> shifts;  ///< one each
+    std::vector<EdgeId> edges;
+    std::vector<Vec<3>> shifts;
 };
 
-/// Extends displacements over the triangles of each face separately, with the weight 1/area: the result for a face does
-/// not depend on the others. `given(facet, edge)`: the displacement of an edge that is not inside a face, as the face
-/// of the facet sees it. Errors: stopped, memory.
+/// Extends displacements over each face separately, with weight 1/area. `given(facet, edge)`: displacement of an edge
+/// not inside a face, for the face of the facet. Errors: stopped, memory.
 [[nodiscard]] Outcome<FaceShifts> extend_over_triangles(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                                         const Faces& faces,
                                                         const std::function<Vec<3>(FacetId, EdgeId)>& given,
                                                         const Execution& execution);
 
-/// Result of a solve.
 struct ExtensionSolve {
     int iterations = 0;
-    double correction = 0;  ///< largest correction at the end, measured as the tolerance is
+    double correction = 0;  ///< largest final correction, see `tolerance`
 };
-/// Solves for the parts of a domain that this process has. The parts are new, and at least one part of the domain is
-/// displaced. Conjugate gradients with the diagonal as preconditioner; the D components share their steps. Rows join
-/// when the residual reaches them, so each direction is made conjugate to the last by the product itself (Polak and
-/// Ribière). Sums are added in the order of the parts, on any number of processes.
+/// Solves for the parts of a domain on this process. The parts are new, and at least one part of the domain is
+/// displaced. Conjugate gradients with diagonal preconditioner; the D components share their steps. Rows join when the
+/// residual reaches them, so directions are conjugated by the product (Polak and Ribière). Sums are added in the order
+/// of parts, on any number of processes.
 template <int S, int D>
 [[nodiscard]] Outcome<ExtensionSolve> solve_extension(std::span<ExtensionPart<S, D>> parts, BetweenParts<D>& between,
                                                       const ExtensionOptions& options, const Execution& execution);

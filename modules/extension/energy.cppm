@@ -5,34 +5,33 @@ module;
 #include <cstddef>
 #include <limits>
 #include <vector>
-/// The energy w ∫_K |∇u|² dx of a displacement u of the nodes of one straight element K, for shapes and degrees.
+/// Energy w ∫_K |∇u|² dx of node displacements u of a straight element K, for shapes and degrees.
 export module camber.extension:energy;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// Weight of a simplex by its |det|; other elements: |det| of a simplex of their volume. Weights are bounded, so that
-/// the smallest elements do not hide the others by rounding.
+/// Weight by |det| of a simplex of the element's volume. Bounded, so that the smallest elements do not hide others by
+/// rounding.
 struct Weighting {
     double mean = 1, stiffening = 0;
 
     [[nodiscard]] double of(double volume) const { return std::min(pow(mean / volume, stiffening), 1e12); }
 };
 
-/// Corners of a straight element in space D.
 template <Shape shape, int D>
 using CornerPoints = std::array<Vec<D>, shape_table<shape>.corner_count>;
 
-/// |det| of a map from a reference element of dimension S (S < D: the square root of the Gram determinant), and the
-/// gradients of the reference coordinates times that.
+/// |det| of a map from dimension S (S < D: square root of the Gram determinant), and gradients of reference coordinates
+/// times |det|.
 template <int S, int D>
 struct ScaledInverse {
     double volume = 0;
     std::array<Vec<D>, S> gradients{};
 };
 
-/// `columns`: derivatives of the map by the reference coordinates.
+/// `columns`: derivatives of the map.
 template <int S, int D>
 [[nodiscard]] ScaledInverse<S, D> scaled_inverse(const std::array<Vec<D>, S>& columns) {
     static_assert(S == D || (S == 2 && D == 3), "elements, or faces in space");
@@ -47,7 +46,6 @@ template <int S, int D>
     }
 }
 
-/// The scaled inverse of the map of a straight simplex.
 template <int S, int D>
 [[nodiscard]] ScaledInverse<S, D> scaled_inverse(const std::array<Vec<D>, S + 1>& corners) {
     std::array<Vec<D>, S> columns;
@@ -55,26 +53,24 @@ template <int S, int D>
     return scaled_inverse<S, D>(columns);
 }
 
-/// Number of nodes of an element that a displacement moves: all but the corners. They are counted from 0, in the order
-/// of `lagrange_nodes`.
+/// Number of nodes except corners, numbered from 0 in the order of `lagrange_nodes`.
 template <Shape shape, int degree>
 inline constexpr int moving_nodes = element_nodes<shape, degree> - shape_table<shape>.corner_count;
 
-/// The energy of one element as it is stored. A simplex of any degree stores the products of the gradients of its
-/// barycentric coordinates, w |det| ∇ξ_i · ∇ξ_j for each edge ij: since Σ ∇ξ_i = 0, the squares are less the sums of
-/// these. Other shapes store the lower triangle of the matrix of their moving nodes, row after row.
+/// Stored energy of an element. Simplices of any degree store w |det| ∇ξ_i · ∇ξ_j for each edge ij; squares follow from
+/// Σ ∇ξ_i = 0. Other shapes store the lower triangle of the matrix of moving nodes, by rows.
 template <Shape shape, int degree>
 struct ElementEnergy {
     static constexpr int moving = moving_nodes<shape, degree>;
     std::array<double, is_simplex(shape) ? shape_table<shape>.edge_count : moving*(moving + 1) / 2> products{};
-    double height = std::numeric_limits<double>::infinity();  ///< smallest height of the straight element
+    double height = std::numeric_limits<double>::infinity();  ///< smallest height
 };
 
 }  // namespace camber
 
 namespace camber {
 
-/// Entries of a matrix are in this unit, by the dimension S: the formula of quadratic simplices then has no factor.
+/// Unit of matrix entries, by dimension S: quadratic simplices then need no factor.
 template <int S>
 inline constexpr double energy_unit = [] {
     double factorial = 1;
@@ -82,7 +78,7 @@ inline constexpr double energy_unit = [] {
     return factorial / 16;
 }();
 
-/// The other edges of a simplex, seen from its edge ij: ik and jk for each further vertex k, and kl if there are two.
+/// Other edges of a simplex for an edge ij: ik and jk for each further vertex k, and kl for two.
 template <int S>
 struct EdgesBeside {
     std::array<int, S - 1> first{}, second{};
@@ -111,7 +107,7 @@ inline constexpr auto edges_beside = [] {
     return table;
 }();
 
-/// ∫ ∂_a φ_m ∂_b φ_n over the reference simplex, as coefficients of the stored products, by moving nodes m and n.
+/// ∫ ∂_a φ_m ∂_b φ_n over the reference simplex by moving nodes m, n, as coefficients of the stored products.
 template <int S, int degree>
 const auto& product_coefficients() {
     constexpr Shape shape = simplex<S>;
@@ -121,8 +117,8 @@ const auto& product_coefficients() {
         std::vector<std::array<Coefficients, moving>> rows(moving);
         for (const ReferenceRulePoint& point : reference_rule<shape>(degree)) {
             const auto functions = lagrange_functions<shape, degree>(point.x);
-            // Derivatives by ξ_0 are 0: functions are of the coordinates ξ_1 … ξ_S. Σ_ab ∂_a φ ∂_b ψ g_ab, with g_aa as
-            // the sum of the others, is −Σ_(edges ab) (∂_a − ∂_b) φ (∂_a − ∂_b) ψ g_ab.
+            // Functions depend on ξ_1 … ξ_S, so derivatives by ξ_0 are 0. With g_aa as minus the sum of the others,
+            // Σ_ab ∂_a φ ∂_b ψ g_ab is −Σ_(edges ab) (∂_a − ∂_b) φ (∂_a − ∂_b) ψ g_ab.
             const auto difference = [&](int node, int edge) {
                 const auto [a, b] = local_edges<S>[edge];
                 const ReferencePoint& gradient = functions.gradients[corners + node];
@@ -138,7 +134,6 @@ const auto& product_coefficients() {
     return table;
 }
 
-/// Values at the points of the rule of a shape that is no simplex.
 template <Shape shape, int degree>
 struct ReferenceGradients {
     double weight = 0;
@@ -157,7 +152,7 @@ const std::vector<ReferenceGradients<shape, degree>>& reference_gradients() {
     return table;
 }
 
-/// The largest gradient of the barycentric coordinates of a shape's factors: 1 over the smallest height.
+/// Largest gradient of barycentric coordinates of the shape's factors: 1 / smallest height.
 template <Shape shape, int S, int D>
 [[nodiscard]] double steepest_gradient(const ScaledInverse<S, D>& at) {
     double steepest = 0;
@@ -209,7 +204,7 @@ template <Shape shape, int degree, int D>
 template <int S, int degree, int D>
 [[nodiscard]] ElementEnergy<simplex<S>, degree> energy_of_simplex(const std::array<Vec<D>, S + 1>& corners,
                                                                   const Weighting& weighting) {
-    // The factor 1/det² of the products of gradients is combined with the volume.
+    // The factor 1/det² of products of gradients is combined with the volume.
     const auto [volume, rows] = scaled_inverse<S, D>(corners);
     const double factor = weighting.of(volume) / volume;
     ElementEnergy<simplex<S>, degree> energy;
@@ -228,9 +223,8 @@ template <int S, int degree, int D>
 
 export namespace camber {
 
-/// Returns the energy of a straight element. Degenerate elements contribute nothing. Exact for simplices; for other
-/// shapes a quadrature rule of degree + 1 points a direction, exact if the element is affine. Pyramids are not
-/// supported.
+/// Energy of a straight element; 0 if degenerate. Exact for simplices; otherwise by a rule of degree + 1 points a
+/// direction, exact for affine elements.
 template <Shape shape, int degree, int D>
     requires(shape != Shape::pyramid)
 [[nodiscard]] ElementEnergy<shape, degree> element_energy(const CornerPoints<shape, D>& corners,
@@ -241,8 +235,8 @@ template <Shape shape, int degree, int D>
         return energy_by_quadrature<shape, degree, D>(corners, weighting);
 }
 
-/// Calls add(moving node, entry) for each entry that an element adds to the row of one of its moving nodes `own`.
-/// Entries are those of w ∫ ∇φ_m · ∇φ_n dx times (S + 2)!/16, S the dimension of the element.
+/// Calls add(moving node, entry) for each entry in row `own`: w ∫ ∇φ_m · ∇φ_n dx times (S + 2)!/16, S the element's
+/// dimension.
 template <Shape shape, int degree, class Add>
 void each_row_entry(const ElementEnergy<shape, degree>& energy, int own, const Add& add) {
     constexpr int moving = moving_nodes<shape, degree>;

@@ -1,4 +1,4 @@
-// camber.extension: the arc of a wall, extended into the layers behind it. Each layer moves with the wall.
+// camber.extension: extends the arc of a wall into its layers, which move with the wall.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -10,7 +10,7 @@ import camber.extension;
 
 using namespace camber;
 
-/// Layers of height 0.1 on a wall of two edges of length 1, each cell cut into two triangles.
+/// Layers of height 0.1 on a wall of two edges of length 1; each cell is two triangles.
 static LinearMesh<2> layers(std::size_t count) {
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> triangles;

@@ -1,4 +1,4 @@
-// Solves the equations of an extension by conjugate gradients, over the parts of a mesh.
+// Solves extensions by conjugate gradients over mesh parts.
 module;
 #include <algorithm>
 #include <array>
@@ -20,11 +20,10 @@ namespace camber {
 
 namespace {
 
-/// Corrections below this share of the first are rounding errors.
+/// Smaller shares of the first correction are rounding.
 constexpr double rounding = 1e-14;
 
-/// Progress of a solve. Estimates the remaining steps from the mean reduction of the residual's norm in a step. The
-/// share does not fall if a step makes no progress.
+/// Progress of a solve: the remaining steps follow from the mean reduction of the residual's norm. Never falls.
 class Headway {
   public:
     Headway(double first, double tolerance, const Execution& execution)
@@ -43,7 +42,7 @@ class Headway {
     const Execution& execution_;
 };
 
-/// All parts as one system. Sums of runs are added in their order.
+/// All parts as one system; sums of runs are added in order.
 template <int S, int D>
 class Parts {
   public:
@@ -78,7 +77,6 @@ class Parts {
         return sums;
     }
 
-    /// Sets the next direction of all parts, exchanges it, and starts rows around edges that have joined.
     Outcome<Done> turn_by(double turn) {
         if (auto turned = each_part([&](ExtensionPart<S, D>& part) { return part.turn_by(turn, execution_); }); !turned)
             return turned;
@@ -114,7 +112,6 @@ class Parts {
     }
 
   private:
-    /// Returns the numbers of all runs of all parts, one after the other.
     Outcome<std::vector<double>> gathered(const auto& numbers_of) {
         const auto here = [&]() -> Outcome<std::vector<double>> {
             std::vector<double> all;
@@ -177,7 +174,7 @@ Outcome<Extension<D>> extend_displacement(const ExtensionDomain<S, D>& domain, c
                                           const Column<LagrangeNode<D>>& given_nodes,
                                           const Incidence<ElementId>& shells, const ExtensionOptions& options,
                                           const Execution& execution) {
-    // Shares of the time of shells with layers, 1 and 5 million elements.
+    // Measured shares of time on shells with layers, 1 and 5 million elements.
     auto part = ExtensionPart<S, D>::make(domain, kinds, given_nodes.view(), shells,
                                           {VertexId(0), VertexId(domain.points.size())}, part_of(execution, 0, 0.12));
     if (!part) return fail(part.error());

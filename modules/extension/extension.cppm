@@ -1,5 +1,5 @@
-/// Displacements of edge nodes extended over simplices: those of the boundary's curves over its faces, those of the
-/// boundary into the volume; on a whole mesh or on parts of it.
+/// Extends displacements of edge nodes: from curves over faces, from the boundary into the volume; on a whole mesh or
+/// its parts.
 export module camber.extension;
 export import :parts;
 export import :displacement;

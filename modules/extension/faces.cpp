@@ -1,4 +1,4 @@
-// Extends displacements of curves over the triangles of the faces that they bound.
+// Extends displacements of curves over the faces that they bound.
 module;
 #include <algorithm>
 #include <array>
@@ -16,22 +16,22 @@ namespace camber {
 
 namespace {
 
-/// The triangles of one face and their edges: an edge inside the face is one edge, a curve is a separate edge
-/// for each triangle, since its displacement differs between the faces on its sides.
+/// Triangles of one face and their edges. Edges on curves are separate for each triangle: their displacements differ
+/// between adjacent faces.
 struct FaceTriangles {
     Buffer<SimplexVertices<2>> triangles;
     Buffer<std::array<EdgeId, 3>> of_triangles;
     Buffer<std::array<VertexId, 2>> ends;
     Buffer<EdgeKind> kinds;      ///< `volume`: an unknown
-    std::vector<EdgeId> inside;  ///< the mesh's edge of each unknown; these come first
+    std::vector<EdgeId> inside;  ///< mesh edge of each unknown; these come first
     struct OnCurve {
         EdgeId edge;
         FacetId facet;
     };
-    std::vector<OnCurve> on_curves;  ///< the edges after those
+    std::vector<OnCurve> on_curves;
 };
 
-/// Facets that are connected across edges inside faces, face by face in the order of their first facets.
+/// Facets connected across edges inside faces, in the order of first facets.
 std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const Faces& faces) {
     std::vector<std::size_t> root(faces.facets.size());
     std::iota(root.begin(), root.end(), std::size_t{0});
@@ -64,7 +64,7 @@ std::vector<std::vector<FacetId>> connected_faces(const EdgeSet<3>& edges, const
     return connected;
 }
 
-/// `own`: by edge, to be used again for the next face.
+/// `own`: by edge, reused for the next face.
 FaceTriangles triangles_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Faces& faces,
                            std::span<const FacetId> facets, std::vector<EdgeId>& own) {
     FaceTriangles out;
@@ -97,7 +97,6 @@ FaceTriangles triangles_of(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, c
     return out;
 }
 
-/// Adds the displacements inside one face.
 Outcome<Done> extend_over_face(const LinearMesh<3>& mesh, FaceTriangles face,
                                const std::function<Vec<3>(FacetId, EdgeId)>& given, FaceShifts& shifts,
                                const Execution& execution) {

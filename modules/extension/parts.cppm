@@ -9,15 +9,15 @@ module;
 export module camber.extension:parts;
 import camber.core;
 
-/// Algorithms over a whole mesh that work on parts of it. A part computes the rows of its own vertices, on a mesh with
-/// two rings of elements around them, and receives the rows of other parts. A mesh on one process can be one part.
+/// Algorithms on parts of a mesh. A part computes the rows of its vertices, on a mesh with two rings of elements around
+/// them, and receives the rows of other parts. A mesh on one process can be one part.
 export namespace camber {
 
-/// Ownership of a part: the vertices [first, last), and the simplices whose lowest vertex is one of them. The vertices
-/// form runs. Sums are computed for each run, so that they do not depend on the number of runs in a part.
+/// A part owns the vertices [first, last), in runs, and the simplices whose lowest vertex is one of them. Sums are by
+/// run, so that they do not depend on the number of runs in a part.
 struct OwnVertices {
     VertexId first, last;
-    std::vector<VertexId> later_runs = {};  ///< first vertex of each run but the first
+    std::vector<VertexId> later_runs = {};  ///< first vertex of each later run
 
     [[nodiscard]] bool owns(VertexId v) const { return v >= first && v < last; }
     template <std::size_t N>
@@ -34,7 +34,7 @@ template <int D>
     return {VertexId(0), VertexId(mesh.points.size())};
 }
 
-/// The simplices of a mesh with `vertices` vertices, of which a part owns some.
+/// Simplices of a mesh with `vertices` vertices, partly owned.
 template <std::size_t N>
 struct OwnSimplices {
     std::span<const std::array<VertexId, N>> all;
@@ -42,15 +42,14 @@ struct OwnSimplices {
     const OwnVertices& own;
 };
 
-/// Computes a sum over the simplices of each run, as `reduce_each`: accumulate(value, simplex). A simplex belongs to
-/// the run of its lowest vertex.
+/// Sums over the simplices of each run (by lowest vertex), as `reduce_each`: accumulate(value, simplex).
 template <class T, std::size_t N>
 [[nodiscard]] Outcome<std::vector<T>> reduce_own(const Execution& execution, const OwnSimplices<N>& of, const T& init,
                                                  const auto& accumulate, const auto& join) {
     return guarded([&]() -> Outcome<std::vector<T>> {
         const OwnVertices& own = of.own;
         const auto& simplices = of.all;
-        // Chunks are those of a run's simplices, which a mesh by itself need not list.
+        // A run lists its simplices, and chunks follow this list; a mesh that is one run needs no list.
         const bool is_whole = own.runs() == 1 && own.first.index() == 0 && own.last.index() == of.vertices;
         std::vector<std::size_t> begin(own.runs() + 1, 0);
         Buffer<ElementId> listed;
@@ -78,22 +77,17 @@ template <class T, std::size_t N>
     });
 }
 
-/// A list of edges for each part.
 using EdgesOfParts = std::vector<std::vector<EdgeId>>;
 
-/// Communication between the parts of a mesh, on one process or on several.
 template <int D>
 class BetweenParts {
   public:
     virtual ~BetweenParts() = default;
-    /// Returns the numbers of all runs of the mesh in their order, given those of the runs of this process. Errors:
-    /// those of any process.
+    /// Gathers the numbers of all runs of the mesh in order, from those of this process. Errors: of any process.
     [[nodiscard]] virtual Outcome<std::vector<double>> gather(Outcome<std::vector<double>> of_parts) = 0;
-    /// Returns the edges among a part's own `edges` that other parts contain as well.
     [[nodiscard]] virtual std::vector<EdgeId> shared(std::size_t part, std::vector<EdgeId> edges) const = 0;
-    /// Sends rows of edges to all other parts that contain these edges. `rows`: one row an edge for each part of this
-    /// process; `edges`: shared ones. Returns the edges that each part of this process has received, rising. Errors:
-    /// those of any process.
+    /// Sends rows to all other parts that contain the edges. `rows`: one a part of this process, with a row an edge;
+    /// `edges`: shared ones. Returns the edges received by each part, rising. Errors: of any process.
     [[nodiscard]] virtual Outcome<EdgesOfParts> bring(std::span<const std::span<Vec<D>>> rows,
                                                       const EdgesOfParts& edges) = 0;
 
@@ -105,7 +99,6 @@ class BetweenParts {
     BetweenParts& operator=(BetweenParts&&) = default;
 };
 
-/// Communication of a mesh that is one part: none.
 template <int D>
 class OnePart final : public BetweenParts<D> {
   public:

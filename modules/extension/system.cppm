@@ -14,14 +14,12 @@ import :displacement;
 import :energy;
 import :parts;
 
-/// The equations of an extension, with a row for each edge that the displacement has reached.
 namespace camber {
 
-/// Rows take part once their correction is this share of the tolerance.
+/// Rows join once their correction is this share of the tolerance.
 inline constexpr double joining = 0.1;
 
-/// State of a row. `beside`: its residual is up to date, and its node is not displaced. `joined`: its node moves from
-/// the next step on.
+/// `beside`: residual up to date, node not displaced. `joined`: the node moves from the next step on.
 enum class Row : std::uint8_t { beside, joined, moving };
 
 template <int S>
@@ -44,20 +42,19 @@ Vec<D> chord_middle(const ExtensionDomain<S, D>& domain, std::size_t e) {
     return midpoint(domain.points[a], domain.points[b]);
 }
 
-/// Consecutive rows with their entries of the matrix: a unit of work.
 struct RowBlock {
     std::size_t begin = 0, end = 0;
     const EdgeId* columns = nullptr;
     const double* values = nullptr;
-    std::vector<EdgeId> own_columns = {};  ///< used if there are more entries than expected
+    std::vector<EdgeId> own_columns = {};  ///< if more entries than expected
     std::vector<double> own_values = {};
     std::vector<EdgeId> joined = {};  ///< in the last step
 };
 inline constexpr std::size_t block_rows = 256;
 inline constexpr std::size_t blocks_at_once = 4;
 
-/// Entries of the rows of a block during assembly. A row has its diagonal entry first, then those of edges that share a
-/// vertex with it, then those of opposite edges, one for each simplex.
+/// Row order during assembly: diagonal entry, entries of edges that share a vertex, entries of opposite edges (one a
+/// simplex).
 struct Entries {
     std::vector<EdgeId> columns = {};
     std::vector<double> values = {};
@@ -75,8 +72,7 @@ struct Entries {
     }
 };
 
-/// Rows of the matrix, one an edge, and their parts of the vectors. The arrays have room for all edges; pages that are
-/// not written take no memory.
+/// Matrix rows and vectors, one an edge. Unwritten pages of the arrays take no memory.
 template <int S, int D>
 struct Rows {
     std::size_t count = 0;
@@ -85,7 +81,7 @@ struct Rows {
     Buffer<Row> state;
     Buffer<double> inverse_diagonal, height;
     Buffer<Vec<D>> u, residual, product;
-    Buffer<std::uint32_t> ends;  ///< end of each row's entries in its block
+    Buffer<std::uint32_t> ends;  ///< end of each row's entries
     Buffer<EdgeId> columns;
     Buffer<double> values;
 
@@ -102,32 +98,31 @@ struct Rows {
           values(columns.size()) {}
 
     [[nodiscard]] Vec<D> correction(std::size_t i) const { return inverse_diagonal[i] * residual[i]; }
-    /// Length of the correction, as a share of the height.
+    /// Length of the correction / height.
     [[nodiscard]] double size(std::size_t i) const { return norm(correction(i)) / height[i]; }
 };
 
-/// The system of equations. Edges that the displacement has not reached have no row, and do not move.
+/// Edges that the displacement has not reached have no row, and do not move.
 template <int S, int D>
 struct ExtensionSystem {
     ExtensionDomain<S, D> domain;
     const Column<EdgeKind>& kinds;
     const Incidence<ElementId>& shells;
     OwnVertices owned;
-    std::span<const LagrangeNode<D>> boundary_nodes;  ///< by edge; those of unknowns are not read
-    Buffer<Vec<D>> direction;                         ///< by edge; at first the given displacements
+    std::span<const LagrangeNode<D>> boundary_nodes;
+    Buffer<Vec<D>> direction;  ///< one an edge; initially the prescribed displacements
     Weighting weighting = {};
-    Buffer<std::uint32_t> began;  ///< by edge: the batch in which its row began, from 1; 0: it has none
-    Buffer<ElementEnergy<simplex<S>, 2>> energies;  ///< of the simplices with a row; the others are never written
+    Buffer<std::uint32_t> began;                    ///< one an edge: batch of the row, from 1; 0: none
+    Buffer<ElementEnergy<simplex<S>, 2>> energies;  ///< unwritten for simplices without a row
     Rows<S, D> rows;
     std::vector<RowBlock> blocks = {};
-    std::vector<std::vector<std::uint32_t>> of_runs = {};  ///< the blocks of each run of its own vertices
+    std::vector<std::vector<std::uint32_t>> of_runs = {};
     std::uint32_t round = 0;
     std::vector<EdgeId> joined = {};  ///< in the last step
 
-    /// True if the row of the edge belongs to this part.
     [[nodiscard]] bool owns(EdgeId edge) const { return owned.owns(domain.edges.vertices[edge]); }
 
-    /// Returns the part's unknowns in the simplices around these edges that have no row yet, rising.
+    /// Unknowns in the simplices around these edges without a row, rising.
     Outcome<std::vector<EdgeId>> reach_out(std::span<const EdgeId> from, const Execution& execution) {
         constexpr std::size_t grain = 1024;
         std::vector<std::vector<EdgeId>> seen((from.size() + grain - 1) / grain);
@@ -151,8 +146,7 @@ struct ExtensionSystem {
         return reached;
     }
 
-    /// True if the row of this edge is the first of all rows around the simplex: then it computes the simplex, once for
-    /// all.
+    /// True if this row is the first around the simplex, so it computes the simplex once for all.
     [[nodiscard]] bool is_first_of(EdgeId edge, ElementId e) const {
         const auto& edges = domain.edges.of_elements[e];
         return std::all_of(edges.begin(), edges.end(), [&](EdgeId other) {
@@ -190,8 +184,7 @@ struct ExtensionSystem {
         rows.ends[i] = static_cast<std::uint32_t>(entries.columns.size());
     }
 
-    /// Assembles the rows of a block. `room`: index of its first entry; `expected`: number of its entries if shells are
-    /// closed.
+    /// `room`: index of the first entry; `expected`: number of entries for closed shells.
     void begin_block(RowBlock& block, std::span<const EdgeId> edges, std::size_t room, std::size_t expected) {
         Entries entries;
         entries.columns.reserve(expected);
@@ -210,7 +203,6 @@ struct ExtensionSystem {
         block.values = rows.values.data() + room;
     }
 
-    /// Starts rows for all unknowns around these edges.
     Outcome<Done> begin_rows_around(std::span<const EdgeId> from, const Execution& execution) {
         const auto reached = reach_out(from, execution);
         if (!reached) return fail(reached.error());
@@ -233,8 +225,7 @@ struct ExtensionSystem {
             1);
     }
 
-    /// Starts blocks for the rows of these edges, which rise. A block lies within one run. Returns the index of each
-    /// block's first entry.
+    /// Starts blocks for these edges (rising), each within one run. Returns each block's first entry.
     std::vector<std::size_t> begin_blocks(std::span<const EdgeId> edges) {
         of_runs.resize(owned.runs());
         const auto run_of = [&](EdgeId edge) { return owned.run_of(domain.edges.vertices[edge][0]); };
@@ -252,7 +243,7 @@ struct ExtensionSystem {
         return room;
     }
 
-    /// Returns the sum over the blocks of each run: accumulate(value, block).
+    /// Sums over the blocks of each run: accumulate(value, block).
     template <class T>
     Outcome<std::vector<T>> reduce_runs(const Execution& execution, const auto& accumulate) {
         of_runs.resize(owned.runs());
@@ -267,7 +258,7 @@ struct ExtensionSystem {
         return sums;
     }
 
-    /// visit(row, A x) for each row of a block, x by edge.
+    /// Calls visit(row, A x) for the rows of a block, x by edge.
     template <class Visit>
     void each_product(const RowBlock& block, std::span<const Vec<D>> x, const Visit& visit) const {
         std::size_t k = 0;

@@ -16,7 +16,7 @@ namespace camber {
 
 namespace {
 
-/// Size `along` on a unit direction, `across` elsewhere.
+/// Size `along` a unit direction, `across` normal to it.
 template <int D>
 LogMetric<D> two_sizes(const Vec<D>& direction, double along, double across) {
     const double base = -2 * log(across);
@@ -34,7 +34,7 @@ Vec<D> first_axis() {
     return x;
 }
 
-/// |x| of the first two coordinates and their direction.
+/// Radius and direction in the first two coordinates.
 template <int D>
 struct Polar {
     double r = 0;
@@ -51,7 +51,6 @@ Polar<D> polar(const Vec<D>& x) {
     return p;
 }
 
-/// The size at a distance from the layer: least + 2 (far − least) distance.
 double layer_size(double least, double far, double distance_to_layer) {
     return least + 2 * (far - least) * distance_to_layer;
 }

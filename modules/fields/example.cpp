@@ -1,4 +1,4 @@
-// camber.fields: metrics as functions of position, given by name or by an expression that a user wrote, at any points.
+// camber.fields: metrics as functions of position, by name or by a user's expression.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -10,7 +10,7 @@ import camber.fields;
 
 using namespace camber;
 
-/// The size that a metric asks for along a unit vector: 1/sqrt(vᵀ M v).
+/// The metric's size along a unit vector: 1/sqrt(vᵀ M v).
 static double size_along(const LogMetric<2>& log_metric, const Vec<2>& direction) {
     return 1 / std::sqrt(SpectralMetric<2>(log_metric).length_squared(direction));
 }
@@ -19,11 +19,11 @@ static Outcome<bool> example(const Execution& execution) {
     const std::vector<Vec<2>> points{{{0.1, 0}}, {{0.5, 0}}, {{0.9, 0}}};  // along the x axis: x is the radius
     const Vec<2> radial{{1, 0}}, tangential{{0, 1}};
 
-    // By name: a curved layer on the circle of radius 0.5, thin across it.
+    // A named field: a curved layer on the circle of radius 0.5.
     const PolarOneField layer{.min_size = 0.001, .size = 0.1, .radius = 0.5};
     const auto polar = log_metrics_of<2>(AnalyticField<2>(layer), points, execution);
     if (!polar) return fail(polar.error());
-    // As text: one size for each axis.
+    // A field from expressions: one size for each axis.
     const SizesExpression text{{"0.001 + 0.2*abs(x - 0.5)", "0.1"}};
     const auto written = log_metrics_of<2>(MetricExpression(text), points, execution);
     if (!written) return fail(written.error());
@@ -32,13 +32,13 @@ static Outcome<bool> example(const Execution& execution) {
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::printf("x = %.1f: sizes %.4f and %.4f, anisotropy %.1f\n", points[i][0], size_along((*polar)[i], radial),
                     size_along((*polar)[i], tangential), anisotropy((*polar)[i]));
-        // On the axis the two fields differ only in 0.2 for 2 (size − min_size) = 0.198.
+        // On the axis the fields differ only by 0.2 instead of 2 (size − min_size) = 0.198.
         difference =
             std::max(difference, std::abs(size_along((*polar)[i], radial) - size_along((*written)[i], radial)));
     }
     std::printf("the written field is the named one to %.4f\n", difference);
 
-    // What a user may have written wrongly is named, with its place.
+    // Errors name the expression and the position.
     const auto wrong = log_metrics_of<2>(MetricExpression(SizeExpression{"0.1 + 0.2*r"}), points, execution);
     if (!wrong) std::printf("refused: %s\n", describe(wrong.error()).c_str());
     const bool thin = std::abs(anisotropy((*polar)[1]) - 100) < 1e-9;

@@ -31,8 +31,7 @@ constexpr const char* remedy =
     "it may use x, y, z (3D), pi, numbers, + - * / ^, comparisons, c ? a : b and functions as sqrt, exp, log, sin, "
     "tanh, atan2, abs, min, max";
 
-/// A character that no formula of the coordinates has: a byte that ends the text for the parser, or an assignment. The
-/// parser takes both.
+/// An illegal character that the parser accepts: an assignment, or a byte that ends the text.
 struct Intruder {
     std::size_t position;  ///< from 0
     const char* what;
@@ -52,8 +51,7 @@ std::optional<Intruder> intruder_of(std::string_view text) {
     return std::nullopt;
 }
 
-/// Replaces the functions that the parser takes from the C library, so that an expression has the same values on every
-/// processor (`core:tensors`).
+/// Replaces C library functions, so that all processors compute the same values (`core:tensors`).
 void define_functions(mu::Parser& parser) {
     struct Function {
         const char* name;
@@ -70,7 +68,7 @@ void define_functions(mu::Parser& parser) {
     parser.DefineFun("atan2", static_cast<double (*)(double, double)>(atan2));
 }
 
-/// The sign of a power for the parser, which lets nobody replace its own operator, a function of the C library too.
+/// The parser's own operator calls the C library and cannot be replaced.
 constexpr char power_sign = '\x7f';
 
 void define_power(mu::Parser& parser) {
@@ -83,7 +81,7 @@ std::string with_replaced(std::string text, char from, char to) {
     return text;
 }
 
-/// An expression bound to a place of its own; neither copied nor moved, since the parser holds addresses.
+/// Not movable: the parser holds addresses of members.
 template <int D>
 class Evaluator {
   public:
@@ -152,7 +150,7 @@ Outcome<ScalarExpression<D>> ScalarExpression<D>::parsed(std::string text) {
         if (!error.GetToken().empty()) what += ", at " + in_quotes(with_replaced(error.GetToken(), power_sign, '^'));
         return fail(ErrorKind::usage, std::move(what), {}, {}, remedy);
     } catch (const std::bad_alloc&) {
-        throw;  // no fault of the expression: guarded names it
+        throw;  // not a fault of the expression: guarded handles it
     } catch (const std::exception&) {
         return fail(ErrorKind::usage, quoted_expression(text) + " cannot be read", {}, {}, remedy);
     }
@@ -166,7 +164,7 @@ std::function<void(std::span<const Vec<D>>, std::span<double>)> ScalarExpression
 
 namespace {
 
-/// The values of expressions at points, row after row; what an evaluation cannot give is NaN.
+/// Values by row; NaN if evaluation fails.
 template <int D>
 Outcome<Buffer<double>> values_of(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                   const Execution& execution) {
@@ -201,7 +199,6 @@ std::string coordinates(const Vec<D>& x) {
     return text.str();
 }
 
-/// The first value that is not allowed, as an error.
 template <int D>
 Outcome<Done> check_values(const std::vector<std::string>& expressions, const Buffer<double>& values,
                            std::span<const Vec<D>> points, bool (*allowed)(double), const char* wanted) {
@@ -222,7 +219,7 @@ Outcome<Done> check_count(std::size_t given, std::size_t wanted, const char* wha
                 "expected " + std::to_string(wanted) + " expressions of " + what + ", got " + std::to_string(given));
 }
 
-/// Sizes along the axes; a single expression stands for all.
+/// Sizes along axes; one expression applies to all.
 template <int D>
 Outcome<Column<LogMetric<D>>> by_sizes(const std::vector<std::string>& expressions, std::span<const Vec<D>> points,
                                        const Execution& execution) {

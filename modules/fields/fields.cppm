@@ -5,21 +5,20 @@ module;
 #include <tuple>
 #include <variant>
 #include <vector>
-/// Fields as functions of position: metrics by name and by expressions of the coordinates, and scalar expressions.
+/// Metrics and scalar fields as functions of position.
 export module camber.fields;
 import camber.core;
 import camber.metric;
 
-/// Analytic metric fields: pure functions of position, with sizes in model units. Those of the Unstructured Grid
-/// Adaptation Working Group (UGAWG: github.com/UGAWG/adapt-benchmarks) have its values as defaults; in 2D the last axis
-/// plays the part of z in `linear`, and the polar ones lose z.
+/// Analytic metric fields; sizes in model units. Defaults are those of the Unstructured Grid Adaptation Working Group
+/// (UGAWG: github.com/UGAWG/adapt-benchmarks). In 2D the last axis replaces z in `linear`; polar fields have no z.
 export namespace camber {
 
-/// UGAWG `linear`: thin across the plane z = position. h_x = h_y = size, h_z = min_size + 2 (size − min_size)
-/// |z − position|.
+/// UGAWG `linear`, thin across the plane z = position: h_x = h_y = size, h_z = min_size + 2 (size − min_size) |z −
+/// position|.
 struct LinearField {
     double min_size = 0.001, size = 0.1, position = 0.5;
-    double scale = 1;  ///< all sizes times this
+    double scale = 1;  ///< factor of all sizes
 
     [[nodiscard]] static constexpr auto options() {
         using S = LinearField;
@@ -32,11 +31,11 @@ struct LinearField {
     friend bool operator==(const LinearField&, const LinearField&) = default;
 };
 
-/// UGAWG `polar-1`: a curved layer on the cylinder of this radius about the z axis. h_t = h_z = size,
-/// h_r = min_size + 2 (size − min_size) |r − radius|.
+/// UGAWG `polar-1`, a layer on a cylinder about the z axis: h_t = h_z = size, h_r = min_size + 2 (size − min_size) |r −
+/// radius|.
 struct PolarOneField {
     double min_size = 0.001, size = 0.1, radius = 0.5;
-    double scale = 1;  ///< all sizes times this
+    double scale = 1;  ///< factor of all sizes
 
     [[nodiscard]] static constexpr auto options() {
         using S = PolarOneField;
@@ -49,11 +48,11 @@ struct PolarOneField {
     friend bool operator==(const PolarOneField&, const PolarOneField&) = default;
 };
 
-/// UGAWG `polar-2`: as polar-1, with shorter edges along the circle near the layer: h_t = size d + tangential_size
-/// (1 − d), d = min(|r − radius|/layer_width, 1). Curvature then asks for no more than h_t.
+/// UGAWG `polar-2`: polar-1 with h_t = size d + tangential_size (1 − d), d = min(|r − radius|/layer_width, 1), which
+/// resolves the curvature.
 struct PolarTwoField {
     double min_size = 0.001, tangential_size = 0.025, size = 0.1, radius = 0.5, layer_width = 0.1;
-    double scale = 1;  ///< all sizes times this
+    double scale = 1;  ///< factor of all sizes
 
     [[nodiscard]] static constexpr auto options() {
         using S = PolarTwoField;
@@ -74,16 +73,16 @@ struct PolarTwoField {
     friend bool operator==(const PolarTwoField&, const PolarTwoField&) = default;
 };
 
-/// Thin across a plane, where a solution tanh(s/width) of the distance s jumps: log of the size along the normal goes
-/// from log size to log min_size with the solution's slope 1 − tanh²(s/width); `size` along the plane.
+/// Thin across a plane, for a solution tanh(s/width) of the distance s. The log size along the normal goes from log
+/// size to log min_size with 1 − tanh²(s/width); `size` along the plane.
 template <int D>
 struct PlanarShock {
-    Vec<D> point{}, normal{};  ///< of the plane; the normal of any length
+    Vec<D> point{}, normal{};  ///< normal of any length
     double min_size = 0.01, size = 0.1, width = 0.1;
     friend bool operator==(const PlanarShock&, const PlanarShock&) = default;
 };
 
-/// The same across a sphere (2D: a circle): s = |x − centre| − radius.
+/// Across a sphere (2D: circle): s = |x − centre| − radius.
 template <int D>
 struct SphericalShock {
     Vec<D> centre{};
@@ -92,8 +91,8 @@ struct SphericalShock {
     friend bool operator==(const SphericalShock&, const SphericalShock&) = default;
 };
 
-/// Constant sizes whose axes turn with x: min_size along (cos a, sin a, 0), size across it, a = 2π x/period. The
-/// metric's derivative commutes with it nowhere, which is the case that a wrong D exp gets wrong.
+/// min_size along (cos a, sin a, 0), size across, a = 2π x/period. The derivative never commutes with the metric: a
+/// test for D exp.
 struct RotatingField {
     double min_size = 0.01, size = 0.1, period = 1;
 
@@ -106,62 +105,53 @@ struct RotatingField {
     friend bool operator==(const RotatingField&, const RotatingField&) = default;
 };
 
-/// Any of the fields above.
 template <int D>
 using AnalyticField =
     std::variant<LinearField, PolarOneField, PolarTwoField, PlanarShock<D>, SphericalShock<D>, RotatingField>;
 
-/// log M at x. On the axis of a polar field, or at a shock's centre, where no direction is the radius, that of x is.
+/// log M at x. On a polar axis or at a shock's centre the x direction replaces the radial one.
 template <int D>
 [[nodiscard]] LogMetric<D> evaluate(const AnalyticField<D>& field, const Vec<D>& x);
 
-/// log M at points. Errors (usage): a size, width, period or scale that is not positive, a zero normal; stopped.
+/// log M at points. Errors: usage (size, width, period or scale not positive, zero normal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> log_metrics_of(const AnalyticField<D>& field,
                                                            std::span<const Vec<D>> points, const Execution& execution);
 
-// Metric fields written as expressions of the coordinates x, y and (3D) z, in muparser's notation: numbers,
-// + − * / ^, comparisons, && and ||, c ? a : b, pi, and functions as sqrt, exp, log (natural), sin, tanh, atan2, abs,
-// min, max.
+// Expressions in muparser's notation, of the coordinates x, y and (3D) z: numbers, + − * / ^, comparisons, && and ||,
+// c ? a : b, pi, and functions such as sqrt, exp, log (natural), sin, tanh, atan2, abs, min, max.
 
-/// One size everywhere in all directions (model units).
+/// Isotropic size (model units).
 struct SizeExpression {
     std::string size;
     friend bool operator==(const SizeExpression&, const SizeExpression&) = default;
 };
-/// A size along each axis.
 struct SizesExpression {
     std::vector<std::string> sizes;
     friend bool operator==(const SizesExpression&, const SizesExpression&) = default;
 };
-/// The entries of M, lower triangle by rows: xx, xy, yy (xz, yz, zz); 1/length².
+/// Lower triangle of M by rows: xx, xy, yy (xz, yz, zz); 1/length².
 struct TensorExpression {
     std::vector<std::string> tensor;
     friend bool operator==(const TensorExpression&, const TensorExpression&) = default;
 };
-/// A metric by one size, by a size along each axis, or by its entries.
 using MetricExpression = std::variant<SizeExpression, SizesExpression, TensorExpression>;
 
-/// log M at points. Errors (usage): another number of expressions than the dimension asks for; one that cannot be read,
-/// with the expression and the position in it; a value that is not finite, a size that is not positive, a tensor that
-/// is not positive definite, with the vertex and its coordinates; stopped.
+/// log M at points. Errors: usage (wrong number of expressions; a syntax error, with expression and position; a value
+/// that is not finite, a size not positive, a tensor not positive definite, with vertex and coordinates), stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> log_metrics_of(const MetricExpression& expression,
                                                            std::span<const Vec<D>> points, const Execution& execution);
 
-// Scalar fields written as expressions of the coordinates x, y and (3D) z, in muparser's notation: numbers,
-// + − * / ^, comparisons, && and ||, c ? a : b, pi, and functions as sqrt, exp, log (natural), sin, tanh, atan2, abs,
-// min, max.
+// Scalar expressions, in the same notation.
 
-/// An expression that can be read.
 template <int D>
 class ScalarExpression {
   public:
-    /// Errors (usage): one that cannot be read, with the expression and the position in it.
+    /// Errors: usage (as above).
     [[nodiscard]] static Outcome<ScalarExpression> parsed(std::string text);
 
-    /// Its values at points, written into a span of the same size; NaN where there is none. With a state: each thread
-    /// takes one of its own.
+    /// Writes values to a span of the same size; NaN if undefined. Each thread needs its own evaluator.
     [[nodiscard]] std::function<void(std::span<const Vec<D>>, std::span<double>)> evaluator() const;
 
     [[nodiscard]] const std::string& text() const { return text_; }
@@ -171,7 +161,7 @@ class ScalarExpression {
     std::string text_;
 };
 
-/// The expression "…", no longer than a message has place for.
+/// The expression "…", shortened for messages.
 [[nodiscard]] std::string quoted_expression(const std::string& text);
 
 }  // namespace camber

@@ -1,4 +1,4 @@
-// Computes the errors of interpolants on a mesh and on its straight counterparts.
+// Interpolation errors on a mesh and its straight counterparts.
 module;
 #include <algorithm>
 #include <array>
@@ -20,10 +20,8 @@ namespace camber {
 
 namespace {
 
-/// Each element's, by whichever quadrature it was integrated.
 using States = std::vector<const State*>;
 
-/// Sum, uncertainty and column of one quantity.
 ErrorNorm norm_of(const States& states, std::size_t q) {
     ErrorNorm norm;
     Buffer<double> squares(states.size());
@@ -46,7 +44,7 @@ std::size_t turned(const States& states) {
         std::count_if(states.begin(), states.end(), [](const State* s) { return s->integrals.turned; }));
 }
 
-/// Whether det J is not positive at a node: thin layers fold there first, where no point of the quadrature may be.
+/// True if det J ≤ 0 at a node. Thin layers fold there first, where quadratures may have no point.
 template <int D>
 bool is_turned_at_node(const QuadraticMesh<D>& mesh, std::size_t e) {
     const auto element = element_of(mesh, ElementId(e));
@@ -81,14 +79,13 @@ bool same_nodes(const QuadraticMesh<D>& a, const QuadraticMesh<D>& b, std::size_
 InterpolantError error_of(const States& states) { return {norm_of(states, 0), norm_of(states, 1)}; }
 InterpolantError linear_error_of(const States& states) { return {norm_of(states, 2), norm_of(states, 3)}; }
 
-/// The errors of one field, mesh after mesh; elements that are the same on two of them are integrated once.
+/// Errors of one field on several meshes; common elements are integrated once.
 template <int D>
 class Errors {
   public:
     Errors(const QuadraticMesh<D>& mesh, const ScalarField<D>& field, double tolerance, const Execution& execution)
         : mesh_(mesh), field_(field), tolerance_(tolerance), execution_(execution), bent_(bent_elements(mesh)) {}
 
-    /// Of a function that is given at the nodes.
     Outcome<InterpolantError> of_function(std::span<const double> nodal) {
         nodal_ = nodal;
         std::vector<std::uint32_t> straight;
@@ -125,13 +122,14 @@ class Errors {
     }
 
   private:
-    /// The states with those of `elements` by quadrature on this mesh, as exact as its whole error is to be.
+    /// Returns the states with those of `elements` replaced by a quadrature on this mesh, as exact as the total
+    /// requires.
     Outcome<States> integrated(const QuadraticMesh<D>& mesh, std::vector<std::uint32_t> elements, Sides sides,
                                States states) {
         Quadrature<D>& quadrature =
             quadratures_.emplace_back(IntegrationDomain<D>{mesh, std::move(elements), sides},
                                       Integrand<D>{field_, nodal_}, rules_, tolerance_, execution_);
-        quadrature.put_into(states);  // empty still: the squares are those of the others
+        quadrature.put_into(states);  // still empty: the squares of the others
         if (auto done = quadrature.integrate(squares_of(states)); !done) return fail(done.error());
         error_.evaluations += quadrature.evaluations();
         error_.unresolved += quadrature.unresolved();
@@ -204,7 +202,7 @@ namespace {
 double determinant(const std::array<Vec<2>, 2>& columns) { return det(columns[0], columns[1]); }
 double determinant(const std::array<Vec<3>, 3>& columns) { return det(columns[0], columns[1], columns[2]); }
 
-/// det J of the straight element, D! times its volume.
+/// det J of the straight element: D! times its volume.
 template <int D>
 double straight_determinant(const LinearMesh<D>& mesh, std::size_t e) {
     const auto& vertices = mesh.elements.vertices[e];
@@ -217,7 +215,7 @@ double straight_determinant(const LinearMesh<D>& mesh, std::size_t e) {
 
 template <int D>
 Volumes volumes_of(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent) {
-    const CollapsedRule<D> rule(2);  // exact: det J is of degree D
+    const CollapsedRule<D> rule(2);  // exact for det J of degree D
     double straight = 0, beyond = 0;
     for (std::size_t e = 0; e < mesh.linear.elements.size(); ++e)
         straight += straight_determinant(mesh.linear, e) / (D == 2 ? 2 : 6);
@@ -238,11 +236,11 @@ template Volumes volumes_of<3>(const QuadraticMesh<3>&, const std::vector<std::u
 
 namespace {
 
-/// A facet is flat when its nodes are as near to the plane of its corners, by its longest side: below what moves a
-/// layer of anisotropy 10^6, and above rounding and the digits that text files leave out.
+/// Maximum relative distance of a flat facet's nodes from the plane of its corners. Below a layer of anisotropy 10^6,
+/// above rounding and the precision of text files.
 constexpr double flat = 1e-9;
 
-/// A face of a bent element, by its rising vertices.
+/// Face of a curved element, with ascending vertices.
 template <int D>
 struct BentFace {
     std::array<VertexId, D> vertices;
@@ -252,7 +250,6 @@ struct BentFace {
 template <int D>
 using FaceEdges = std::array<EdgeId, edges_per_simplex<D - 1>>;
 
-/// The edges of the face.
 template <int D>
 FaceEdges<D> edges_of(const QuadraticMesh<D>& mesh, const ElementFace& face) {
     FaceEdges<D> edges{};
@@ -282,7 +279,7 @@ bool is_flat(const QuadraticMesh<D>& mesh, const BentFace<D>& bent) {
         longest = std::max(longest, norm(edge.chord()));
         highest = std::max(highest, std::abs(dot(edge.offset(), n)));
     }
-    // Not where corners are in line: they have no plane.
+    // Collinear corners have no plane.
     return norm(n) > 0 && highest <= (flat * longest + 8 * std::numeric_limits<double>::epsilon() * largest) * norm(n);
 }
 
@@ -302,7 +299,7 @@ std::vector<BentFace<D>> faces_of(const QuadraticMesh<D>& mesh, const std::vecto
     return faces;
 }
 
-/// Of one element alone, or between two of different references.
+/// True for a face of a single element, or between two references.
 template <int D>
 bool bounds(const LinearMesh<D>& mesh, std::span<const BentFace<D>> same) {
     const auto reference = [&](const BentFace<D>& f) { return mesh.elements.references[f.face.element]; };
@@ -330,7 +327,7 @@ std::vector<std::uint32_t> bent_elements(const QuadraticMesh<D>& mesh) {
 
 template <int D>
 std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent) {
-    // The element across a face that is not flat is bent, too: the bent ones alone know what bounds the mesh.
+    // The neighbour across a curved face is curved too, so curved elements suffice to find the boundary.
     const std::vector<BentFace<D>> faces = faces_of(mesh, bent);
     std::vector<EdgeId> kept;
     for (std::size_t first = 0, last = 0; first < faces.size(); first = last) {

@@ -8,20 +8,19 @@ module;
 #include <tuple>
 #include <utility>
 #include <vector>
-/// What a mesh is good for: the error of a function's interpolant on it, of degree 1 and 2, straight and curved, and
-/// straight within curved walls.
+/// Interpolation error on a mesh, of degrees 1 and 2: straight, curved, and straight inside curved boundaries.
 export module camber.interpolation;
 import camber.core;
 import camber.bezier;
 
 export namespace camber {
 
-/// Values of a scalar function u at points, written into a span of the same size.
+/// Evaluates a scalar function at points, into a span of the same size.
 template <int D>
 using PointFunction = std::function<void(std::span<const Vec<D>>, std::span<double>)>;
 
-/// A scalar field by what makes its evaluators: each thread works with its own, so that an evaluator may have a state.
-/// What it gives for a point must not depend on the points before.
+/// Scalar field as a factory of evaluators, one per thread. Evaluators may have state, but results must not depend on
+/// earlier points.
 template <int D>
 using ScalarField = std::function<PointFunction<D>()>;
 
@@ -36,70 +35,67 @@ struct InterpolationOptions {
     }
 };
 
-/// One norm of an error over the mesh.
 struct ErrorNorm {
     double value = 0;
-    /// How far it may be from the integral's value, relative: half of the sum over the elements of what the last
-    /// refinement of their quadrature changed, by the sum of the squares.
+    /// Relative uncertainty of the integral: half the summed last changes of the elements' quadratures, over the sum of
+    /// squares.
     double uncertainty = 0;
-    double rounding =
-        0;  ///< what the rounding of u's values alone may give: an error about as small is 0 for all one knows
-    Column<double> squares;  ///< of the elements: value² is their sum
+    double rounding = 0;     ///< error from rounding of u alone; smaller errors cannot be distinguished from 0
+    Column<double> squares;  ///< per element; their sum is value²
 };
 
-/// The error e = u − u_h of an interpolant: (∫ e²)^½ and (∫ |∇e|²)^½.
+/// Error e = u − u_h: (∫ e²)^½ and (∫ |∇e|²)^½.
 struct InterpolantError {
     ErrorNorm l2, h1;
 };
 
-/// The mesh without curved inner edges that says whether they pay.
+/// Reference mesh to assess curved inner edges.
 enum class Comparison : std::uint8_t {
-    straight,       ///< boundary and interfaces are straight, too: straight edges cover the same domain
-    same_boundary,  ///< they are curved, and stay so
+    straight,       ///< all edges straight, for a straight boundary
+    same_boundary,  ///< curved boundary and interfaces preserved
 };
 constexpr auto words(Comparison) {
     return words_of(Word{Comparison::straight, "straight"}, Word{Comparison::same_boundary, "same_boundary"});
 }
 
-/// What meshes cover: volume, in 2D area; where det J is negative it counts as such.
+/// Volumes (2D: areas); negative where det J is negative.
 struct Volumes {
     double straight = 0, curved = 0;
 };
 
-/// Errors of a field's interpolants on a mesh of degree 2, all with the mesh's vertices.
+/// Errors of a field's interpolants, all with the mesh's vertices. `linear` and `straight`: degrees 1 and 2 on straight
+/// edges; `curved`: degree 2 on the unchanged mesh.
 struct InterpolationError {
-    InterpolantError linear;    ///< of degree 1, straight edges
-    InterpolantError straight;  ///< of degree 2, straight edges
-    /// Of degree 2, the boundary's and interfaces' facets as they are, all other edges straight; `straight` where these
-    /// facets are flat.
+    InterpolantError linear;
+    InterpolantError straight;
+    /// Degree 2, only facets of boundary and interfaces curved; `straight` if these are flat.
     InterpolantError same_boundary;
-    InterpolantError curved;  ///< of degree 2, the mesh as it is
+    InterpolantError curved;
     Comparison compared_with = Comparison::straight;
     Volumes volume;
-    /// Elements in which det J is not positive somewhere at a point of the quadrature: their integrals are taken with
-    /// |det J|, their part of the H1 error leaves out points where J is singular and decides about no refinement. Of
-    /// the same boundary at a node, too, so that none is missed that a coarser quadrature does not meet.
+    /// Elements with det J ≤ 0 at a quadrature point. Their integrals use |det J|. H1 errors exclude singular points
+    /// and do not drive refinement there. `same_boundary` also checks the nodes, since a coarse quadrature may miss
+    /// some.
     std::size_t straight_turned = 0, same_boundary_turned = 0, curved_turned = 0;
-    std::size_t unresolved = 0;   ///< elements whose quadrature found no end: at its finest, and still needed
-    std::size_t evaluations = 0;  ///< of u in all
+    std::size_t unresolved = 0;   ///< elements not converged at the finest quadrature
+    std::size_t evaluations = 0;  ///< total number of u
 
-    /// By the error of the mesh as it is: above 1 the curvature of inner edges pays.
+    /// Error of the comparison mesh: above `curved`, curved inner edges pay off.
     [[nodiscard]] const InterpolantError& compared() const {
         return compared_with == Comparison::straight ? straight : same_boundary;
     }
 };
 
-/// The error of the Lagrange interpolants of a field, by quadrature that is refined element by element until the norms
-/// are as exact as asked for. Docs: docs/algorithms/interpolation-error.md. Errors (usage): u is not finite somewhere,
-/// with the point; a limit of the options; unsupported (no simplices of degree 2); memory; stopped.
+/// Computes errors of Lagrange interpolants by adaptive quadrature, to the accuracy of the options. Docs:
+/// docs/algorithms/interpolation-error.md. Errors (usage): u is not finite at a point (reported); limits of options;
+/// unsupported (no quadratic simplices); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<InterpolationError> interpolation_error(const Mesh<D>& mesh, const ScalarField<D>& field,
                                                               const InterpolationOptions& options,
                                                               const Execution& execution);
 
-/// The error u − u_h of a function u_h of degree 2 on that mesh, as a solver finds it, by its values at the nodes:
-/// vertices first, then edges. Of degree 1 give the edges' middles their means. Errors: as above; internal, values that
-/// are not the nodes'.
+/// Error u − u_h of a quadratic function (a solution) by its nodal values: vertices, then edges. For degree 1 set edges
+/// to the means. Errors: as above; internal, values that do not match the nodes.
 template <int D>
 [[nodiscard]] Outcome<InterpolantError> function_error(const Mesh<D>& mesh, std::span<const double> values,
                                                        const ScalarField<D>& field, const InterpolationOptions& options,
@@ -109,36 +105,32 @@ template <int D>
 
 namespace camber {
 
-/// The conical rule as tables over its points. The points are also nodes of interpolation, so that values at them can
-/// be differentiated.
+/// Tables of the conical rule. Its points are also interpolation nodes, so values there can be differentiated.
 template <int D>
 struct CollapsedRule {
     explicit CollapsedRule(int points_a_direction);
 
     int n;
     std::size_t count = 0;
-    std::vector<double> weights;  ///< their sum is 1/D!
+    std::vector<double> weights;  ///< sum: 1/D!
     std::array<std::vector<double>, D + 1> barycentric;
     /// 4 λ_i λ_j of each local edge, and its derivatives by ξ_1 … ξ_D.
     std::array<std::vector<double>, edges_per_simplex<D>> bubbles;
     std::array<std::array<std::vector<double>, D>, edges_per_simplex<D>> bubble_slopes;
-    /// Of the derivatives by ξ: the sum of the squares of the factors that the values have in them, by which
-    /// independent errors of the values grow.
+    /// Sum of squared coefficients of the values in the ξ-derivatives: growth of independent errors.
     std::array<std::vector<double>, D> amplification;
 
-    /// ∂/∂ξ_1 … ∂/∂ξ_D of the polynomial through the values at the points.
+    /// ∂/∂ξ_1 … ∂/∂ξ_D of the interpolating polynomial.
     void differentiate(const std::vector<double>& values, std::array<std::vector<double>, D>& slopes) const;
 
   private:
-    /// t-derivatives to ξ-derivatives, point by point.
     void to_reference(std::array<std::vector<double>, D>& slopes) const;
 
-    std::array<std::vector<double>, D> nodes_;     ///< of each direction
-    std::array<std::vector<double>, D> matrices_;  ///< n × n: the derivative at node r by the value at node c
+    std::array<std::vector<double>, D> nodes_;     ///< by direction
+    std::array<std::vector<double>, D> matrices_;  ///< n × n: derivative at node r by the value at node c
 };
 
-/// A quadratic over a simplex: the linear function through its corners, and at each edge's middle what it has beyond
-/// that. What is straight then stays so to rounding.
+/// Quadratic on a simplex: linear part, and offsets at the edge middles. Straight parts stay straight to rounding.
 template <int D, class T>
 struct Quadratic {
     std::array<T, D + 1> corners{};
@@ -152,38 +144,36 @@ struct Quadratic {
     }
 };
 
-/// An element, or a part of it by a straight cut of the reference simplex, with the interpolants whose errors are
-/// asked for.
+/// Element, or a straight-sided part of the reference simplex, with the interpolants.
 template <int D>
 struct Piece {
-    Vec<D> origin;                ///< places are relative to it, so that small elements far from 0 keep their digits
+    Vec<D> origin;                ///< origin of `places`, so that small elements far from 0 keep their digits
     Quadratic<D, Vec<D>> places;  ///< F
     bool straight = false;        ///< F is affine
     int interpolants = 1;
     std::array<Quadratic<D, double>, 2> values{};  ///< u_h ∘ F
-    double rounding = 0;  ///< of a value of u: its evaluation's, and that of the places where it is evaluated
+    double rounding = 0;                           ///< of a value of u: from its evaluation and position
 };
 
-/// Integrals over a piece. Of each interpolant: ∫ e², ∫ |∇e|², each with the share that rounding may have.
+/// Per interpolant ∫ e², ∫ |∇e|², each with its rounding.
 struct Integrals {
-    static constexpr int quantities = 4;       ///< L2 and H1 of two interpolants
-    std::array<double, quantities> squares{};  ///< L2, H1, L2, H1
+    static constexpr int quantities = 4;  ///< L2 and H1 of two interpolants
+    std::array<double, quantities> squares{};
     double l2_rounding = 0, h1_rounding = 0;
     bool turned = false;  ///< det J <= 0 at a point
 
     Integrals& operator+=(const Integrals& other);
 };
 
-/// What integrating needs beside the rule: arrays of one value a point, used again from piece to piece.
+/// Work arrays of one value per point, reused for all pieces.
 template <int D>
 class Integrator {
   public:
     explicit Integrator(PointFunction<D> field) : field_(std::move(field)) {}
 
     [[nodiscard]] Integrals integrate(const Piece<D>& piece, const CollapsedRule<D>& rule);
-    /// u at points.
     void evaluate(std::span<const Vec<D>> points, std::span<double> values) { field_(points, values); }
-    /// The points of the last piece, with u at them.
+    /// Points of the last piece, with u there.
     [[nodiscard]] std::span<const Vec<D>> points() const { return points_; }
     [[nodiscard]] std::span<const double> values() const { return values_; }
 
@@ -199,31 +189,28 @@ class Integrator {
     std::array<std::vector<double>, D> slopes_;  ///< of the first interpolant's error, by ξ
 };
 
-/// Which nodes: the middles of the chords, or those of the mesh.
+/// Edge nodes: chord middles or mesh nodes.
 enum class Sides : std::uint8_t { straight, curved };
 
 template <int D>
 [[nodiscard]] std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides);
 
-/// An element's places and values: of straight elements with the interpolants of degree 2 and 1, of curved ones with
-/// that of degree 2; or, where there are values at the mesh's nodes, with the function of degree 2 that has these.
+/// Piece of an element. Straight: interpolants of degrees 2 and 1; curved: degree 2. With `nodal` values: the quadratic
+/// function with these.
 template <int D>
 [[nodiscard]] Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std::span<const double> nodal,
                                 Integrator<D>& integrator);
 
-/// 2^D pieces that together are the piece.
 template <int D>
 [[nodiscard]] std::array<Piece<D>, (1U << D)> divided(const Piece<D>& piece);
 
 using Squares = std::array<double, Integrals::quantities>;
 
-/// The rules by rising number of points.
 template <int D>
 using Rules = std::vector<CollapsedRule<D>>;
 template <int D>
 [[nodiscard]] Rules<D> quadrature_rules();
 
-/// What is known of one element.
 struct State {
     Integrals integrals;
     Squares change{};  ///< by the last refinement
@@ -231,7 +218,6 @@ struct State {
     std::int8_t level = -1;
 };
 
-/// The elements of a mesh that are integrated over.
 template <int D>
 struct IntegrationDomain {
     const QuadraticMesh<D>& mesh;
@@ -239,15 +225,15 @@ struct IntegrationDomain {
     Sides sides{};
 };
 
-/// A function: `nodal` has its values at the mesh's nodes if it is of degree 2; empty: of the interpolants.
+/// `nodal`: values of a quadratic function at the nodes; empty: interpolants.
 template <int D>
 struct Integrand {
     const ScalarField<D>& field;
     std::span<const double> nodal;
 };
 
-/// Where the integrals over elements of a mesh are refined: level after level, first with more points, then on parts of
-/// an element, until what the last refinements changed is small in all.
+/// Adaptive integration over elements, level by level: more points first, then subdivision, until the last changes are
+/// small in total.
 template <int D>
 class Quadrature {
   public:
@@ -263,19 +249,18 @@ class Quadrature {
           elements_(std::move(domain.elements)),
           states_(elements_.size(), State{}) {}
 
-    /// To what is asked for together with `beside`, the squares of the mesh's other elements.
+    /// Integrates to the required accuracy together with `beside`, the squares of the mesh's other elements.
     [[nodiscard]] Outcome<Done> integrate(const Squares& beside);
 
-    /// Entries of its elements, in a list of those of the mesh's.
     void put_into(std::vector<const State*>& states) const {
         for (std::size_t i = 0; i < elements_.size(); ++i) states[elements_[i]] = &states_[i];
     }
     [[nodiscard]] std::size_t evaluations() const;
-    /// Elements that are not settled, at the highest level or at the highest that could be afforded.
+    /// Elements not settled at the highest affordable level.
     [[nodiscard]] std::size_t unresolved() const { return unresolved_; }
 
   private:
-    // Elements are told by their rows in `elements_`.
+    // Elements are rows of `elements_`.
     [[nodiscard]] Outcome<Done> refine(const std::vector<std::uint32_t>& active);
     void refine(std::uint32_t row, const Squares& enough, Integrator<D>& integrator);
     [[nodiscard]] bool affordable(const std::vector<std::uint32_t>& active) const;
@@ -293,49 +278,43 @@ class Quadrature {
     double tolerance_;
     const Execution& execution_;
     std::vector<std::uint32_t> elements_;
-    std::vector<State> states_;  ///< one an element of these
+    std::vector<State> states_;  ///< one per element
     Squares beside_{};
     std::size_t unresolved_ = 0;
 };
 
-/// The integrals over a piece and by how much they changed at last.
 struct Integrated {
     Integrals integrals;
     Squares change{};
     std::size_t evaluations = 0;
 };
 
-/// What the squares changed by, rounding left out; of H1 nothing where det J is not positive.
+/// Change of the squares without rounding; H1 is ignored where det J ≤ 0.
 [[nodiscard]] Squares effective_change(const Integrals& now, const Integrals& before);
 
-/// Parts of parts, as deep as told (at least 1), wherever the parts together differ from the whole by more than
-/// `enough`.
+/// Subdivides up to `depth` (≥ 1) times where the parts differ from the whole by more than `enough`.
 template <int D>
 [[nodiscard]] Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, const Squares& enough,
                                          int depth, const CollapsedRule<D>& rule, Integrator<D>& integrator);
 
-/// Why an element's integrals are no numbers.
 template <int D>
 [[nodiscard]] Error find_not_finite(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, const Rules<D>& rules,
                                     Integrator<D>& integrator);
 
-/// Elements of which a node is not exactly in the middle of its edge, by rising number.
+/// Elements with an edge node not exactly at the middle, ascending.
 template <int D>
 [[nodiscard]] std::vector<std::uint32_t> bent_elements(const QuadraticMesh<D>& mesh);
 
-/// Every node exactly in the middle of its edge.
 template <int D>
 [[nodiscard]] bool is_straight(const QuadraticMesh<D>& mesh, std::size_t e);
 
-/// The mesh with straight edges wherever its boundary and its interfaces allow it: the edges of their facets keep
-/// their nodes where the facet is not flat, all others go straight. In a flat facet a bent edge moves no boundary, so
-/// it counts as an inner one. None where all of those facets are flat: the straight mesh has the same boundary then.
-/// Needs the mesh's bent elements.
+/// Mesh with straight edges except those of non-flat facets of the boundary and interfaces. Curved edges in flat facets
+/// do not move the boundary. None if all those facets are flat. Requires the mesh's curved elements.
 template <int D>
 [[nodiscard]] std::optional<QuadraticMesh<D>> straight_inside(const QuadraticMesh<D>& mesh,
                                                               const std::vector<std::uint32_t>& bent);
 
-/// What the straight mesh and the curved one cover. Needs the curved one's elements that are not straight.
+/// Volumes of the straight and the curved mesh; requires the curved elements.
 template <int D>
 [[nodiscard]] Volumes volumes_of(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& bent);
 

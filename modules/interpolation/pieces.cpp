@@ -1,4 +1,4 @@
-// Integrates errors over elements and their parts.
+// Integration of errors over elements and their parts.
 module;
 #include <algorithm>
 #include <array>
@@ -24,7 +24,6 @@ Integrals& Integrals::operator+=(const Integrals& other) {
 
 namespace {
 
-/// Derivatives of a quadratic's linear part by ξ_1 … ξ_D.
 template <int D, class T>
 std::array<T, D> linear_slopes(const Quadratic<D, T>& q) {
     std::array<T, D> slopes{};
@@ -32,7 +31,7 @@ std::array<T, D> linear_slopes(const Quadratic<D, T>& q) {
     return slopes;
 }
 
-/// det J and the rows of its adjugate: row a is det J times the gradient of ξ_a.
+/// det J and its adjugate: row a is det J ∇ξ_a.
 template <int D>
 struct Cofactors {
     std::array<Vec<D>, D> rows;
@@ -115,7 +114,7 @@ Integrals Integrator<D>::integrate(const Piece<D>& piece, const CollapsedRule<D>
     subtract(piece.values[0], rule, error_);
     rule.differentiate(error_, slopes_);
     const bool both = piece.interpolants == 2;
-    // The second interpolant's error has the derivatives of the first's and of what the two differ in, a polynomial.
+    // The second error's derivatives are the first's plus those of the interpolants' difference, a polynomial.
     Quadratic<D, double> difference;
     if (both) {
         subtract(piece.values[1], rule, other_error_);
@@ -179,7 +178,7 @@ std::array<Vec<D>, quadratic_nodes<D>> nodes_of(const QuadraticMesh<D>& mesh, st
 
 namespace {
 
-/// An element's of the values at all nodes, vertices first.
+/// Element values from values at all nodes, vertices first.
 template <int D>
 std::array<double, quadratic_nodes<D>> values_of(const QuadraticMesh<D>& mesh, std::size_t e,
                                                  std::span<const double> nodal) {
@@ -222,8 +221,8 @@ Piece<D> piece_of(const QuadraticMesh<D>& mesh, std::size_t e, Sides sides, std:
     piece.interpolants = piece.straight && nodal.empty() ? 2 : 1;
     if (piece.interpolants == 2) piece.values[1].corners = piece.values[0].corners;
 
-    // Values err by their own digits, and by those of the places where they are asked for: by |x_k| times the slope
-    // along each axis, which the difference of two values by that of their places bounds from below.
+    // Values have rounding errors of their own and of their positions: |x_k| times the slope along each axis, estimated
+    // from below by differences.
     double slope = 0, distant = 0;
     for (std::size_t i = 1; i < nodes; ++i) slope = std::max(slope, std::abs(u[i] - u[0]) / distance(at[i], at[0]));
     for (int c = 0; c < D; ++c) distant = std::max(distant, std::abs(at[0][c]));
@@ -263,7 +262,7 @@ Integrated integrate_parts(const Piece<D>& whole, const Integrals& of_whole, con
     Squares less{};
     for (std::size_t q = 0; q < less.size(); ++q) {
         small = small && sum.change[q] <= enough[q];
-        less[q] = enough[q] / 4;  // some of the parts are as rough as the whole; few of them all
+        less[q] = enough[q] / 4;  // some parts are as rough as the whole, but few
     }
     if (small || depth <= 1) return sum;
     Integrated finer;
@@ -292,7 +291,7 @@ Barycentric<D> halfway(const Barycentric<D>& a, const Barycentric<D>& b) {
 double orientation(const std::array<Vec<2>, 2>& edges) { return det(edges[0], edges[1]); }
 double orientation(const std::array<Vec<3>, 3>& edges) { return det(edges[0], edges[1], edges[2]); }
 
-/// The corners of 2^D parts of equal size, turned as the whole: one at each vertex, the rest in the middle.
+/// Corners of 2^D parts of equal size and orientation: one at each vertex, the rest in the middle.
 template <int D>
 const std::array<Corners<D>, (1U << D)>& parts() {
     static const auto all = [] {
@@ -305,7 +304,7 @@ const std::array<Corners<D>, (1U << D)>& parts() {
         if constexpr (D == 2) {
             list[3] = {middle(0, 1), middle(1, 2), middle(2, 0)};
         } else {
-            // Around the octahedron's diagonal from edge 02 to edge 13.
+            // Around the octahedron's diagonal between edges 02 and 13.
             const std::array<Barycentric<3>, 4> ring{middle(0, 1), middle(1, 2), middle(2, 3), middle(0, 3)};
             for (std::size_t k = 0; k < 4; ++k) list[4 + k] = {middle(0, 2), middle(1, 3), ring[k], ring[(k + 1) % 4]};
         }
@@ -326,7 +325,7 @@ Quadratic<D, T> restricted(const Quadratic<D, T>& whole, const Corners<D>& part)
     for (int i = 0; i <= D; ++i) q.corners[i] = whole.at(part[i]);
     for (int e = 0; e < edges_per_simplex<D>; ++e) {
         const auto [i, j] = local_edges<D>[e];
-        // Of the bubbles alone: the linear part has none, and its digits are kept out.
+        // Bubbles only: keeps the rounding of the linear part out.
         const Quadratic<D, T> bubbles{{}, whole.bubbles};
         q.bubbles[e] = bubbles.at(halfway<D>(part[i], part[j])) - (bubbles.at(part[i]) + bubbles.at(part[j])) * 0.5;
     }

@@ -1,4 +1,4 @@
-// Refines the quadrature of elements until their integrals are exact enough.
+// Adaptive refinement of element quadratures.
 module;
 #include <algorithm>
 #include <array>
@@ -19,14 +19,14 @@ namespace camber {
 
 namespace {
 
-/// Points a direction, from level to level; then the last but one again on parts, divided up to `deepest` times.
+/// Points per direction by level; then the last but one on parts, divided up to `deepest` times.
 constexpr std::array<int, 4> points_of_levels{4, 6, 8, 12};
 constexpr int divided_rule = 2;
 constexpr int deepest = 4;
 constexpr int highest_level = static_cast<int>(points_of_levels.size()) - 1 + deepest;
-/// Elements after which a new evaluator of the field is made.
+/// Elements per evaluator of the field.
 constexpr std::size_t elements_at_once = 64;
-/// No level is begun that may take the values of the field beyond this many: where the field jumps there is no end.
+/// Limit of field evaluations, since jumps never converge.
 constexpr double values_an_element = 2000, values_at_least = 1e8;
 
 constexpr int depth_of(int level) { return level + 1 - static_cast<int>(points_of_levels.size()); }
@@ -93,7 +93,7 @@ void Quadrature<D>::refine(std::uint32_t row, const Squares& enough, Integrator<
     state.evaluations += static_cast<std::uint32_t>(parts.evaluations + rule.count + quadratic_nodes<D>);
 }
 
-/// Whether the next level of these elements, divided everywhere, would be within the bound.
+/// True if subdividing all these elements stays within the limit.
 template <int D>
 bool Quadrature<D>::affordable(const std::vector<std::uint32_t>& active) const {
     auto values = static_cast<double>(evaluations());
@@ -118,7 +118,7 @@ Squares Quadrature<D>::total() const {
     return sum;
 }
 
-/// What parts of an element may differ by: a share of that which an element of the mesh has on average.
+/// Tolerance of parts: a fraction of the average share of an element.
 template <int D>
 Squares Quadrature<D>::enough_of_parts() const {
     Squares share = total();
@@ -127,8 +127,7 @@ Squares Quadrature<D>::enough_of_parts() const {
     return share;
 }
 
-/// The elements to be refined: for each quantity those with the largest changes, as many as leave the others'
-/// changes small in sum. Nothing is left to do where all changes are.
+/// Elements to refine: for each quantity, the largest changes until the others are small in total.
 template <int D>
 std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     const Squares all = total();
@@ -148,8 +147,7 @@ std::vector<std::uint32_t> Quadrature<D>::unsettled() {
     return chosen;
 }
 
-/// The change beyond which elements are refined, so that the others' come to half of what is allowed; none when
-/// all of them are allowed already.
+/// Threshold of refinement: smaller changes sum to half of `allowed`. None is refined if all fit.
 template <int D>
 double Quadrature<D>::threshold_of(std::size_t q, double allowed) const {
     std::vector<double> changes;

@@ -1,4 +1,4 @@
-// Conical quadrature rules as tables: derivatives of values at their points.
+// Conical quadrature rules with differentiation tables.
 module;
 #include <array>
 #include <cmath>
@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// The matrix that differentiates polynomials by their values at the nodes, row after row (barycentric formula).
+/// Differentiation matrix at the nodes, row by row (barycentric formula).
 std::vector<double> differentiation(const std::vector<double>& x) {
     const std::size_t n = x.size();
     std::vector<double> weight(n, 1), matrix(n * n, 0);
@@ -69,7 +69,7 @@ CollapsedRule<D>::CollapsedRule(int points_a_direction) : n(points_a_direction) 
             for (int a = 0; a < D; ++a)
                 bubble_slopes[e][a][p] = 4 * (slope(i, a) * barycentric[j][p] + barycentric[i][p] * slope(j, a));
         }
-        // Of ∂/∂ξ_d = (∂/∂t_d)/(rest of the directions above) + multiples below 1 of those of lower directions.
+        // ∂/∂ξ_d = (∂/∂t_d)/(rest of the directions above) + multiples below 1 of lower directions.
         double below = 0;
         for (int d = 0; d < D; ++d) {
             double above = 1;
@@ -92,7 +92,7 @@ void CollapsedRule<D>::differentiate(const std::vector<double>& values,
     for (int d = 0; d < D; ++d) {
         std::vector<double>& out = slopes[d];
         const std::vector<double>& matrix = matrices_[d];
-        // Blocks of m · stride values, in each of which the direction runs over m rows of `stride` values.
+        // Blocks of m · stride values; the direction runs over m rows of `stride` values.
         for (std::size_t begin = 0; begin < count; begin += m * stride)
             for (std::size_t r = 0; r < m; ++r) {
                 double* row = out.data() + begin + r * stride;

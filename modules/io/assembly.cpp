@@ -1,4 +1,4 @@
-// Makes meshes of what files list: corners and mid nodes told apart, meshes of both degrees.
+// Assembles file listings into meshes of degree 1 or 2.
 module;
 #include <array>
 #include <atomic>
@@ -13,12 +13,10 @@ module camber.io;
 import camber.core;
 import camber.bezier;
 
-/// Corners and mid nodes told apart, and the straight mesh on the corners.
 namespace camber::listing {
 
 namespace {
 
-/// What elements make of a vertex of the file.
 constexpr std::uint8_t is_corner = 1, is_mid_node = 2;
 
 template <int D>
@@ -77,7 +75,7 @@ Renumbering renumber(const Buffer<std::uint8_t>& role) {
     return numbers;
 }
 
-/// Those of degree 2 first, as indices of required simplices and ridges have it.
+/// Returns the straight simplices, those of degree 2 first.
 template <int K>
 Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbering& numbers,
                                          const Execution& execution) {
@@ -105,7 +103,7 @@ Outcome<camber::Simplices<K>> corners_of(const Simplices<K>& kind, const Renumbe
     return camber::Simplices<K>{std::move(*vertices), std::move(references), kind.required, std::move(entities)};
 }
 
-/// Renumbers the vertices of a list; mid nodes fall out and are counted.
+/// Renumbers vertices; drops and counts mid nodes.
 template <class Item, class VertexOf>
 Column<Item> renumbered(const Buffer<Item>& items, const Renumbering& numbers, std::size_t& dropped,
                         VertexOf&& vertex_of) {
@@ -208,7 +206,7 @@ Outcome<Buffer<LagrangeNode<D>>> nodes_on_edges(const Mesh<D>& raw, const Linear
         row_grain);
 }
 
-/// What the mesh of degree 2 does not hold of the file, or had to add.
+/// Notes dropped and added mid node data.
 template <int D>
 void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                     const MidNodes& mid, std::vector<Notice>& notices) {
@@ -226,7 +224,6 @@ void note_mid_nodes(const Buffer<Reference>& point_references, const LinearMesh<
     if (references > 0) notices.push_back({"references of " + std::to_string(references) + " mid nodes were not kept"});
 }
 
-/// See DecodedMesh::node_numbers.
 template <int D>
 Column<std::uint32_t> node_numbers(const Mesh<D>& raw, const Renumbering& numbers, const MidNodes& mid) {
     const std::size_t vertices = numbers.to_file.size();
@@ -241,8 +238,8 @@ Column<std::uint32_t> node_numbers(const Mesh<D>& raw, const Renumbering& number
     return plain ? Column<std::uint32_t>() : Column<std::uint32_t>(std::move(of));
 }
 
-/// The rows of a field of the file's points by the mesh's nodes; an edge without a node in the file has the mean of its
-/// ends (of whole numbers: that of its lower vertex).
+/// Reorders a point field by the mesh's nodes. An edge without a node in the file gets the mean of its ends; for
+/// integers it gets the value of its lower vertex.
 template <class T>
 Column<T> at_nodes(const Column<T>& rows, std::size_t width, const Renumbering& numbers, const MidNodes& mid,
                    const Column<std::array<VertexId, 2>>& edges) {

@@ -1,4 +1,4 @@
-// CGNS files without the library: recognition, names, losses, errors.
+// CGNS code that does not need the library: recognition, names, losses, errors.
 module;
 #include <algorithm>
 #include <cerrno>
@@ -26,7 +26,7 @@ std::string_view beginning_of(std::span<const std::byte> bytes, std::size_t size
 }  // namespace
 
 bool is_med(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 65536;  // names of the first nodes
+    constexpr std::size_t soon = 65536;  // must contain the names of the first nodes
     const std::string_view text = beginning_of(bytes, soon);
     return text.starts_with(hdf5) && text.find("INFOS_GENERALES") != std::string_view::npos;
 }
@@ -42,7 +42,7 @@ bool is_in_cgns(const MeshField& field) {
 
 namespace {
 
-/// Simplices of a reference that has come and gone before.
+/// Counts repeated runs of a reference.
 std::size_t out_of_run(const Column<Reference>& references) {
     std::size_t count = 0;
     std::set<Reference> seen;
@@ -59,7 +59,7 @@ namespace cgns {
 
 namespace {
 
-/// Names of nodes: of 32 letters, without / and without blanks at their ends.
+/// Legal name: at most 32 characters, no `/`, no blanks at either end.
 std::string node_name(std::string_view name) {
     std::string text = readable_name(name);
     std::replace(text.begin(), text.end(), '/', '_');
@@ -70,14 +70,13 @@ std::string node_name(std::string_view name) {
 }
 constexpr std::size_t longest_name = 32;
 
-/// The main name of a reference; empty: it has none.
 std::string main_name(const Column<Group>& groups, int dimension, Reference reference) {
     for (const Group& group : groups)
         if (group.dimension == dimension && group.reference == reference) return group.name;
     return {};
 }
 
-/// References of simplices, by dimension: of elements, then of edges, then of facets.
+/// Pairs of dimension and reference.
 template <int D>
 std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) {
     std::vector<std::pair<int, Reference>> all;
@@ -91,7 +90,7 @@ std::vector<std::pair<int, Reference>> references_of(const LinearMesh<D>& mesh) 
     return all;
 }
 
-/// A name for each reference: that of its group, else the plain one, which no group gets.
+/// Group names, else plain names, which no group may take.
 ReferenceNames names_of(const std::vector<std::pair<int, Reference>>& references, const Column<Group>& groups,
                         std::vector<std::string> reserved) {
     std::vector<ListedName> wanted;
@@ -110,7 +109,6 @@ ReferenceNames names_of(const std::vector<std::pair<int, Reference>>& references
     return names;
 }
 
-/// Names of references that are not in the file, or others there.
 template <int D>
 std::vector<Notice> changed_names(const LinearMesh<D>& mesh) {
     const GroupNames names = group_names(mesh);
@@ -119,7 +117,7 @@ std::vector<Notice> changed_names(const LinearMesh<D>& mesh) {
     std::size_t lost = 0;
     for (const Group& group : mesh.groups) {
         const std::pair key(group.dimension, group.reference);
-        if (!seen.insert(key).second) continue;  // of a further group
+        if (!seen.insert(key).second) continue;  // the reference already has a main group
         const auto condition = names.conditions.find(key), section = names.sections.find(key);
         const bool is_condition = condition != names.conditions.end();
         if ((!is_condition && section == names.sections.end()) || group.name.empty())
@@ -212,7 +210,7 @@ Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::st
                 std::string(name),
                 {},
                 "the file is damaged, or no CGNS file: try cgnscheck on it"};
-    // The library tells the failed call; why the system refused it, errno does.
+    // The library reports only the failed call; errno has the system's reason.
     const bool has_no_place = failure == EFBIG || failure == ENOSPC || failure == EDQUOT;
     const std::string of_system = has_no_place ? ": " + std::generic_category().message(failure) : std::string();
     const char* const remedy = failure == EFBIG ? "raise the limit (ulimit -f)"
@@ -232,7 +230,7 @@ Error no_library(std::string_view why) {
 }  // namespace cgns
 
 #ifdef CAMBER_NO_CGNS
-// Of builds that do not know the CGNS library.
+// Stubs for builds without the CGNS library.
 
 namespace {
 

@@ -15,12 +15,10 @@ import camber.core;
 import camber.bezier;
 import :cgns_reader;
 
-/// Boundary conditions: which simplices each lists, and the references and groups that come of it.
 namespace camber::cgns {
 
 namespace {
 
-/// A boundary condition as the file has it.
 struct Condition {
     std::string name;
     std::optional<Reference> reference;
@@ -60,7 +58,7 @@ struct ConditionReader {
         if (condition.is_range && (n != 2 || condition.items[1] < condition.items[0])) condition.items.clear();
         return condition;
     }
-    /// The library writes as many numbers as the node has, whatever it says of the points.
+    /// The library writes as many numbers as the node has, whatever count it reports.
     [[nodiscard]] bool has_one_index_a_point(int bc, cgsize_t n) const {
         double node = 0, points = 0;
         int cgio = 0;
@@ -78,7 +76,7 @@ struct ConditionReader {
         return true;
     }
 
-    /// What the condition lists gets its reference. False: it lists no simplex of the boundary's dimension.
+    /// Returns false if the condition lists no simplex of the boundary's dimension.
     bool mark(const Condition& condition, Reference reference) {
         std::size_t listed = 0;
         const auto enter = [&](Place& place) {
@@ -109,7 +107,7 @@ struct ConditionReader {
                 if (e >= section.first && e <= last) enter(at(e));
         }
     }
-    /// Simplices of the boundary all of whose vertices are listed.
+    /// Selects boundary simplices with all vertices in the list.
     void each_between_vertices(const Condition& condition, const auto& enter) {
         std::vector<std::uint8_t> listed(of.mesh.points.size(), 0);
         const auto list = [&](cgsize_t v) {
@@ -165,8 +163,7 @@ struct ConditionReader {
         return Done{};
     }
 
-    /// Gives simplices of this dimension that no condition lists the reference of their section: its own, or the next
-    /// of those that are not taken.
+    /// Sets references of simplices that no condition lists: their section's number, else the next free one.
     void number_sections(int dimension, std::set<Reference> taken) {
         for (const Section& section : of.sections)
             if (section.reference) taken.insert(*section.reference);
@@ -182,7 +179,6 @@ struct ConditionReader {
             name_group(dimension, reference, name);
         }
     }
-    /// Those of earlier zones.
     void take_known(int dimension, std::set<Reference>& taken) const {
         for (std::size_t g = 0; g < of.groups_before; ++g)
             if (of.mesh.groups[g].dimension == dimension) taken.insert(of.mesh.groups[g].reference);
@@ -192,7 +188,6 @@ struct ConditionReader {
         while (!taken.insert(next).second) ++next;
         return next;
     }
-    /// f(the rows that the place is in).
     auto at_place(const Place& place, auto&& f) {
         const auto of_kind = [&](auto& kind) { return place.degree == 1 ? f(kind.straight) : f(kind.curved); };
         if constexpr (D == 3)
@@ -202,7 +197,7 @@ struct ConditionReader {
     Reference& reference_at(const Place& place) {
         return *at_place(place, [&](auto& rows) { return &rows.references[place.row]; });
     }
-    /// The first name of a reference stands; names that `encode_cgns` made up are none.
+    /// Ignores a second name of a reference and plain names from `encode_cgns`.
     void name_group(int dimension, Reference reference, const std::string& name) {
         if (name == plain_name(dimension, reference)) return;
         for (const Group& group : of.mesh.groups)

@@ -1,6 +1,6 @@
-// The CGNS Mid-Level Library, loaded at the first use: it brings some forty libraries, which would make every start of
-// a program slower. A header of the io module's own, without names of the modules: cgnslib.h must not reach those who
-// import them.
+// The CGNS Mid-Level Library. It is loaded at first use, because it brings about forty libraries that would slow down
+// every program start. This is a private header of the io module that uses no names of modules: cgnslib.h must not
+// reach importers.
 #pragma once
 
 #include <cgns_io.h>
@@ -11,7 +11,7 @@
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
 #include <sanitizer/lsan_interface.h>
-/// What the library keeps of a damaged file is not ours to free.
+/// The library leaks memory when it reads damaged files.
 #define CAMBER_CGNS_KEEPS __lsan::ScopedDisabler keeps
 #endif
 #endif
@@ -21,7 +21,7 @@
 
 namespace camber::cgns {
 
-/// The functions of it that are called, by their names without `cg_`.
+/// Functions without their prefix `cg_`.
 // clang-format off
 #define CAMBER_CGNS_FUNCTIONS(X) \
     X(open) X(close) X(get_error) X(free) X(nbases) X(base_read) X(base_write) X(nzones) X(zone_type) X(zone_read) \
@@ -45,7 +45,7 @@ struct Library {
     decltype(&::cgio_children_ids) children_ids = nullptr;
     decltype(&::cgio_get_data_size) data_size = nullptr;
     decltype(&::cgio_release_id) release_id = nullptr;
-    std::string missing;  ///< why it cannot be used; empty: it can
+    std::string missing;  ///< reason if the library is unusable
 };
 
 }  // namespace camber::cgns

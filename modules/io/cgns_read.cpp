@@ -23,12 +23,11 @@ import camber.core;
 import camber.bezier;
 import :cgns_reader;
 
-/// How much the nodes of a file announce, before the library reads any: opening a file it reads many of them whole.
+/// Size check before the library opens the file: opening reads many nodes completely.
 namespace camber::cgns {
 
 namespace {
 
-/// A file that only its nodes are asked of.
 class Tree {
   public:
     Tree(const Library& lib, std::size_t file_bytes) : lib_(lib), file_bytes_(file_bytes), budget_(file_bytes) {}
@@ -40,7 +39,7 @@ class Tree {
         if (is_open_) lib_.close_tree(file_);
     }
 
-    /// What is no tree is told of by the library, which opens it next.
+    /// Accepts a file that is no tree: the library reports it when it opens the file.
     [[nodiscard]] Outcome<Done> walk(const std::string& path, const std::string& name) {
         double root = 0;
         if (lib_.open_tree(path.c_str(), CGIO_MODE_READ, CGIO_FILE_NONE, &file_) != 0) return Done{};
@@ -50,7 +49,7 @@ class Tree {
     }
 
   private:
-    /// The standard's own trees are of twelve floors at most.
+    /// Standard trees have at most twelve levels.
     static constexpr int max_depth = 32;
     static constexpr std::size_t bytes_of_a_node = 1024;  ///< in the library's memory
 
@@ -63,7 +62,7 @@ class Tree {
             int found = 0;
             cglong_t bytes = 0;
             if (lib_.children_ids(file_, node, c, 1, &found, &child) != 0 || found != 1) continue;
-            // Nothing to ask of where a node has no data.
+            // A node may have no data.
             const bool has_data = lib_.data_size(file_, child, &bytes) == 0 && bytes > 0;
             const bool fits =
                 budget_.take(1, bytes_of_a_node) && (!has_data || budget_.take(static_cast<std::uint64_t>(bytes), 1));
@@ -99,7 +98,6 @@ Outcome<Done> check_nodes(const Library& lib, const std::string& path, std::size
 
 namespace {
 
-/// Closes the file whatever happens.
 class OpenFile {
   public:
     OpenFile(const Library& lib, int number) : lib_(lib), number_(number) {}
@@ -149,15 +147,14 @@ void name_origins(listing::Mesh<D>& mesh) {
     name_rows(mesh.edges.curved, simplex_name<1>);
 }
 
-/// A zone, as the base lists it.
 struct Zone {
     int number = 1;
     std::string name;
     std::size_t vertices = 0;
-    bool is_joined = false;  ///< to others, by a connectivity of its own
+    bool is_joined = false;  ///< to others, by a connectivity
 };
 
-/// What is read: zones of one base.
+/// Zones of one base.
 struct Zones {
     int cell_dimension = 0, physical_dimension = 0;
     std::vector<Zone> chosen = {};
@@ -174,7 +171,7 @@ Outcome<Done> read_zone(Reader<D>& of, const Zone& zone) {
         .and_then([&](Done) { return read_fields(of); });
 }
 
-/// Joins the zones' points that are at one place, where the file says that zones meet there.
+/// Joins coincident points if the file has zone connectivities.
 template <int D>
 void join(listing::Mesh<D>& mesh, const Zones& zones, std::vector<Notice>& notices) {
     std::vector<std::size_t> ends;
@@ -210,7 +207,7 @@ Outcome<DecodedMesh> read_mesh(Reader<D> of, const Zones& zones, Unheld unheld, 
     return decoded;
 }
 
-/// A file of these bytes: the one of that name, or a new one in a folder that is made for it.
+/// Returns `name` if that file has the same size, else a new temporary file with these bytes.
 Outcome<std::string> path_of(std::span<const std::byte> bytes, const std::string& name,
                              std::optional<TemporaryFolder>& folder) {
     std::error_code error;
@@ -230,7 +227,7 @@ int open_to_read(const Library& lib, const std::string& path, int& file) {
     return lib.open_(path.c_str(), CG_MODE_READ, &file);
 }
 
-/// A zone of the first base. Errors: input, unsupported (structured).
+/// Errors: input, unsupported (structured).
 Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::string& file_name) {
     Zone zone{number, {}, 0};
     Name text{};
@@ -253,7 +250,7 @@ Outcome<Zone> zone_of(const Library& lib, int file, int number, const std::strin
     return zone;
 }
 
-/// The zones of the one base that are asked for: by name or number; all, where `wanted` is empty.
+/// Selects zones by name or number; an empty name means all.
 Outcome<Zones> zones_of(const Library& lib, int file, const std::string& wanted, const std::string& name) {
     int bases = 0, count = 0;
     Zones zones;

@@ -21,53 +21,51 @@ import :text;
 
 namespace camber::cgns {
 
-/// The library, loaded at the first use.
+/// The first call loads the library.
 [[nodiscard]] const Library& library();
-/// The library lets one thread in at a time.
+/// The library is not thread-safe.
 [[nodiscard]] std::mutex& library_lock();
 
-/// CGNS has names of at most 32 letters.
 using Name = std::array<char, 33>;
 
-/// Where a simplex of the file went.
 struct Place {
     std::int8_t dimension = -1, degree = 0;
-    bool listed = false;  ///< by a boundary condition
+    bool listed = false;  ///< listed by a boundary condition
     std::uint32_t row = 0;
 };
 
-/// Elements with numbers that follow each other.
+/// Elements with consecutive numbers.
 struct Section {
     std::string name;
-    std::optional<Reference> reference = {};  ///< as the file gives it
+    std::optional<Reference> reference = {};
     cgsize_t first = 0;
     std::vector<Place> places = {};
 };
 
-/// A file of D physical dimensions while it is read, and what was found in it.
+/// Reader state; D is the physical dimension.
 template <int D>
 struct Reader {
     const Library& lib;
     int file = 0;
     int cell_dimension = 0;
-    UnpackedBudget budget = UnpackedBudget(0);  ///< what counts announce: nothing is reserved beyond it
-    int zone = 1;                               ///< that is read, as all below but the mesh
+    UnpackedBudget budget = UnpackedBudget(0);  ///< limits announced numbers
+    int zone = 1;                               ///< current zone, also for all members below but the mesh
     std::size_t first_point = 0;                ///< of the zone, in the mesh
-    std::size_t groups_before = 0;              ///< of earlier zones
-    std::string prefix = {};                    ///< of names of the elements' groups, where several zones are joined
+    std::size_t groups_before = 0;              ///< number of groups in earlier zones
+    std::string prefix = {};                    ///< of element group names, if zones are joined
     std::vector<Section> sections = {};
     listing::Mesh<D> mesh = {};
     std::vector<Notice> notices = {};
     Refused refused = {};
-    std::size_t points_listed = 0;  ///< elements that are vertices
+    std::size_t points_listed = 0;  ///< number of point elements
 
     [[nodiscard]] std::size_t zone_points() const { return mesh.points.size() - first_point; }
-    /// The vertex of the mesh; none where the zone has none of that number.
+    /// `number` counts from 1 in the zone; invalid if it does not exist.
     [[nodiscard]] VertexId vertex(cgsize_t number) const {
         if (number < 1 || !std::cmp_less_equal(number, zone_points())) return VertexId();
         return VertexId(first_point + static_cast<std::size_t>(number - 1));
     }
-    /// The number of the group of that name, of an earlier zone.
+    /// Searches earlier zones.
     [[nodiscard]] std::optional<Reference> known_reference(int dimension, const std::string& name) const {
         for (std::size_t g = 0; g < groups_before; ++g)
             if (mesh.groups[g].dimension == dimension && mesh.groups[g].name == name) return mesh.groups[g].reference;
@@ -78,14 +76,14 @@ struct Reader {
         return fail(error_of(lib.get_error_(), ErrorKind::input, doing, mesh.name));
     }
 
-    /// Before so many numbers are reserved. Errors: input (the file cannot hold them).
+    /// To be called before memory is reserved. Errors: input (more numbers than the file can hold).
     [[nodiscard]] Outcome<Done> announced(std::size_t numbers, const std::string& what) {
         if (budget.take(numbers)) return Done{};
         return fail(ErrorKind::input, what + ": more numbers are announced than a file of this size holds", mesh.name,
                     {}, "the file is damaged; if it is whole, write it uncompressed");
     }
 
-    /// The number that a descriptor below the current node gives.
+    /// Returns the descriptor `reference` of the current node.
     [[nodiscard]] std::optional<Reference> described_reference() const {
         int n = 0;
         if (lib.ndescriptors_(&n) != CG_OK) return std::nullopt;
@@ -104,20 +102,20 @@ struct Reader {
     }
 };
 
-/// Whether the nodes of a file of so many bytes announce no more than is believed of it (UnpackedBudget): data in HDF5
-/// may be compressed, or there although nobody wrote them. Errors: input (they do, they are nested without end).
+/// Checks that the nodes announce no more data than UnpackedBudget allows: HDF5 data may be compressed, or allocated
+/// but never written. Errors: input (too much data, nodes nested too deeply).
 [[nodiscard]] Outcome<Done> check_nodes(const Library& lib, const std::string& path, std::size_t file_bytes,
                                         const std::string& name);
 
-/// Simplices of all sections, with references 0. Errors: input, unsupported (cells that are no simplices).
+/// Sets all references to 0. Errors: input, unsupported (other cells).
 template <int D>
 [[nodiscard]] Outcome<Done> read_sections(Reader<D>& of);
 
-/// The references of simplices: those of boundary conditions, then those of sections. Errors: input.
+/// Takes references from boundary conditions, else from sections. Errors: input.
 template <int D>
 [[nodiscard]] Outcome<Done> read_conditions(Reader<D>& of);
 
-/// Scalars at vertices; those named …X …Y (…Z) become a vector. Errors: input.
+/// Joins scalars at vertices named …X …Y (…Z) to vectors. Errors: input.
 template <int D>
 [[nodiscard]] Outcome<Done> read_fields(Reader<D>& of);
 

@@ -17,7 +17,6 @@ import camber.core;
 import camber.bezier;
 import :cgns_reader;
 
-/// Elements, section by section.
 namespace camber::cgns {
 
 namespace {
@@ -56,7 +55,7 @@ struct SectionReader {
         section.places.push_back({K, static_cast<std::int8_t>(degree), false, static_cast<std::uint32_t>(row)});
     }
 
-    /// One element; false: none that we can hold.
+    /// Returns false if the type is not supported.
     bool add_element(CGNS_ENUMT(ElementType_t) type, const cgsize_t* nodes, Section& section) {
         switch (type) {
             case CGNS_ENUMV(BAR_2): return add_simplex<1>(1, nodes, section);
@@ -114,7 +113,7 @@ struct SectionReader {
                              std::to_string(n) + " elements");
         if (auto bearable = of.announced(static_cast<std::size_t>(size) + n, "section " + std::to_string(s)); !bearable)
             return bearable;
-        // Offsets are not asked for: their number in a damaged file is anything.
+        // No library call for offsets: their number is arbitrary in a damaged file.
         std::vector<cgsize_t> numbers(static_cast<std::size_t>(size));
         const int read = fixed ? of.lib.elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr)
                                : of.lib.poly_elements_read_(of.file, 1, of.zone, s, numbers.data(), nullptr, nullptr);
@@ -173,11 +172,11 @@ CAMBER_INSTANTIATE(2)
 CAMBER_INSTANTIATE(3)
 #undef CAMBER_INSTANTIATE
 
-// Solutions of the flow.
+// Flow solutions.
 
 namespace {
 
-/// The scalar, or with its first component the vector that it belongs to.
+/// The first component of a vector adds the whole vector.
 template <int D>
 void add_field(const Reader<D>& of, const std::string& name, const std::map<std::string, Column<double>>& scalars,
                std::vector<MeshField>& fields) {
@@ -206,7 +205,7 @@ void add_field(const Reader<D>& of, const std::string& name, const std::map<std:
 
 template <int D>
 Outcome<Done> read_fields(Reader<D>& of) {
-    // A field of several zones would have to be of all of them.
+    // A field of joined zones must have values for all of them.
     if (of.zone_points() != of.mesh.points.size()) return Done{};
     int solutions = 0;
     if (of.lib.nsols_(of.file, 1, of.zone, &solutions) != CG_OK) return of.broken("the solutions cannot be read");

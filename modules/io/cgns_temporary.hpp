@@ -1,5 +1,5 @@
-// A folder of its own for one file, gone with this value: the CGNS library reads and writes files only. Without names
-// of the modules, like cgns_library.hpp.
+// A temporary folder for one file, removed on destruction; needed because the CGNS library reads and writes files only.
+// Uses no names of modules, like cgns_library.hpp.
 #pragma once
 
 #include <stdlib.h>  // NOLINT(*-deprecated-headers): mkdtemp is POSIX's
@@ -28,7 +28,7 @@ class TemporaryFolder {
         std::error_code ignored;
         if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
     }
-    /// Where the file may be made; empty: no folder can be made in `root`.
+    /// Empty if no folder could be created in `root`.
     [[nodiscard]] const std::string& file() const { return file_; }
     [[nodiscard]] const std::string& root() const { return root_; }
 

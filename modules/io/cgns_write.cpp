@@ -1,4 +1,3 @@
-// Loads the CGNS library, and writes CGNS files.
 module;
 #include "cgns_library.hpp"
 #include "cgns_temporary.hpp"
@@ -32,8 +31,8 @@ namespace camber::cgns {
 
 namespace {
 
-/// The libraries of CGNS and HDF5 crash where memory that they need is not to be had. Throws std::bad_alloc where the
-/// process has not place for them and their work.
+/// Throws std::bad_alloc if 48 MiB of address space are not available: the CGNS and HDF5 libraries crash if an
+/// allocation fails.
 void require_room() {
     constexpr std::size_t room = std::size_t{48} << 20U;
     void* const probe = mmap(nullptr, room, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
@@ -42,7 +41,7 @@ void require_room() {
 }
 
 void* open_library() {
-    // Where it was when Camber was built; else wherever the loader finds one of the same version.
+    // First the path known at build time, then any library of the same version that the loader finds.
     for (const char* const name : {CAMBER_CGNS_LIBRARY, CAMBER_CGNS_SONAME})
         if (void* const handle = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return handle;
     return nullptr;
@@ -74,7 +73,7 @@ Library loaded() {
     load(lib.children_ids, "cgio_children_ids");
     load(lib.data_size, "cgio_get_data_size");
     load(lib.release_id, "cgio_release_id");
-    // What HDF5 does at the end of a program crashes where a file could not be written to its end.
+    // HDF5's exit handler crashes if a file could not be written completely.
     if (const auto stay = reinterpret_cast<int (*)()>(dlsym(handle, "H5dont_atexit"))) stay();
     return lib;
 }
@@ -115,7 +114,6 @@ constexpr CGNS_ENUMT(ElementType_t) element_type = [] {
     return types[K - 1 + 3 * (Degree - 1)];
 }();
 
-/// Writes one mesh into an open file, part by part.
 template <class Mesh>
 class Writer {
   public:
@@ -167,7 +165,7 @@ class Writer {
         return Done{};
     }
 
-    /// A section for each reference, in the order in which references first occur.
+    /// Writes one section for each reference, in order of first occurrence.
     template <int K>
     Outcome<Done> sections(const Simplices<K>& simplices, bool with_conditions) {
         std::map<Reference, std::vector<std::uint32_t>> rows;
@@ -257,7 +255,7 @@ class Writer {
     int file_;
     Grid<Mesh> grid_;
     const LinearMesh<D>& linear_;
-    MeshFields fields_;  ///< those that the file has a place for, with their names there
+    MeshFields fields_;  ///< fields that CGNS can hold, with legal names
     const Execution& execution_;
     cgsize_t next_ = 1;
     GroupNames names_;

@@ -1,4 +1,4 @@
-// Makes meshes of bytes in any format and of arrays in memory; words of text and tags.
+// Decodes meshes of any format and mesh arrays; helpers for text and tags.
 module;
 #include <algorithm>
 #include <array>
@@ -29,7 +29,7 @@ bool read_unusual_real(std::string_view word, double& value) {
     std::string text(word.starts_with('+') ? word.substr(1) : word);
     for (char& c : text)
         if (c == 'd' || c == 'D') c = 'e';
-    // The wider exponent of long double tells what is too large (infinite) from what is too small (0).
+    // The larger exponent range of long double separates overflow (infinity) from underflow (0).
     long double wide = 0;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), wide);
     value = static_cast<double>(wide);
@@ -38,7 +38,7 @@ bool read_unusual_real(std::string_view word, double& value) {
 
 namespace {
 
-/// Whether a table of all numbers from the first tag to the last is little more than the tags themselves.
+/// Returns true if a table from the first to the last tag is not much larger than the `n` tags.
 bool is_dense(std::uint64_t first, std::uint64_t last, std::size_t n) {
     return last - first < 4 * std::uint64_t{n} + 64;
 }
@@ -104,7 +104,7 @@ bool has_twice(const std::array<VertexId, N>& nodes) {
     return false;
 }
 
-/// `name`: what the caller knows the cells by.
+/// `name`: the caller's name for the cells.
 template <int Nodes>
 Outcome<Done> check_cells(const CellArray<Nodes>& cells, std::size_t points, const std::string& name,
                           const Execution& execution) {
@@ -153,7 +153,6 @@ Simplices<K> simplices_of(CellArray<K + 1> cells) {
     return {std::move(cells.nodes), references_of(std::move(cells.references), count), {}};
 }
 
-/// As files list them.
 template <int Nodes>
 listing::Rows<Nodes> rows_of(CellArray<Nodes> cells, const char* name) {
     listing::Rows<Nodes> rows;
@@ -248,16 +247,16 @@ template Column<Vec<3>> points_of<3>(std::span<const double>, std::shared_ptr<co
 template Outcome<DecodedMesh> mesh_of_arrays<2>(MeshArrays<2>, const Execution&);
 template Outcome<DecodedMesh> mesh_of_arrays<3>(MeshArrays<3>, const Execution&);
 
-// A mesh of whichever format; files of programs that share an ending with another's.
+// Decoding of any format, and recognition of foreign files with a known ending.
 
 namespace {
 
-/// Programs whose files are none that are read, known by how they begin.
+/// A foreign file type with a known ending.
 struct Namesake {
     std::string_view what, remedy;
 };
 
-/// The first line that says something.
+/// Returns the first nonblank line.
 std::string_view first_line(std::string_view text) {
     const std::size_t begin = text.find_first_not_of(" \t\r\n");
     if (begin == std::string_view::npos) return {};
@@ -265,7 +264,7 @@ std::string_view first_line(std::string_view text) {
     return text.substr(0, text.find('\n'));
 }
 
-/// Three counts, of vertices, triangles and edges, and behind them rows of a place and a label.
+/// Recognises three counts (vertices, triangles, edges), then rows of coordinates and a label.
 bool is_freefem(std::string_view text) {
     const std::string_view line = first_line(text);
     Words words{line.data(), line.data() + line.size()};
@@ -280,7 +279,7 @@ bool is_freefem(std::string_view text) {
     return numbers == 3 || numbers == 4;
 }
 
-/// Sections in parentheses that begin with their number.
+/// Recognises sections in parentheses that begin with their number.
 bool is_fluent(std::string_view text) {
     const std::string_view line = first_line(text);
     return line.size() > 1 && line[0] == '(' && line[1] >= '0' && line[1] <= '9';

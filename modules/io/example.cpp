@@ -1,5 +1,5 @@
-// camber.io: a P2 mesh to the bytes of a GMF file and back, and what is said of a damaged one. The module touches no
-// files: it takes and gives bytes, and whoever embeds it reads and writes them as he likes.
+// camber.io: encodes a P2 mesh as GMF, decodes it, and decodes a damaged file. The module takes and returns bytes; the
+// caller reads and writes the files.
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
@@ -28,7 +28,7 @@ static Outcome<bool> example(const Execution& execution) {
     if (!mesh) return fail(mesh.error());
     const auto chunks = encode_gmf_mesh(*mesh, GmfOptions{.encoding = GmfEncoding::ascii}, execution);
     if (!chunks) return fail(chunks.error());
-    std::string text;  // a file is the chunks one after the other
+    std::string text;  // a file is the concatenation of the chunks
     for (const auto& chunk : *chunks) text.append(reinterpret_cast<const char*>(chunk.data()), chunk.size());
     std::printf("%zu bytes of ASCII GMF, %zu lines of them\n", text.size(),
                 static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n')));
@@ -36,7 +36,7 @@ static Outcome<bool> example(const Execution& execution) {
     const auto bytes_of = [](const std::string& s) { return std::as_bytes(std::span(s.data(), s.size())); };
     const auto decoded = decode_gmf_mesh(bytes_of(text), "square.mesh", execution);
     if (!decoded) return fail(decoded.error());
-    const auto* same = std::get_if<Mesh<2>>(&decoded->mesh);  // what a file holds is known when it is read
+    const auto* same = std::get_if<Mesh<2>>(&decoded->mesh);  // dimension and degree are known only after decoding
     const bool round_trip = same != nullptr && *same == *mesh;
     std::printf("read again: %s\n", round_trip ? "the same mesh, to the bit" : "another mesh");
 

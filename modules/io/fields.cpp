@@ -1,4 +1,4 @@
-// Fields of meshes: names that a format allows, and values in 2D and in space.
+// Fields of meshes: legal names in a format, and conversion between 2D and space.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -18,7 +18,7 @@ import camber.core;
 namespace camber {
 
 MeshFields::MeshFields(std::vector<MeshField> fields) {
-    // Keys are copies: the names move with their fields.
+    // Keys are copies because the names move with their fields.
     std::map<std::pair<std::string, Centring>, std::size_t> rows;
     for (MeshField& field : fields) {
         const auto [at, is_new] = rows.try_emplace({field.name, field.centring}, fields_.size());
@@ -60,7 +60,7 @@ Outcome<Solution> solution_of(const MeshFields& fields, int dimension, std::size
 
 namespace {
 
-/// The number of bytes of the UTF-8 character that begins here; 0: none does.
+/// Length in bytes of the UTF-8 character at `at`; 0 if there is none.
 std::size_t character_at(std::string_view text, std::size_t at) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const unsigned char first = byte(at);
@@ -77,7 +77,7 @@ std::size_t character_at(std::string_view text, std::size_t at) {
     return is_too_long || is_none ? 0 : width;
 }
 
-/// The beginning of so many bytes at most; no character is cut.
+/// Returns a prefix that cuts no character.
 std::string cut_to_length(std::string_view name, std::size_t longest) {
     if (name.size() <= longest) return std::string(name);
     std::size_t end = longest;
@@ -85,7 +85,7 @@ std::string cut_to_length(std::string_view name, std::size_t longest) {
     return std::string(name.substr(0, end));
 }
 
-/// Names that are taken, with all of their endings.
+/// Set of the names in use, with all their endings.
 class TakenNames {
   public:
     explicit TakenNames(const std::vector<std::string>& reserved) : taken_(reserved.begin(), reserved.end()) {}
@@ -107,7 +107,6 @@ std::size_t longest_ending(const ListedName& name) {
     return longest;
 }
 
-/// The names of fields of one centring in the format.
 std::map<std::string, std::string> names_in_file(const MeshFields& fields, Centring centring, const FieldNames& rules) {
     std::vector<ListedName> names;
     for (const MeshField& field : fields) {
@@ -128,7 +127,7 @@ std::vector<std::string> legal_names(std::span<const ListedName> names, const Na
     std::vector<std::string> legal(names.size());
     std::vector<std::size_t> others;
     for (std::size_t i = 0; i < names.size(); ++i) {
-        // What is shortened may end in what a name cannot end in.
+        // A shortened name may end with a character that is illegal at the end.
         legal[i] = rule.legal(cut_to_length(rule.legal(names[i].name), rule.longest - longest_ending(names[i])));
         if (legal[i].empty()) legal[i] = rule.unnamed;
         if (legal[i] != names[i].name || !taken.take(legal[i], names[i].endings)) others.push_back(i);
@@ -221,7 +220,7 @@ namespace {
 
 constexpr std::size_t row_grain = 4096;
 
-/// Rows of other values: of the old row those that stand at `sources`; −1: zero.
+/// Component k of a new row is component `sources[k]` of the old one, or zero for −1.
 template <class T>
 Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::vector<int>& sources,
                           const Execution& execution) {
@@ -236,7 +235,7 @@ Outcome<Column<T>> chosen(const Column<T>& rows, std::size_t width, const std::v
         .map([](Buffer<T> made) { return Column<T>(std::move(made)); });
 }
 
-/// Where the values of a field in 2D stand in one in space; symmetric tensors are in the order of `Sym`.
+/// Sources of a 2D row in a row in space; symmetric tensors in the order of `Sym`.
 std::vector<int> in_plane(FieldKind kind) {
     switch (kind) {
         case FieldKind::scalar: return {0};
@@ -247,7 +246,7 @@ std::vector<int> in_plane(FieldKind kind) {
     return {};
 }
 
-/// The other way round; −1: there is none.
+/// Sources of a row in space in a 2D row; −1: none.
 std::vector<int> in_space(FieldKind kind) {
     std::vector<int> sources(static_cast<std::size_t>(values_per_vertex(kind, 3)), -1);
     const std::vector<int> places = in_plane(kind);
@@ -255,7 +254,6 @@ std::vector<int> in_space(FieldKind kind) {
     return sources;
 }
 
-/// Fields of a mesh in so many dimensions with other values a row: see `chosen`.
 Outcome<MeshFields> with_values_at(const MeshFields& fields, int dimension, std::vector<int> (*sources)(FieldKind),
                                    const Execution& execution) {
     std::vector<MeshField> made;

@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::size_t row_grain = 4096;
 
-// ---------------------------------------------------------------- is it flat?
+// ---------------------------------------------------------------- flatness
 
-/// f(point) for all that faces and edges use, until one is false.
+/// Returns true if f(point) holds for all points of faces and edges.
 bool all_used(const Mesh<3>& mesh, auto&& f) {
     const auto all_of_cells = [&](const auto& cells) {
         return std::all_of(cells.vertices.begin(), cells.vertices.end(), [&](const auto& vertices) {
@@ -30,7 +30,7 @@ bool all_used(const Mesh<3>& mesh, auto&& f) {
            std::all_of(mesh.face_nodes.begin(), mesh.face_nodes.end(), f);
 }
 
-/// The z of all that faces and edges use, if it is one.
+/// Common z of all points of faces and edges.
 std::optional<double> common_height(const Mesh<3>& mesh) {
     if (!is_surface_alone(mesh)) return std::nullopt;
     std::optional<double> z;
@@ -41,7 +41,7 @@ std::optional<double> common_height(const Mesh<3>& mesh) {
     return flat ? z : std::nullopt;
 }
 
-/// Faces alone whose z differ by rounding only.
+/// Accepts surface meshes whose z differ by rounding only.
 bool is_nearly_flat(const Mesh<3>& mesh) {
     constexpr double rounding = 1e-9;
     if (!is_surface_alone(mesh)) return false;
@@ -59,7 +59,6 @@ bool is_nearly_flat(const Mesh<3>& mesh) {
 Vec<2> without_z(const Vec<3>& p) { return {{p[0], p[1]}}; }
 Vec<3> with_z(const Vec<2>& p, double z) { return {{p[0], p[1], z}}; }
 
-/// The column of f(item).
 template <class To, class From, class F>
 Outcome<Column<To>> mapped(const Column<From>& items, const Execution& execution, F&& f) {
     return map_each(
@@ -71,7 +70,7 @@ bool leaves_plane(const Column<Vec<3>>& directions) {
     return std::any_of(directions.begin(), directions.end(), [](const Vec<3>& d) { return d[2] != 0; });
 }
 
-/// Directions that leave the plane go with the lift.
+/// Projects directions; if one leaves the plane, stores all in the lift instead.
 Outcome<Done> lower_directions(const DirectionsAtVertices<3>& from, DirectionsAtVertices<2>& to,
                                DirectionsAtVertices<3>& lifted, const Execution& execution) {
     if (leaves_plane(from.table)) {
@@ -97,7 +96,6 @@ Outcome<Done> raise_directions(const DirectionsAtVertices<2>& from, const Direct
         });
 }
 
-/// Associations do not speak of coordinates: they are the same in 2D and in space.
 template <int From, int To>
 void keep_associations(const GivenGeometry<From>& from, GivenGeometry<To>& to) {
     to.on_points = from.on_points;
@@ -121,7 +119,7 @@ Outcome<Done> raise_geometry(const GivenGeometry<2>& from, const Lift& lift, Giv
     });
 }
 
-/// The z of each vertex; none where all have the lift's.
+/// Empty if all heights equal `z`.
 Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& execution) {
     if (std::all_of(mesh.points.begin(), mesh.points.end(), [&](const Vec<3>& p) { return p[2] == z; }))
         return Column<double>{};
@@ -130,7 +128,7 @@ Outcome<Column<double>> heights(const Mesh<3>& mesh, double z, const Execution& 
 
 // ---------------------------------------------------------------- edges and their nodes
 
-/// Faces of a plane mesh in space are its elements in 2D, and feature edges its facets: the same unique edges.
+/// Faces become elements and feature edges facets, with the same unique edges.
 Outcome<MeshEntities<2>> lowered(const MeshEntities<3>& entities, const Execution& execution) {
     return mapped<std::array<EdgeId, 1>>(entities.edges_of_edges, execution, [](EdgeId e) { return std::array{e}; })
         .map([&](Column<std::array<EdgeId, 1>> of_facets) {

@@ -1,4 +1,4 @@
-// The table of formats, and commands that convert files of other formats.
+// The table of formats, and commands that convert other formats.
 module;
 #include <algorithm>
 #include <array>
@@ -19,20 +19,18 @@ namespace {
 
 using Decoder = decltype(MeshFormat::decode);
 
-/// Loops that nobody has weighed tell nothing.
+/// For decoders without progress weights.
 template <Decoder decode>
 Outcome<DecodedMesh> quiet(std::span<const std::byte> bytes, std::string_view name, const DecodeOptions& options,
                            const Execution& execution) {
     return decode(bytes, name, options, without_progress(execution));
 }
 
-/// What `encode` makes of the mesh, whichever it holds.
 template <auto encode>
 Outcome<Chunks> encoded(const AnyMesh& mesh, const MeshFields& fields, EncodeOptions options,
                         const Execution& execution) {
     return std::visit([&](const auto& m) { return encode(m, fields, options, execution); }, mesh);
 }
-/// What `not_in` tells of the mesh.
 template <auto not_in>
 std::vector<Notice> losses_of(const AnyMesh& mesh) {
     return std::visit([](const auto& m) { return not_in(m); }, mesh);
@@ -229,7 +227,7 @@ Outcome<DecodedSolution> decode_solution(std::span<const std::byte> bytes, std::
 
 namespace {
 
-/// What makes a mesh that we read of files that we do not: IN and OUT stand for their names.
+/// Conversion commands; IN and OUT stand for file names.
 constexpr std::string_view mesh_it = "gmsh IN -3 -format msh41 -o OUT.msh",
                            resave = "gmsh IN -save -format msh41 -o OUT.msh", by_meshio = "meshio convert IN OUT.vtu",
                            by_paraview = "in ParaView, File > Save Data as OUT.vtu";

@@ -13,60 +13,52 @@ import :meshes;
 
 export namespace camber {
 
-/// A GMF mesh (.mesh, .meshb; ASCII or binary by content, versions 1 to 4, either byte order).
-/// - Dimension 2 gives a 2D mesh, dimension 3 a 3D one (a surface alone: without elements).
+/// Decodes a GMF mesh (.mesh, .meshb; ASCII or binary by content, versions 1 to 4, either byte order).
+/// - Dimension 2 gives a 2D mesh, dimension 3 a 3D one (a surface mesh has no elements).
 /// - Elements of degree 2 give a QuadraticMesh: vertices keep the file's order without the mid nodes, which move to the
-///   edges. Node orders (…P2Ordering) and BezierBasis are honoured. Where simplices of degrees 1 and 2 meet, those of
-///   degree 2 come first and the others take the edges' nodes; edges without a node in the file get the middle of the
-///   chord.
-/// - Plain element keywords with the rows of degree 2 (Gmsh writes them) are read as degree 2. Gmsh's versions differ
-/// in
-///   the order of the last two nodes of a tetrahedron: the order whose nodes lie nearer the middles of the chords is
-///   taken.
-/// - A mid node's own reference is not kept (notice when it says more than those of the edge's ends).
-/// `name` is the file's, for messages; `where` in errors is `name: line N` (from 1) or `name: byte N` (from 0).
-/// Errors: input (malformed, truncated, not finite, indices out of range, mid nodes that contradict each other),
-/// unsupported (elements that are no simplices or of higher degree), memory, stopped.
+///   edges. Node orders (…P2Ordering) and BezierBasis are honoured. Simplices of degree 2 come first; the others use
+///   the nodes of shared edges. Edges without a node in the file get the chord's midpoint.
+/// - Plain element keywords with rows of degree 2 (Gmsh writes them) are read as degree 2. Gmsh versions differ in the
+///   order of the last two nodes of a tetrahedron; the order whose nodes lie nearer the chord midpoints is used.
+/// - References of mid nodes are dropped, with a notice if they differ from those of the edge's ends.
+///
+/// Errors: also input (contradictory mid nodes).
 [[nodiscard]] Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                                    const DecodeOptions& options, const Execution& execution);
-/// With the default options.
 [[nodiscard]] inline Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                                           const Execution& execution) {
     return decode_gmf_mesh(bytes, name, {}, execution);
 }
 
-/// Whether the bytes begin as a GMF file does, as text or binary in either byte order, of a mesh or of a solution.
 [[nodiscard]] bool is_gmf_ascii(std::span<const std::byte> bytes);
 [[nodiscard]] bool is_gmf_binary(std::span<const std::byte> bytes);
 
 /// Text (.mesh, .sol) or binary, little-endian (.meshb, .solb).
 enum class GmfEncoding { ascii, binary };
 
-/// How a GMF file is written.
 struct GmfOptions {
     GmfEncoding encoding = GmfEncoding::binary;
-    /// GMF version, 2 to 4; 0 is the least that fits: 2 below 2 GiB, 3 beyond, 4 when a count or an index needs 64
-    /// bits.
+    /// 2 to 4; 0 is the smallest that fits: 2 below 2 GiB, 3 beyond, 4 if a count or an index needs 64 bits.
     int version = 0;
 };
 
-/// The mesh as a GMF file; decoding it gives the same value back, to the bit. Empty blocks but Vertices are left out.
-/// Elements of degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the
-/// vertices in the order of the edges; their reference is that of the edge's ends where both agree, else 0. Errors:
-/// usage (a version that is none or too low), unsupported (no simplices of degree 1 or 2), memory, stopped.
+/// Encodes the mesh; decoding gives the same value back, bit for bit. Empty blocks but Vertices are omitted. Elements
+/// of degree 2 are in the order of `local_edges` (Vizir's default: no Ordering blocks). Mid nodes follow the vertices
+/// in the order of the edges, with the reference `mid_node_reference`. Errors: usage (invalid or too low version),
+/// unsupported (not simplices of degree 1 or 2).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_gmf_mesh(const Mesh<D>& mesh, GmfOptions options, const Execution& execution);
 
-/// What of the mesh a GMF file has no place for: names of references, entities of simplices, associations without
-/// parameters, which are left out, and distances that are not known, which are written as 0.
+/// Names of references, entities of simplices and associations without parameters are omitted; unknown distances are
+/// written as 0.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_gmf(const Mesh<D>& mesh);
 
-/// The fields of SolAtVertices in a GMF file (.sol, .solb). Errors as above; values that are not finite are errors.
+/// Decodes the fields of SolAtVertices in a GMF file (.sol, .solb).
 [[nodiscard]] Outcome<DecodedSolution> decode_gmf_solution(std::span<const std::byte> bytes, std::string_view name,
                                                            const Execution& execution);
 
-/// The solution as a GMF file. Errors: usage (also: no fields, or not rows × width values), memory, stopped.
+/// Errors: usage (invalid version, no fields, or not rows × width values).
 [[nodiscard]] Outcome<Chunks> encode_gmf_solution(const Solution& solution, GmfOptions options,
                                                   const Execution& execution);
 
@@ -74,7 +66,7 @@ template <int D>
 
 namespace camber::gmf {
 
-/// The keywords that Camber reads, by their numbers in binary files.
+/// Keywords that Camber reads, by their number in binary files.
 enum class Keyword : std::int32_t {
     dimension = 3,
     vertices = 4,
@@ -105,7 +97,7 @@ enum class Keyword : std::int32_t {
     tetrahedra_p2_ordering = 133,
 };
 
-/// What follows a keyword.
+/// Data after a keyword.
 enum class Content : std::uint8_t {
     value,             ///< one integer
     rows,              ///< a count and rows
@@ -118,7 +110,7 @@ struct KeywordInfo {
     Keyword keyword;
     std::string_view name;
     Content content;
-    std::string_view noun;  ///< what messages call one row
+    std::string_view noun;  ///< name of one row in messages
 };
 
 inline constexpr std::array keyword_table = {
@@ -185,7 +177,6 @@ inline constexpr std::array keyword_table = {
     KeywordInfo{Keyword{207}, "PolyhedraHeaders", Content::foreign_elements, ""},
 };
 
-/// The entry of a keyword, or null when Camber does not know it.
 [[nodiscard]] constexpr const KeywordInfo* find_keyword(std::int32_t number) {
     for (const KeywordInfo& info : keyword_table)
         if (static_cast<std::int32_t>(info.keyword) == number) return &info;
@@ -200,7 +191,6 @@ inline constexpr std::array keyword_table = {
     return find_keyword(static_cast<std::int32_t>(keyword))->name;
 }
 
-/// The keywords of K-simplices.
 template <int K>
 inline constexpr Keyword straight_keyword = K == 1   ? Keyword::edges
                                             : K == 2 ? Keyword::triangles
@@ -220,7 +210,6 @@ inline constexpr Keyword required_keyword = K == 1   ? Keyword::required_edges
                                             : K == 2 ? Keyword::required_triangles
                                                      : Keyword::required_tetrahedra;
 
-/// The keywords of vertices on entities of dimension G.
 template <int G>
 inline constexpr Keyword association_keyword = G == 0   ? Keyword::vertices_on_geometric_vertices
                                                : G == 1 ? Keyword::vertices_on_geometric_edges
@@ -228,7 +217,7 @@ inline constexpr Keyword association_keyword = G == 0   ? Keyword::vertices_on_g
 
 enum class RowOrder { integers_first, reals_first };
 
-/// One row of a block, whatever the file's encoding: its integers and its reals, in the order given.
+/// A row in any encoding: integers and reals, in the given order.
 template <int Integers, int Reals, RowOrder Order = RowOrder::integers_first>
 struct Row {
     static constexpr int integers = Integers, reals = Reals, words = Integers + Reals;
@@ -245,12 +234,12 @@ using IndexRow = Row<1, 0>;
 using PairRow = Row<2, 0>;
 template <int D>
 using VectorRow = Row<0, D>;
-/// Vertex and entity of dimension G; parameters, and the distance; of a point neither.
+/// Vertex and entity of dimension G; for G > 0 then the parameters and the distance.
 template <int G>
 using AssociationRow = Row<2, G == 0 ? 0 : G + 1>;
 using ValueRow = Row<0, 1>;
 
-/// What is wrong with a row; the number that is wrong, and what it should have been at most.
+/// Kind of fault in a row, the wrong number and its upper limit.
 enum class FaultKind : std::uint8_t { none, syntax, index, repeated, not_finite, too_large };
 struct Fault {
     FaultKind kind = FaultKind::none;
@@ -258,7 +247,7 @@ struct Fault {
     std::uint64_t limit = 0;
 };
 
-/// The index of a file (from 1) as one from 0; a value ≥ n when it is out of range.
+/// Converts an index from 1 to one from 0; the result is ≥ n if it is out of range.
 [[nodiscard]] constexpr std::uint64_t from_file(std::int64_t index) { return static_cast<std::uint64_t>(index) - 1; }
 
 [[nodiscard]] constexpr bool is_reference(std::int64_t value) {
@@ -278,7 +267,6 @@ template <int D>
     return {};
 }
 
-/// Edges may be from a vertex to itself.
 template <int N>
 [[nodiscard]] inline Fault store_simplex(const SimplexRow<N>& row, std::size_t vertices, std::array<VertexId, N>& nodes,
                                          Reference& reference) {

@@ -1,4 +1,4 @@
-// Reads and writes other blocks of GMF files: geometry, node orders, solutions.
+// Reads and writes further blocks of GMF files: geometry, node orders, solutions.
 module;
 #include <algorithm>
 #include <array>
@@ -36,7 +36,7 @@ Outcome<Done> read_directions(const File& file, Keyword keyword, const Execution
     return read;
 }
 
-/// Reads the vertices that have directions, after the directions themselves.
+/// Precondition: the directions are read.
 template <int D>
 Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices, const Execution& execution,
                          DirectionsAtVertices<D>& given, std::atomic<bool>& wrong) {
@@ -55,13 +55,11 @@ Outcome<Done> read_pairs(const File& file, Keyword keyword, std::size_t vertices
     return read;
 }
 
-/// The two blocks of directions at vertices.
 struct DirectionBlocks {
     Keyword directions, at_vertices;
 };
 
-/// Reads directions and the vertices that have them. Mmg writes indices of normals in place of those of tangents: one
-/// index without its direction spoils all.
+/// Drops all directions if one index has none: Mmg writes indices of normals in place of those of tangents.
 template <int D>
 Outcome<Done> read_at_vertices(const File& file, const DirectionBlocks& blocks, std::size_t vertices,
                                const Execution& execution, DirectionsAtVertices<D>& given,
@@ -79,7 +77,7 @@ Outcome<Done> read_at_vertices(const File& file, const DirectionBlocks& blocks, 
         });
 }
 
-/// Vertices on entities of dimension G: vertex, entity, and but for points the G parameters and the distance.
+/// Reads vertex, entity, and for G > 0 the G parameters and the distance.
 template <int G>
 Outcome<Done> read_associations(const File& file, std::size_t vertices, const Execution& execution,
                                 Column<Association<G>>& items) {
@@ -125,7 +123,7 @@ Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices, 
 
 namespace {
 
-/// The local node with these barycentric exponents (of sum 2), or −1.
+/// Local node with these barycentric exponents (of sum 2), or −1.
 template <int K>
 int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     for (int v = 0; v <= K; ++v) {
@@ -141,7 +139,7 @@ int node_of(const std::array<std::int64_t, K + 1>& exponents) {
     return -1;
 }
 
-/// Σ of squared distances of mid nodes from the middles of their chords, the nodes taken in this order.
+/// Sum of squared distances of mid nodes from chord midpoints for this order.
 template <int D>
 Outcome<double> offsets(const Buffer<Vec<D>>& points, const Buffer<std::array<VertexId, 10>>& tetrahedra,
                         const listing::NodeOrder<3>& order, const Execution& execution) {
@@ -163,7 +161,7 @@ template <int K>
 Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file) {
     const Block* const block = file.find(ordering_keyword<K>);
     if (!block || block->count == 0) return std::optional<listing::NodeOrder<K>>{};
-    // EdgesP2Ordering gives the exponent of vertex 0 alone.
+    // EdgesP2Ordering lists only the exponent of vertex 0.
     constexpr int integers = K == 1 ? 1 : K + 1;
     listing::NodeOrder<K> order;
     order.fill(-1);
@@ -229,7 +227,7 @@ Outcome<Solution> read_solution(const File& file, const Block& block, const Exec
     }
     const std::size_t width = row_width(solution);
     if (auto fits = check_size(file, block, 0, static_cast<int>(width)); !fits) return fail(std::move(fits.error()));
-    // Rows have any width: each value is read as a row of its own.
+    // Solution rows have any width: each value is read as a row.
     Block single = block;
     single.count = block.count * width;
     single.rows_per_entity = width;

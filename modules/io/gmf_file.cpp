@@ -1,4 +1,4 @@
-// Opens GMF files, and reads runs of their rows.
+// Opens GMF files and reads ranges of their rows.
 module;
 #include <algorithm>
 #include <array>
@@ -38,7 +38,7 @@ Outcome<File> checked(File file) {
     return file;
 }
 
-/// The byte order of a binary file, told by its first number; none: it is no binary GMF file.
+/// Returns none if this is no binary GMF file.
 std::optional<ByteOrder> binary_order(std::span<const std::byte> bytes) {
     std::int32_t mark = 0;
     if (bytes.size() >= sizeof mark) std::memcpy(&mark, bytes.data(), sizeof mark);
@@ -99,7 +99,7 @@ void set_value(File& file, Keyword keyword, std::int64_t value) {
 }
 
 void skip_block(File& file, std::string_view word) {
-    // For messages: noise must not reach a terminal as it is.
+    // Replaces unprintable characters: damaged files must not write them to a terminal.
     std::string name(word.substr(0, 80));
     for (char& c : name)
         if (c < ' ' || c > '~') c = '?';
@@ -108,7 +108,7 @@ void skip_block(File& file, std::string_view word) {
             ++skipped.blocks;
             return;
         }
-    // Noise must not make a list of its own length.
+    // Limits the list for damaged files.
     constexpr std::size_t max_names = 100;
     if (file.skipped.size() < max_names) file.skipped.push_back({name, 1});
 }
@@ -190,8 +190,8 @@ std::size_t count_of(const File& file, Keyword keyword) {
     return block ? block->count : 0;
 }
 
-/// Counts fit their blocks, so that any run of rows is there, and no others are of the other degree. Errors: see
-/// check_size; unsupported.
+/// Checks that counts fit their blocks, so that every range of rows exists, and that no simplices have another degree.
+/// Errors: see check_size; unsupported.
 template <int K, int Degree>
 Outcome<Done> check_simplices(const File& file) {
     if (const Block* const others = file.find(simplex_keyword<K, 3 - Degree>); others && others->count > 0)
@@ -228,7 +228,7 @@ Outcome<Done> check_blocks(const File& file) {
         .and_then([&](Done) { return D == 3 ? check_simplices<1, Degree>(file) : Outcome<Done>(Done{}); });
 }
 
-/// store(row of the run, row) → Fault for each of `size` rows from `begin` on, by one thread: others read other runs.
+/// Calls store(row of the range, row) → Fault for `size` rows from `begin`, on the calling thread.
 template <class RowType, class Store>
 Outcome<Done> read_run(const File& file, Keyword keyword, std::size_t begin, std::size_t size, Store&& store) {
     const Block* const block = file.find(keyword);
@@ -275,7 +275,7 @@ Outcome<Done> GmfRuns<D, Degree>::simplices(std::size_t begin, std::span<Nodes<K
     constexpr int count = nodes_of_degree<K, Degree>;
     const std::size_t points = counts().points;
     const auto store = [&](std::size_t i, const gmf::SimplexRow<count>& row) -> gmf::Fault {
-        // Of the whole file such edges are left out, which changes the numbers of those behind.
+        // A reader of the whole file drops such edges, which would change later row numbers.
         if (K == 1 && row.integer[0] == row.integer[1]) return {gmf::FaultKind::repeated, row.integer[0]};
         return gmf::store_simplex<count>(row, points, nodes[i], references[i]);
     };

@@ -22,22 +22,22 @@ namespace camber::gmf {
 
 enum class ByteOrder : std::uint8_t { native, swapped };
 
-/// A stretch of an ASCII block that ends with a line; decoded by one thread.
+/// Part of an ASCII block that ends at a line end; decoded by one thread.
 struct Piece {
     std::size_t begin = 0;       ///< in the file
-    std::size_t first_word = 0;  ///< words of the block's body before it
+    std::size_t first_word = 0;  ///< words of the body before it
 };
 
-/// Where one block with rows lies in the file. Nothing of its rows has been looked at.
+/// Position of a block with rows; its rows are not checked yet.
 struct Block {
     const KeywordInfo* info = nullptr;
-    std::size_t start = 0;                  ///< of the keyword; a byte, as all below
-    std::size_t body = 0, end = 0;          ///< the rows
-    std::uint64_t count = 0;                ///< as the file says: not to be trusted before `check_size`
-    std::vector<std::int32_t> fields = {};  ///< SolAtVertices: types of the fields
+    std::size_t start = 0;                  ///< byte of the keyword
+    std::size_t body = 0, end = 0;          ///< bytes of the rows
+    std::uint64_t count = 0;                ///< unchecked before `check_size`
+    std::vector<std::int32_t> fields = {};  ///< SolAtVertices: field types
     std::size_t words = 0;                  ///< ASCII: in the body
     std::vector<Piece> pieces = {};         ///< ASCII: of the body
-    std::size_t rows_per_entity = 1;        ///< rows that one numbered entity takes
+    std::size_t rows_per_entity = 1;        ///< rows of one numbered entity
 };
 
 struct Skipped {
@@ -45,7 +45,7 @@ struct Skipped {
     std::size_t blocks = 0;
 };
 
-/// A GMF file's blocks, in the file's order.
+/// Blocks in file order.
 struct File {
     std::span<const std::byte> bytes;
     std::string name;
@@ -56,45 +56,41 @@ struct File {
     std::int64_t bezier_basis = 0;
     std::vector<Block> blocks = {};
     std::vector<Skipped> skipped = {};
-    std::vector<Notice> notices = {};  ///< of what is unusual, but does no harm
+    std::vector<Notice> notices = {};  ///< unusual but harmless content
 
     [[nodiscard]] const Block* find(Keyword keyword) const;
 };
 
-/// Finds the blocks of a file by its headers. Errors: no GMF, cut off, a block twice, no or a wrong Dimension.
+/// Locates the blocks by the headers. Errors: not GMF, truncated, duplicate block, missing or wrong Dimension.
 [[nodiscard]] Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name,
                                       const Execution& execution);
 [[nodiscard]] Outcome<File> index_binary(File file);
 [[nodiscard]] Outcome<File> index_ascii(File file, const Execution& execution);
 
-/// Enters what a value keyword says.
 void set_value(File& file, Keyword keyword, std::int64_t value);
-/// Counts a block that is not read.
 void skip_block(File& file, std::string_view word);
 [[nodiscard]] std::vector<Notice> notices_of(const File& file);
 
-/// `name: line N`, `name: byte N`.
 [[nodiscard]] std::string place(const File& file, std::size_t at);
 [[nodiscard]] inline auto fail_at(const File& file, std::size_t at, std::string what, std::string remedy = {}) {
     return fail(ErrorKind::input, std::move(what), place(file, at), {}, std::move(remedy));
 }
-/// The block's count × `words` fit between its header and its end (and, in ASCII, fill it).
+/// Checks that count × `words` fit between header and end (and, in ASCII, fill the block).
 [[nodiscard]] Outcome<Done> check_size(const File& file, const Block& block, int integers, int reals);
-/// Words in each row of a block of integers as its length tells; 0 when it is no whole number.
+/// Words in each row of an integer block, from its length; 0 if it is not an integer.
 [[nodiscard]] std::size_t words_per_row(const File& file, const Block& block);
-/// Where row `row` of a checked block begins.
+/// Byte of a row in a checked block.
 [[nodiscard]] std::size_t row_begin(const File& file, const Block& block, std::size_t row, int integers, int reals);
-/// The error that a fault in row `row`, which begins at byte `at`, makes.
+/// Error for a fault in row `row` at byte `at`.
 [[nodiscard]] Error fault_error(const File& file, const Block& block, std::size_t row, std::size_t at,
                                 const Fault& fault);
 
-/// Bytes of a row in a binary file of this version.
+/// In a binary file of this version.
 [[nodiscard]] inline std::size_t row_bytes(int version, int integers, int reals) {
     const std::size_t integer_size = version == 4 ? 8 : 4, real_size = version == 1 ? 4 : 8;
     return static_cast<std::size_t>(integers) * integer_size + static_cast<std::size_t>(reals) * real_size;
 }
 
-/// How numbers lie in a binary file.
 template <class RealType, class IntegerType, ByteOrder Order>
 struct Layout {
     using Real = RealType;
@@ -137,7 +133,7 @@ template <class RowType, class LayoutType>
     return row;
 }
 
-/// Calls f(Layout{}) with the file's layout: the one switch, outside of all loops.
+/// Calls f(Layout{}) outside of all loops.
 template <class F>
 auto with_layout(const File& file, F&& f) {
     const auto with_numbers = [&]<ByteOrder Order>() {
@@ -149,7 +145,7 @@ auto with_layout(const File& file, F&& f) {
     return with_numbers.template operator()<ByteOrder::native>();
 }
 
-/// store(row number, row) → Fault for each row of a checked block, in parallel.
+/// Binary part of `read_rows`, for a checked block.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_binary_rows(const File& file, const Block& block, const Execution& execution,
                                              Store& store) {
@@ -175,7 +171,6 @@ template <class RowType, class Store>
     });
 }
 
-/// False when a word is no number of its kind.
 template <class RowType>
 [[nodiscard]] inline bool read_row(Words& words, RowType& row) {
     if constexpr (RowType::order == RowOrder::reals_first)
@@ -194,8 +189,8 @@ template <class RowType>
     return {text + begin, text + end};
 }
 
-/// store(row number, row) → Fault for each row of a checked block, piece by piece in parallel: a piece's thread reads
-/// the rows that begin in it.
+/// ASCII part of `read_rows`, for a checked block. Pieces are read in parallel; a thread reads the rows that begin in
+/// its piece.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_ascii_rows(const File& file, const Block& block, const Execution& execution,
                                             Store& store) {
@@ -224,8 +219,8 @@ template <class RowType, class Store>
     return fail(fault_error(file, block, first.row(), at, read_one(first.row(), words)));
 }
 
-/// store(row number, row) → Fault for each row of the block, in parallel and in no particular order. Errors: a count
-/// that does not fit the block, the first row at fault, stopped.
+/// Calls store(row number, row) → Fault for each row, in parallel and in no particular order. Errors: a count that does
+/// not fit the block, the first faulty row.
 template <class RowType, class Store>
 [[nodiscard]] Outcome<Done> read_rows(const File& file, const Block& block, const Execution& execution, Store&& store) {
     if (auto fits = check_size(file, block, RowType::integers, RowType::reals); !fits) return fits;
@@ -233,30 +228,29 @@ template <class RowType, class Store>
     return read_binary_rows<RowType>(file, block, execution, store);
 }
 
-/// The order that the file's …P2Ordering block gives; none when it has none. Errors: the nodes are not all there once.
+/// Reads …P2Ordering; none if the file has none. Errors: input (not every node exactly once).
 template <int K>
 [[nodiscard]] Outcome<std::optional<listing::NodeOrder<K>>> read_order(const File& file);
 
-/// The order of rows of degree 2 under a plain keyword: Gmsh's own ends with e23 e13, its later versions write e13 e23.
-/// The one whose nodes lie nearer the middles of the chords, in the sum of squares.
+/// Node order of degree 2 rows under a plain keyword: older Gmsh versions end with e23 e13, later ones with e13 e23.
+/// Chooses the smaller sum of squared distances from chord midpoints.
 template <int D>
 [[nodiscard]] Outcome<listing::NodeOrder<3>> likely_order(const Buffer<Vec<D>>& points,
                                                           const Buffer<std::array<VertexId, 10>>& tetrahedra,
                                                           const Execution& execution);
 
-/// What the file lists, checked: every vertex exists and none occurs twice in a simplex. The file must outlive it: its
-/// messages quote it.
+/// Checks that every vertex exists and none occurs twice in a simplex. The file must outlive the result, whose messages
+/// quote it.
 template <int D>
 [[nodiscard]] Outcome<listing::Mesh<D>> read_raw(const File& file, std::vector<Notice>& notices,
                                                  const Execution& execution);
 
-/// What a file of one degree says beside its rows.
+/// Reads the lists other than points and simplices.
 template <int D, int Degree>
 [[nodiscard]] Outcome<LinearMesh<D>> read_lists(const File& file);
 
-/// Normals, tangents, and places on CAD entities, of a file with so many vertices. Normals or tangents that are not
-/// right (an index without its vertex or direction, a direction without a length) are left out as a whole, with a
-/// notice: the others may be wrong as well.
+/// Reads normals, tangents and associations with CAD entities. All normals (or tangents) are dropped with a notice if
+/// one is faulty (an index without its vertex or direction, length zero), because the others may be wrong too.
 template <int D>
 [[nodiscard]] Outcome<GivenGeometry<D>> read_geometry(const File& file, std::size_t vertices,
                                                       std::vector<Notice>& notices, const Execution& execution);

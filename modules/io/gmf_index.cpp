@@ -22,7 +22,7 @@ namespace {
 
 constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// Words that begin with a letter and are numbers all the same.
+/// Words that begin with a letter but are numbers.
 bool spells_number(std::string_view word) {
     std::array<char, 8> lower{};
     const std::size_t n = std::min(word.size(), lower.size());
@@ -32,7 +32,7 @@ bool spells_number(std::string_view word) {
     return start == "nan" || start == "inf" || start == "infinity" || start.starts_with("nan(");
 }
 
-/// Moves to the end of a text in quotes that ends in its line, as Bamg writes them; elsewhere nowhere.
+/// Skips a quoted text within a line, if there is one; Bamg writes them.
 void pass_quoted(Words& words) {
     if (*words.at != '"') return;
     const std::string_view rest(words.at, static_cast<std::size_t>(words.end - words.at));
@@ -40,7 +40,7 @@ void pass_quoted(Words& words) {
     if (end != std::string_view::npos && rest[end] == '"') words.at += end;
 }
 
-/// Moves to the next keyword: a word that begins with a letter. False at the end.
+/// A keyword begins with a letter. False at the end.
 bool find_keyword_word(Words& words) {
     for (; words.find(); words.pass()) {
         pass_quoted(words);
@@ -51,10 +51,9 @@ bool find_keyword_word(Words& words) {
     return false;
 }
 
-/// Pieces of this many bytes are read in parallel.
 constexpr std::size_t piece_bytes = std::size_t{1} << 18;
 
-/// Splits the body at ends of lines (comments end there too) and counts the words of each piece.
+/// Splits the body at line ends (comments end there too) and counts words.
 Outcome<Done> split(const File& file, Block& block, const Execution& execution) {
     const auto text = file.bytes.first(block.end);
     for (std::size_t at = block.body; at < block.end;) {
@@ -81,7 +80,7 @@ Outcome<Done> split(const File& file, Block& block, const Execution& execution) 
     return Done{};
 }
 
-/// The number and the types of a solution's fields.
+/// Number and types of a solution's fields.
 Outcome<Done> read_text_fields(const File& file, Words& words, Block& block) {
     std::int64_t number = 0;
     bool sound = read_number(words, number) && number >= 1 && number <= words.end - words.at;
@@ -125,12 +124,12 @@ Outcome<Done> read_text_block(File& file, std::string_view name, std::size_t sta
     return Done{};
 }
 
-/// What a file begins with: the version that it tells, or where it tells none its Dimension.
+/// Version, or Dimension if there is no version.
 struct Begin {
-    Words words;  ///< behind the keyword of the version, or before the one of the dimension
+    Words words;  ///< after the version, or before Dimension
     bool has_version = true;
 };
-/// None: it begins with something else.
+/// None if the file begins with something else.
 std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     Words words{text.data(), text.data() + text.size()};
@@ -142,7 +141,7 @@ std::optional<Begin> begin_of(std::span<const std::byte> bytes) {
     return std::nullopt;
 }
 
-/// The version, which says nothing of a text but is to be one. Bamg writes 0.
+/// The version has no effect in text files, but must be a number; Bamg writes 0.
 Outcome<Done> read_version(File& file, Begin& begun) {
     const auto at = [&] {
         return static_cast<std::size_t>(begun.words.at - reinterpret_cast<const char*>(file.bytes.data()));
@@ -156,7 +155,7 @@ Outcome<Done> read_version(File& file, Begin& begun) {
     return Done{};
 }
 
-/// Nobody can tell whether a file without End is whole; it is not where it ends within a line.
+/// Accepts a file without End unless it ends within a line.
 Outcome<File> without_end(File file) {
     if (file.bytes.empty() || !is_blank(static_cast<char>(file.bytes.back())))
         return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
@@ -193,14 +192,14 @@ Outcome<File> index_ascii(File file, const Execution& execution) {
 
 namespace {
 
-/// Reads headers, never beyond the end of the bytes.
+/// Never reads past the end.
 class Header {
   public:
     Header(const File& file, std::size_t at) : file_(file), at_(at) {}
 
     [[nodiscard]] std::size_t at() const { return at_; }
 
-    /// An integer of 4 or 8 bytes, or none when the file ends before.
+    /// Integer of 4 or 8 bytes; none at the end.
     [[nodiscard]] std::optional<std::int64_t> integer(std::size_t size) {
         if (file_.bytes.size() - at_ < size) return std::nullopt;
         const std::byte* const from = file_.bytes.data() + at_;
@@ -220,7 +219,7 @@ auto cut_off(const File& file) {
     return fail_at(file, file.bytes.size(), "the file ends before the keyword End", "it seems to be cut off");
 }
 
-/// The number and the types of a solution's fields.
+/// Number and types of a solution's fields.
 Outcome<Done> read_binary_fields(const File& file, Header& header, Block& block) {
     const auto number = header.integer(4);
     if (!number || header.at() > block.end || *number < 1 ||
@@ -239,7 +238,7 @@ Outcome<Done> read_binary_block(File& file, Header header, std::int32_t number, 
     const std::string name(info->name);
     const std::size_t room = end - header.at();
     if (info->content == Content::value) {
-        // Dimension keeps 4 bytes in version 4; the block's length tells for the others.
+        // Dimension has 4 bytes even in version 4; for other keywords the block length decides.
         const auto value = header.integer(file.version == 4 && room >= 8 ? 8 : 4);
         if (!value || header.at() > end) return fail_at(file, start, name + " has no value", "the file is damaged");
         set_value(file, info->keyword, *value);

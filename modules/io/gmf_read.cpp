@@ -50,7 +50,7 @@ Outcome<Done> read_simplices(const File& file, const Block& block, std::size_t v
     });
 }
 
-/// Items whose index in the file must be below `limit`. An index 0 says that there is nothing: such are left out.
+/// Drops items with index 0 (none).
 template <class Item>
 Outcome<Done> read_indices(const File& file, Keyword keyword, std::size_t limit, const Execution& execution,
                            Buffer<Item>& items, std::vector<Notice>& notices) {
@@ -113,7 +113,7 @@ Outcome<Done> read_kind(const File& file, const Execution& execution, const list
     return read_indices(file, required_keyword<K>, kind.indexed(), quiet, kind.required, notices);
 }
 
-/// New numbers of straight edges without those from a vertex to itself, which have no length.
+/// Drops straight edges from a vertex to itself.
 template <int D>
 void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) {
     listing::Simplices<1>& edges = [&]() -> listing::Simplices<1>& {
@@ -137,7 +137,7 @@ void drop_degenerate_edges(listing::Mesh<D>& raw, std::vector<Notice>& notices) 
         {std::to_string(rows.size() - kept) + " edges from a vertex to itself were left out: they have no length"});
     rows.nodes.resize(kept);
     rows.references.resize(kept);
-    if (edges.curved.size() > 0) return;  // indices count those
+    if (edges.curved.size() > 0) return;  // indices refer to the curved edges
     for (Buffer<std::uint32_t>* const indices : {&edges.required, &raw.ridges}) {
         for (std::uint32_t& index : *indices) index = numbers[index];
         std::erase(*indices, gone);
@@ -152,7 +152,7 @@ Outcome<Done> refuse_tetrahedra(const File& file) {
     return Done{};
 }
 
-/// The share of these blocks in the bytes of all: that of the time that they take to be read.
+/// Share of these blocks in all bytes; estimates the share of the time.
 double share_of(const File& file, std::initializer_list<Keyword> keywords) {
     std::size_t all = 0, chosen = 0;
     for (const Block& block : file.blocks) {
@@ -270,7 +270,6 @@ Refused foreign_elements(const gmf::File& file) {
     return refused;
 }
 
-/// Of the first of them.
 std::string place_of_foreign(const gmf::File& file) {
     for (const gmf::Block& block : file.blocks)
         if (block.info->content == gmf::Content::foreign_elements) return gmf::place(file, block.start);
@@ -282,7 +281,7 @@ std::string place_of_foreign(const gmf::File& file) {
 Outcome<DecodedMesh> decode_gmf_mesh(std::span<const std::byte> bytes, std::string_view name,
                                      const DecodeOptions& options, const Execution& execution) {
     return guarded([&]() -> Outcome<DecodedMesh> {
-        // A text is gone through twice.
+        // Text is read twice: for the index and for the rows.
         const double of_index = is_gmf_ascii(bytes) ? 0.3 : 0;
         auto file = gmf::open_file(bytes, name, part_of(execution, 0, of_index));
         if (!file) return fail(std::move(file.error()));

@@ -103,7 +103,7 @@ namespace gmf {
 
 namespace {
 
-/// A sink that makes all of a file but its rows of points and simplices, for which it leaves room.
+/// Leaves gaps for the rows of points and simplices.
 template <class LayoutType>
 class FrameWriter : public BinaryWriter<LayoutType> {
   public:
@@ -143,7 +143,7 @@ class FrameWriter : public BinaryWriter<LayoutType> {
     std::vector<FilePiece> pieces_;
 };
 
-/// A sizer knows nothing of room: it never looks at rows.
+/// Never reads rows.
 class FrameSizer : public BinarySizer {
   public:
     template <class RowType>
@@ -152,7 +152,7 @@ class FrameSizer : public BinarySizer {
     }
 };
 
-/// As `put_mesh`, which holds the order of the blocks.
+/// Uses the order of `put_mesh`.
 template <int D, int Degree, class Sink>
 Outcome<Done> put_frame(Sink& sink, const LinearMesh<D>& lists, GmfFrame& frame) {
     const PartTotals& totals = frame.totals;
@@ -184,7 +184,7 @@ Outcome<std::vector<FilePiece>> written_frame(GmfFrame& frame, const LinearMesh<
     });
 }
 
-/// Rows at their place: row(i) of n that begin with number `first` of those at `start`.
+/// Encodes n rows, row(i), with numbers from `first`; the rows of their block begin at byte `start`.
 template <class RowType, class LayoutType>
 Outcome<FilePiece> piece_of(std::uint64_t start, std::uint64_t first, std::size_t n, const Execution& execution,
                             const auto& row) {

@@ -19,10 +19,10 @@ import :writers;
 
 namespace camber::gmf {
 
-/// The version asked for, or the least when none is. Errors: usage.
+/// Returns `least` if no version is requested. Errors: usage.
 [[nodiscard]] Outcome<int> chosen_version(GmfOptions options, int least);
 
-/// A sink that finds how large the file would be, and the least version that holds it.
+/// A sink that computes the file size.
 class BinarySizer {
   public:
     Outcome<Done> value(Keyword, std::int64_t) {
@@ -39,7 +39,7 @@ class BinarySizer {
     void more(std::size_t bytes) { narrow_ += bytes; }
     [[nodiscard]] std::size_t words() const { return words_; }  ///< in all rows
 
-    /// 2 below 2 GiB, 3 beyond, 4 when indices or counts need 64 bits (no index exceeds the largest count).
+    /// 2 below 2 GiB, 3 beyond, 4 if indices or counts need 64 bits (no index exceeds the largest count).
     [[nodiscard]] int min_version() const {
         constexpr std::size_t most = std::numeric_limits<std::int32_t>::max();
         if (largest_ > most) return 4;
@@ -47,7 +47,7 @@ class BinarySizer {
     }
 
   private:
-    std::size_t narrow_ = 8 + 8;  // in version 2: mark and version; End and its position
+    std::size_t narrow_ = 8 + 8;  // in version 2: magic number and version; End and its position
     std::size_t words_ = 0;
     std::size_t largest_ = 0;
 };
@@ -65,27 +65,26 @@ inline void store_row(const RowType& row, std::byte* to) {
     for (int i = 0; i < RowType::reals; ++i) std::memcpy(reals + i * sizeof(double), &row.real[i], sizeof(double));
 }
 
-/// Calls f(Layout{}) with that of files of the version that this machine writes.
 template <class F>
 auto with_written_layout(int version, F&& f) {
     if (version == 4) return f(Layout<double, std::int64_t, ByteOrder::native>{});
     return f(Layout<double, std::int32_t, ByteOrder::native>{});
 }
 
-/// A sink that makes a binary file in this machine's byte order.
+/// A sink for binary files in native byte order.
 template <class LayoutType>
 class BinaryWriter {
   public:
     using Integer = typename LayoutType::Integer;
 
-    /// `words`: in the rows of all blocks, for the progress.
+    /// `words`: in all rows, for the progress.
     BinaryWriter(int version, std::size_t words, const Execution& execution)
         : version_(version), words_(words), execution_(execution) {
         put_header({1, version});
     }
 
     Outcome<Done> value(Keyword keyword, std::int64_t value) {
-        // Dimension keeps 4 bytes in every version.
+        // Dimension has 4 bytes in every version.
         begin(keyword, 4);
         put(static_cast<std::int32_t>(value));
         return Done{};
@@ -108,7 +107,7 @@ class BinaryWriter {
         return done;
     }
 
-    /// A count, integers of 4 bytes (field types), and reals as they are.
+    /// Count, 4-byte integers (field types), reals.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         begin(Keyword::sol_at_vertices, sizeof(Integer) + header.size_bytes() + values.size_bytes());
         put(static_cast<Integer>(rows));
@@ -132,7 +131,7 @@ class BinaryWriter {
     }
 
   protected:
-    /// What comes before so many bytes of rows.
+    /// Writes what precedes `bytes` bytes of rows.
     void begin_rows(Keyword keyword, std::size_t n, std::size_t bytes) {
         begin(keyword, sizeof(Integer) + bytes);
         put(static_cast<Integer>(n));
@@ -146,7 +145,7 @@ class BinaryWriter {
     [[nodiscard]] Chunks take_chunks() { return std::exchange(chunks_, {}); }
 
   private:
-    /// Keyword and the next block's position, `body` bytes (count included) on.
+    /// Writes keyword and next position, which is `body` bytes (count included) further on.
     void begin(Keyword keyword, std::size_t body) {
         put(static_cast<std::int32_t>(keyword));
         put_position(position_ + (version_ >= 3 ? 8 : 4) + body);
@@ -179,8 +178,8 @@ using camber::guarded;
 
 [[nodiscard]] constexpr std::int64_t to_file(std::size_t index) { return static_cast<std::int64_t>(index) + 1; }
 
-/// The blocks of a mesh's file in their order: a sink has value(keyword, integer) and
-/// rows<RowType>(keyword, number, row number → RowType), each an Outcome<Done>. Ends at the first failure.
+/// Write the blocks in their order, up to the first failure. A sink has value(keyword, integer) and
+/// rows<RowType>(keyword, number, row number → RowType), each returning Outcome<Done>.
 template <class Sink>
 [[nodiscard]] Outcome<Done> put_indices(Sink& sink, Keyword keyword, const auto& items) {
     return sink.template rows<IndexRow>(keyword, items.size(), [&](std::size_t i) -> IndexRow {
@@ -205,7 +204,7 @@ template <int D, class Sink>
         });
 }
 
-/// GMF has no word for parameters that are not known: those associations are left out (`not_in_gmf` counts them).
+/// GMF has no associations without parameters; `not_in_gmf` counts them.
 template <int G>
 [[nodiscard]] bool is_in_gmf(const Association<G>& on) {
     return G == 0 || on.parameters.has_value();
@@ -227,7 +226,7 @@ template <int G, class Sink>
     });
 }
 
-/// What both degrees have after the simplices.
+/// Writes the blocks after the simplices.
 template <int D, class Sink>
 [[nodiscard]] Outcome<Done> put_features(Sink& sink, const LinearMesh<D>& mesh) {
     return put_indices(sink, Keyword::corners, mesh.corners)

@@ -97,7 +97,7 @@ template Outcome<Done> reorder<3>(Buffer<std::array<VertexId, 10>>&, const NodeO
 template Outcome<Done> check<2>(const Mesh<2>&, const Execution&);
 template Outcome<Done> check<3>(const Mesh<3>&, const Execution&);
 
-// Which mid node belongs to which edge, and whether the simplices of a file agree about it.
+// Matching of mid nodes and edges, and the check that all simplices of a file agree on it.
 
 namespace {
 
@@ -109,7 +109,6 @@ void atomic_min(T& target, T value) {
     }
 }
 
-/// The edge of the set on local edge k of simplex i.
 template <int K, int D>
 EdgeId edge_at(const EdgeSet<D>& edges, std::size_t i, int k) {
     if constexpr (K == D)
@@ -120,7 +119,7 @@ EdgeId edge_at(const EdgeSet<D>& edges, std::size_t i, int k) {
         return edges.of_edges[i];
 }
 
-/// f(edge, mid node, simplex number) → Done for each local edge of each simplex of degree 2.
+/// Calls f(edge, mid node, simplex number) → Done for each local edge of degree 2.
 template <int K, int D, class F>
 Outcome<Done> for_each_mid_node(const Simplices<K>& kind, const EdgeSet<D>& edges, const Execution& execution, F&& f) {
     return each(
@@ -147,7 +146,7 @@ Outcome<MidNodes> lowest_mid_nodes(const Mesh<D>& raw, const EdgeSet<D>& edges, 
     return mid;
 }
 
-/// The error of the first simplex that disagrees with the lowest candidates.
+/// Error of the first simplex that disagrees with the lowest candidates.
 template <int K, int D>
 auto disagreement(const Mesh<D>& raw, const Simplices<K>& kind, const EdgeSet<D>& edges, const MidNodes& mid,
                   const Renumbering& numbers, std::size_t i) {
@@ -230,7 +229,7 @@ struct PlaceHash {
     }
 };
 
-/// The point that each is joined to: itself, or the first at its place, if that is of another part.
+/// For each point the first point at the same position if it is of another part, else itself.
 template <int D>
 Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t> ends) {
     std::unordered_map<std::array<double, D>, std::uint32_t, PlaceHash<D>> first;
@@ -239,7 +238,7 @@ Buffer<std::uint32_t> partners(const Mesh<D>& mesh, std::span<const std::size_t>
     Buffer<std::uint32_t> partner(mesh.points.size());
     for (std::size_t p = 0; p < partner.size(); ++p) {
         std::array<double, D> place{};
-        for (int c = 0; c < D; ++c) place[static_cast<std::size_t>(c)] = mesh.points[p][c] + 0.0;  // −0 is 0
+        for (int c = 0; c < D; ++c) place[static_cast<std::size_t>(c)] = mesh.points[p][c] + 0.0;  // turns −0 into 0
         const auto own = static_cast<std::uint32_t>(p);
         const auto [found, is_new] = first.try_emplace(place, own);
         partner[p] = !is_new && part_of(found->second) != part_of(p) ? found->second : own;
@@ -268,7 +267,6 @@ MeshFields kept_fields(const MeshFields& fields, const Buffer<std::uint32_t>& ke
     return MeshFields(std::move(all));
 }
 
-/// New numbers in all simplices.
 template <int D>
 void renumber(Mesh<D>& mesh, const Buffer<std::uint32_t>& number) {
     const auto of_rows = [&](auto& rows) {
@@ -284,7 +282,7 @@ void renumber(Mesh<D>& mesh, const Buffer<std::uint32_t>& number) {
     if constexpr (D == 3) of_kind(mesh.edges);
 }
 
-/// Leaves those points, in that order; `number`: the new one of each.
+/// Keeps `rows` in that order; `number`: new number of each old point.
 template <int D>
 void keep(Mesh<D>& mesh, Buffer<std::uint32_t> rows, const Buffer<std::uint32_t>& number) {
     const auto kept = std::make_shared<Buffer<std::uint32_t>>(std::move(rows));

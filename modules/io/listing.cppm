@@ -10,62 +10,61 @@ module;
 #include <string_view>
 #include <utility>
 #include <vector>
-/// Meshes as files list them, and their assembly.
 module camber.io:listing;
 import camber.core;
 import camber.bezier;
 import :meshes;
 
-/// A mesh as files list it: mid nodes among the points, simplices of both degrees beside each other. Decoders of all
-/// formats make one of these, and `assembled` makes the mesh of it.
+/// File content before assembly: mid nodes are among the points, and both degrees may occur together. Decoders produce
+/// a `Mesh`; `assembled` builds the mesh from it.
 namespace camber::listing {
 
-/// What a list of simplices is called in its file, and where it stands there, for messages.
+/// Name and position of simplices in the file, for messages.
 struct Origin {
-    std::string noun = {};                                      ///< "tetrahedron"
-    std::function<std::uint64_t(std::size_t row)> number = {};  ///< of a simplex; none: row + 1
-    std::function<std::string(std::size_t row)> place = {};     ///< `name: line N`, `name: byte N`; none: the file
+    std::string noun = {};
+    std::function<std::uint64_t(std::size_t row)> number = {};  ///< in the file; null: row + 1
+    std::function<std::string(std::size_t row)> place = {};     ///< null: the file name
 
     [[nodiscard]] std::uint64_t number_of(std::size_t row) const { return number ? number(row) : row + 1; }
 };
 
-/// Simplices of one dimension and one degree, by so many nodes each.
+/// Simplices of one dimension and one degree.
 template <int Nodes>
 struct Rows {
     Buffer<std::array<VertexId, Nodes>> nodes = {};
     Buffer<Reference> references = {};  ///< one a row
-    Buffer<Reference> entities = {};    ///< one a row (0: not known), or none at all
+    Buffer<Reference> entities = {};    ///< one a row (0: unknown), or empty
     Origin origin = {};
 
     [[nodiscard]] std::size_t size() const { return nodes.size(); }
 };
 
-/// K-simplices. Those of degree 2 have their nodes in the order of `local_edges`.
+/// Nodes of degree 2 are in the order of `local_edges`.
 template <int K>
 struct Simplices {
     Rows<K + 1> straight;
     Rows<quadratic_nodes<K>> curved;
     Buffer<std::uint32_t> required = {};
 
-    /// What indices of ridges and required simplices count: those of degree 2 when there are any.
+    /// Simplices that indices of ridges and required simplices refer to: those of degree 2 if there are any.
     [[nodiscard]] std::size_t indexed() const { return curved.size() == 0 ? straight.size() : curved.size(); }
 };
 
 template <int D>
 struct Mesh {
-    std::string name;  ///< the file's, for messages
+    std::string name;
     Buffer<Vec<D>> points;
     Buffer<Reference> point_references;  ///< one a point
     Simplices<D> elements;
     Simplices<D - 1> facets;
-    Simplices<1> edges;  ///< empty in 2D
+    Simplices<1> edges;
     Buffer<VertexId> corners = {}, required_vertices = {};
     Buffer<std::uint32_t> ridges = {};
     GivenGeometry<D> geometry = {};
     Buffer<Group> groups = {};
-    /// Rows of points, in their order; of cells, in the order elements, facets, edges, of each those of degree 2 first.
+    /// Rows of points, or of elements, facets, edges, each with degree 2 first.
     MeshFields fields = {};
-    std::function<std::uint64_t(std::size_t point)> number = {};  ///< the file's, of a point; none: point + 1
+    std::function<std::uint64_t(std::size_t point)> number = {};  ///< in the file; null: point + 1
 
     [[nodiscard]] std::uint64_t number_of(VertexId point) const {
         return number ? number(point.index()) : point.index() + 1;
@@ -75,33 +74,33 @@ struct Mesh {
     }
 };
 
-/// What mid nodes of a file are.
+/// Meaning of mid nodes.
 enum class MidNodeKind : std::uint8_t { on_curve, control_point };
 
-/// The mesh of degree 1 or 2: vertices in the file's order without the mid nodes, which move to the edges; simplices of
-/// degree 2 first; edges that have no node in the file get the middle of the chord. Every index must exist, and no
-/// simplex may have a vertex twice. Errors: input (mid nodes that contradict each other), memory, stopped.
+/// Vertices keep the file's order without the mid nodes, which move to the edges. Simplices of degree 2 come first;
+/// edges without a node in the file get the chord's midpoint. Preconditions: those of `check`. Errors: input
+/// (contradictory mid nodes).
 template <int D>
 [[nodiscard]] Outcome<DecodedMesh> assembled(Mesh<D> mesh, MidNodeKind kind, std::vector<Notice> notices,
                                              const Execution& execution);
 
-/// Whether coordinates are finite, all nodes of simplices are points (an invalid id is none), and none occurs twice in
-/// a simplex. Errors: input, the first that is not so.
+/// Checks that coordinates are finite, that all nodes of simplices are valid points, and that none occurs twice in a
+/// simplex. Errors: input, for the first fault.
 template <int D>
 [[nodiscard]] Outcome<Done> check(const Mesh<D>& mesh, const Execution& execution);
 
-/// The local node, in the order of `local_edges`, that each node of a row in the file is.
+/// Local node (order of `local_edges`) of each node of a file row.
 template <int K>
 using NodeOrder = std::array<int, quadratic_nodes<K>>;
 
-/// Brings the nodes of simplices that have this order into that of `local_edges`.
+/// Reorders nodes to the order of `local_edges`.
 template <int K>
 [[nodiscard]] Outcome<Done> reorder(Buffer<std::array<VertexId, quadratic_nodes<K>>>& simplices,
                                     const NodeOrder<K>& order, const Execution& execution);
 
 using camber::mid_node_reference;
 
-/// f(simplices of one dimension) → Outcome<Done>, for each dimension that the mesh has, until one fails.
+/// Calls f(simplices of one dimension) → Outcome<Done> until one call fails.
 template <int D, class F>
 [[nodiscard]] Outcome<Done> for_each_dimension(const Mesh<D>& mesh, F&& f) {
     auto done = f(mesh.elements);
@@ -111,23 +110,22 @@ template <int D, class F>
     return done;
 }
 
-/// Makes points of several parts one that are at the very same place: the parts' points stand behind one another, and
-/// `ends` says where each ends. The first of them stays, with its reference and its values. Points of one part, as on
-/// both sides of a slit, stay apart. Returns how many are gone.
+/// Merges points of different parts at exactly the same position; `ends`: end of each part's points. The first point
+/// stays, with its reference and field values. Points of one part stay separate, for example on the two sides of a
+/// slit. Returns the number of removed points.
 template <int D>
 std::size_t join_coincident(Mesh<D>& mesh, std::span<const std::size_t> ends);
 
-/// Makes points with the same number one, and sorts them by their numbers, one of each point. Of several the first
-/// stays. Returns how many are gone.
+/// Merges points with equal numbers, of which the first stays, and sorts by number. Returns the number of removed
+/// points.
 template <int D>
 std::size_t join_numbered(Mesh<D>& mesh, std::span<const double> numbers);
 
-// The parts of which `assembled` makes a mesh of degree 2 from what a file lists.
+// Steps of `assembled` for a mesh of degree 2.
 
 inline constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 inline constexpr std::size_t row_grain = 4096;
 
-/// A simplex of the file, for messages.
 struct Simplex {
     const Origin* origin = nullptr;
     std::size_t row = 0;
@@ -139,7 +137,7 @@ struct Simplex {
     }
 };
 
-/// The first simplex for which `accepts(simplex's vertices, its nodes or fewer)` holds.
+/// Finds the first simplex for which accepts(nodes) holds.
 template <int D, class Accepts>
 Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     Simplex found;
@@ -154,29 +152,29 @@ Simplex find_simplex(const Mesh<D>& raw, Accepts&& accepts) {
     return found;
 }
 
-/// Vertices in the file's order without the mid nodes.
+/// Vertices without mid nodes, in file order.
 struct Renumbering {
-    Buffer<std::uint32_t> to_mesh;  ///< of each vertex of the file; none: a mid node
-    Buffer<std::uint32_t> to_file;  ///< of each vertex of the mesh
+    Buffer<std::uint32_t> to_mesh;  ///< none for a mid node
+    Buffer<std::uint32_t> to_file;  ///< of mesh vertices
 };
 
-/// Which points of the file are mid nodes. Errors: input (a mid node that is a corner too), stopped.
+/// Errors: input (a mid node that is also a corner).
 template <int D>
 [[nodiscard]] Outcome<Renumbering> without_mid_nodes(const Mesh<D>& raw, const Execution& execution);
 
-/// The straight mesh on the corners: simplices of degree 2 first, as indices of required simplices and ridges have it.
-/// Takes what it needs of `raw`; what is listed of mid nodes falls out and is told of. Errors: stopped.
+/// Builds the straight mesh on the corners, with simplices of degree 2 first, as indices of required simplices and
+/// ridges count them. Moves data out of `raw`; entries for mid nodes are dropped with a notice.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> corner_mesh(Mesh<D>& raw, const Renumbering& numbers, const Execution& execution,
                                                  std::vector<Notice>& notices);
 
-/// The mid node of each edge and the edge of each mid node: the lowest candidate, or none.
+/// Mid node of each edge and edge of each mid node: the lowest candidate, or none.
 struct MidNodes {
-    Buffer<std::uint32_t> of_edge;  ///< vertices of the file
-    Buffer<std::uint32_t> edge_of;  ///< by vertices of the file
+    Buffer<std::uint32_t> of_edge;  ///< file vertices
+    Buffer<std::uint32_t> edge_of;  ///< indexed by file vertex
 };
 
-/// The mid nodes that all simplices agree on. Errors: input (they do not agree), stopped.
+/// Errors: input (simplices disagree).
 template <int D>
 [[nodiscard]] Outcome<MidNodes> mid_nodes_of(const Mesh<D>& raw, const EdgeSet<D>& edges, const Renumbering& numbers,
                                              const Execution& execution);
@@ -185,8 +183,8 @@ template <int D>
 
 namespace camber {
 
-/// A mesh of either degree as most formats see it: nodes (the vertices, then the node of each edge), and cells of
-/// three kinds behind one another (elements, facets, feature edges), nodes in the order of `local_edges`.
+/// Nodes and cells in the order of most formats: vertices, then edge nodes; elements, facets, then feature edges, with
+/// nodes in the order of `local_edges`.
 template <class Mesh>
 struct Grid;
 
@@ -266,7 +264,7 @@ template <int D>
     return m.elements.size() + m.facets.size() + m.edges.size();
 }
 
-/// f(simplices, number in its kind) of cell c: elements first, then facets, then feature edges.
+/// Calls f(simplices, number in its kind).
 template <int D, class F>
 auto at_cell(const LinearMesh<D>& m, std::size_t c, F&& f) {
     if (c < m.elements.size()) return f(m.elements, c);
@@ -276,7 +274,7 @@ auto at_cell(const LinearMesh<D>& m, std::size_t c, F&& f) {
     return f(m.facets, c);
 }
 
-/// The rows of simplices, found by their vertices in whichever order.
+/// Finds simplices by their vertices in any order.
 template <int K>
 class RowsByVertices {
   public:
@@ -291,7 +289,6 @@ class RowsByVertices {
             rows_[next[lowest(simplices[i]).index()]++] = static_cast<std::uint32_t>(i);
     }
 
-    /// f(row) for each with these vertices.
     void find(const SimplexVertices<K>& wanted, auto&& f) const {
         const std::size_t v = lowest(wanted).index();
         if (v >= vertices_ || starts_[v] == starts_[v + 1]) return;
@@ -311,7 +308,7 @@ class RowsByVertices {
 
     const Column<SimplexVertices<K>>& simplices_;
     std::size_t vertices_ = 0;
-    Buffer<std::uint32_t> starts_, rows_;  ///< rows by their lowest vertex
+    Buffer<std::uint32_t> starts_, rows_;  ///< by lowest vertex
 };
 
 }  // namespace camber

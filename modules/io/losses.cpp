@@ -1,4 +1,4 @@
-// Lists the parts of a mesh that a format has no place for.
+// Lists the parts of a mesh that a format cannot hold.
 module;
 #include <algorithm>
 #include <array>
@@ -21,7 +21,6 @@ std::size_t without_zeros(const Column<Reference>& column) {
     return column.size() - static_cast<std::size_t>(std::count(column.begin(), column.end(), 0));
 }
 
-/// The simplices of that dimension and reference.
 template <int D>
 std::size_t simplices_of(const LinearMesh<D>& mesh, int dimension, Reference reference) {
     const auto count = [&](const Column<Reference>& column) {
@@ -98,7 +97,7 @@ constexpr std::string_view plural_of(int dimension) {
     return names[dimension];
 }
 
-/// "0 becomes 4, -1 becomes 5 and 3 more": the first few.
+/// For example "0 becomes 4, -1 becomes 5 and 3 more".
 std::string listed_changes(const std::map<Reference, Reference>& changes) {
     constexpr std::size_t shown = 4;
     std::string text;
@@ -108,7 +107,7 @@ std::string listed_changes(const std::map<Reference, Reference>& changes) {
     return text + (changes.size() > shown ? " and " + std::to_string(changes.size() - shown) + " more" : "");
 }
 
-/// References and entities of simplices of one dimension that get other numbers.
+/// References and entities with other numbers.
 void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& notices) {
     std::size_t references = 0, entities = 0;
     for (const Class& one : classes.list) {
@@ -127,7 +126,7 @@ void tell_numbers(int dimension, const Classes& classes, std::vector<Notice>& no
                            true});
 }
 
-/// What of the places of vertices is not written.
+/// Associations that are not written.
 template <int D>
 void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& numbers, std::vector<Notice>& notices) {
     const GivenGeometry<D>& given = mesh.geometry;
@@ -156,7 +155,7 @@ void tell_places(const LinearMesh<D>& mesh, MshVersion version, const Numbers& n
         notices.push_back({std::to_string(renumbered) + " vertices are on entities that get a positive number", true});
 }
 
-/// References of vertices that are no point elements.
+/// References of vertices that are not point elements.
 template <int D>
 void tell_points(const LinearMesh<D>& mesh, const Numbers& numbers, std::vector<Notice>& notices) {
     const auto& references = mesh.point_references;
@@ -194,7 +193,7 @@ namespace stl {
 
 namespace {
 
-/// The triangles that are written, where the mesh is nothing else.
+/// Triangles of a surface mesh or a 2D mesh.
 template <int D>
 const Simplices<2>& triangles_of(const LinearMesh<D>& mesh) {
     if constexpr (D == 2)
@@ -203,7 +202,7 @@ const Simplices<2>& triangles_of(const LinearMesh<D>& mesh) {
         return mesh.facets;
 }
 
-/// Whether triangles and vertices come back in the order that they have, and none is gone.
+/// True if triangles and vertices are read back completely and in order.
 bool is_in_order(const Simplices<2>& triangles, std::size_t points, const Written& all) {
     const auto read = welded(all.triangles);
     return read.points.size() == points && read.facets.straight.size() == triangles.size() &&

@@ -18,35 +18,31 @@ import :text;
 
 export namespace camber {
 
-/// The mesh of a file of "MFEM mesh v1.0", v1.2 or v1.3 (named sets of attributes become names of references):
-/// triangles (in 2D, or a surface in space) or tetrahedra, with their boundary, of degree 1, or 2 where `nodes` are an
-/// H1 field of that order. Attributes are the references; vertices have 0. `where` in errors is `name: line N`;
-/// elements, boundary elements and vertices are counted from 1. Errors: input (malformed, truncated, not finite,
-/// indices out of range), unsupported (other versions and kinds of MFEM's meshes, other elements, nodes of other
-/// spaces), memory, stopped.
+/// Decodes "MFEM mesh v1.0", v1.2 or v1.3 (named sets of attributes become names of references). Elements are triangles
+/// (in 2D, or a surface in space) or tetrahedra, with their boundary. The degree is 1, or 2 if `nodes` are an H1 field
+/// of order 2. Attributes become references; vertices have reference 0. Errors: also unsupported (nodes of other
+/// spaces).
 [[nodiscard]] Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
                                                const DecodeOptions& options, const Execution& execution);
-/// With the default options.
 [[nodiscard]] inline Outcome<DecodedMesh> decode_mfem(std::span<const std::byte> bytes, std::string_view name,
                                                       const Execution& execution) {
     return decode_mfem(bytes, name, {}, execution);
 }
 
-/// Whether the bytes begin as MFEM's files of meshes do, of whichever version and kind.
 [[nodiscard]] bool is_mfem(std::span<const std::byte> bytes);
 
-/// The mesh as "MFEM mesh v1.0", where elements or boundary have names of references as v1.3. Elements are the
-/// tetrahedra, in 2D and of a surface the triangles; the boundary is the facets, of a surface the edges, that are faces
-/// of elements: MFEM knows no others. Of degree 2, `nodes` are an H1 field of order 2: first those of the vertices,
-/// then those of the edges, as the elements name these, in MFEM's order of local edges. References that are not
-/// positive become the least positive numbers that no simplex and no name has. The same bytes for any number of
-/// threads. Errors: unsupported (facets or edges without any element), internal (columns of the mesh that do not fit
-/// each other), memory, stopped.
+/// Encodes "MFEM mesh v1.0", or v1.3 if references of elements or boundary have names.
+/// - Elements are the tetrahedra; in 2D and for a surface the triangles.
+/// - The boundary is the facets (of a surface the edges) that are faces of elements; MFEM allows no others.
+/// - For degree 2, `nodes` are an H1 field of order 2: vertices, then edges in the order in which elements list them,
+///   in MFEM's order of local edges.
+/// - References that are not positive become the smallest positive numbers that no simplex and no name has.
+///
+/// Errors: unsupported (facets or edges without any element).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution);
 
-/// What of the mesh an MFEM file has no place for, facets that are no element's face among it, and which references
-/// become others.
+/// Includes facets that are not faces of elements, and changed references.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_mfem(const Mesh<D>& mesh);
 
@@ -54,15 +50,13 @@ template <int D>
 
 namespace camber::mfem {
 
-/// What files begin with: without and with names of attributes.
+/// First line without and with attribute names.
 inline constexpr std::string_view first_line = "MFEM mesh v1.0", first_line_of_names = "MFEM mesh v1.3";
 
-/// MFEM's number of the geometry of a K-simplex.
 template <int K>
 inline constexpr int geometry = K == 3 ? 4 : K;
 
-/// The edges of a K-simplex in MFEM's order, as they count in `local_edges`: 01 02 03 12 13 23 of a tetrahedron, 01 12
-/// 20 of a triangle.
+/// Edges in MFEM's order, as indices in `local_edges`: 01 02 03 12 13 23 of a tetrahedron, 01 12 20 of a triangle.
 template <int K>
 inline constexpr auto edge_order = [] {
     if constexpr (K == 3)
@@ -73,9 +67,9 @@ inline constexpr auto edge_order = [] {
         return std::array{0};
 }();
 
-// Degree 2: nodes of edges, which MFEM numbers as the elements name them.
+// Degree 2: edge nodes, which MFEM numbers in the order in which elements list them.
 
-/// MFEM's numbers of edges, by their ends.
+/// Edge numbers by the edge's ends.
 class EdgeNumbers {
   public:
     void add(VertexId a, VertexId b) { numbers_.try_emplace(key(a, b), static_cast<std::uint32_t>(numbers_.size())); }
@@ -101,7 +95,7 @@ template <int K>
     return numbers;
 }
 
-/// Leaves out simplices of the boundary with an edge of no element, for which there are no nodes. How many they are.
+/// Drops boundary simplices with an edge of no element, which have no nodes; returns their number.
 template <int K>
 std::size_t drop_strays(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) {
     std::size_t kept = 0;
@@ -120,7 +114,7 @@ std::size_t drop_strays(listing::Rows<K + 1>& rows, const EdgeNumbers& numbers) 
     return before - kept;
 }
 
-/// The simplices of degree 1 with the nodes of their edges.
+/// Converts degree 1 to degree 2.
 template <int K>
 Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers, std::size_t vertices) {
     simplices.curved.references = std::move(simplices.straight.references);
@@ -143,7 +137,7 @@ Outcome<Done> curve(listing::Simplices<K>& simplices, const EdgeNumbers& numbers
     return Done{};
 }
 
-// An MFEM file, word by word.
+// Word-by-word reading of an MFEM file.
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
 
@@ -151,19 +145,17 @@ inline constexpr const char* damaged = "the file is cut off or damaged";
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// The first line without what blanks end it.
 [[nodiscard]] inline std::string_view first_line_of(std::string_view text) {
     const std::string_view line = text.substr(0, text.find('\n'));
     const std::size_t last = line.find_last_not_of(" \t\r");
     return line.substr(0, last == std::string_view::npos ? 0 : last + 1);
 }
 
-/// The words of a file, and errors at their places.
 struct Source {
     std::string name;
     std::string_view text;
     Words words;
-    bool has_end = false;  ///< a line behind all that there is: since version 1.2
+    bool has_end = false;  ///< end line required: since version 1.2
 
     [[nodiscard]] std::string place(const char* at) const { return line_place(name, text, at); }
     [[nodiscard]] auto fail_here(std::string what, std::string remedy = damaged) const {
@@ -184,7 +176,7 @@ struct Source {
         if (!read_number(words, value)) return fail_here("the number of " + what + " is missing or malformed");
         return value;
     }
-    /// A number of rows of so many words at least.
+    /// Each row has at least `min_words` words.
     [[nodiscard]] Outcome<std::size_t> count(const std::string& what, std::size_t min_words) {
         const auto value = number(what);
         if (!value) return fail(value.error());
@@ -200,7 +192,7 @@ struct Geometry {
     std::size_t vertices;
     const char* plural;
 };
-/// By MFEM's numbers.
+/// Indexed by MFEM's numbers.
 inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
                                                      {2, "segments"},
                                                      {3, "triangles"},
@@ -210,9 +202,9 @@ inline constexpr std::array<Geometry, 8> geometries{{{1, "points"},
                                                      {6, "prisms"},
                                                      {5, "pyramids"}}};
 
-// The sections of an MFEM file, in their order.
+// Sections of an MFEM file, in their order.
 
-/// What the sections before the vertices have, of degree 1.
+/// Sections before the vertices, of degree 1.
 template <int K>
 struct Topology {
     listing::Simplices<K> elements;
@@ -221,17 +213,16 @@ struct Topology {
     Refused refused;
 };
 
-/// Elements and boundary, with the names of their attributes. Errors: input, unsupported (too many).
+/// Errors: input, unsupported (too many).
 template <int K>
 [[nodiscard]] Outcome<Topology<K>> read_topology(Source& source);
 
-/// The field that says where the nodes are.
+/// Header of the field `nodes`.
 struct NodeField {
     int order = 1, components = 0;
     bool by_components = false;  ///< Ordering 0: all x, then all y
 };
 
-/// Where the nodes are, and how many there are.
 struct Vertices {
     std::size_t count = 0;
     NodeField field;
@@ -241,13 +232,12 @@ struct Vertices {
 /// Errors: input, unsupported (nodes of another space).
 [[nodiscard]] Outcome<Vertices> read_vertices_head(Source& source);
 
-/// The coordinates of so many nodes. Errors: input.
+/// Errors: input.
 template <int D>
 [[nodiscard]] Outcome<Buffer<Vec<D>>> read_points(Source& source, std::size_t count, bool by_components);
 
 }  // namespace camber::mfem
 
-/// Where an SU2 file has what.
 namespace camber::su2 {
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
@@ -256,12 +246,11 @@ inline constexpr const char* damaged = "the file is cut off or damaged";
     return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// The lines of a text that say something, without comments (% to the end of the line) and blanks at their ends.
+/// Nonempty lines without comments (% to the end of the line) and blanks at both ends.
 class Lines {
   public:
     explicit Lines(std::string_view text) : rest_(text) {}
 
-    /// The next; none at the end.
     std::optional<std::string_view> next() {
         while (!rest_.empty()) {
             const std::size_t end = rest_.find('\n');
@@ -276,14 +265,14 @@ class Lines {
         return std::nullopt;
     }
     [[nodiscard]] std::size_t left() const { return rest_.size(); }
-    [[nodiscard]] bool ended() const { return ended_; }  ///< the last line by a line break
+    [[nodiscard]] bool ended() const { return ended_; }
 
   private:
     std::string_view rest_;
     bool ended_ = true;
 };
 
-/// `KEY= value`; no key: a row.
+/// `KEY= value`; an empty key means a row.
 struct Entry {
     std::string_view key = {}, value = {};
 };
@@ -293,22 +282,22 @@ struct Entry {
     Words key{line.data(), line.data() + equals}, value{line.data() + equals + 1, line.data() + line.size()};
     const std::string_view name = key.next();
     if (name != "MARKER_TAG") return {name, value.next()};
-    // A name is the rest of the line, whatever is in it.
+    // The name is the rest of the line, with any characters.
     std::string_view rest = line.substr(equals + 1);
     while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
     return {name, rest};
 }
 
-/// Rows that follow a keyword. Nothing of them has been looked at.
+/// Rows after a keyword, not checked yet.
 struct Block {
     std::size_t count = 0;
     Lines rows{{}};
-    std::string tag = {};  ///< of a marker
+    std::string tag = {};
 };
 
-/// What a zone of a file holds, block by block. A file without zones is one.
+/// A file without zones is one zone.
 struct Zone {
-    std::string name;  ///< the file's
+    std::string name;
     std::string_view text;
     std::optional<std::int64_t> dimension = {}, markers_announced = {};
     std::optional<Block> elements = {}, points = {};
@@ -322,13 +311,12 @@ struct Zone {
     [[nodiscard]] std::string end() const { return line_place(name, text, text.data() + text.size()); }
 };
 
-/// The zones of a file, one where it tells of none.
 struct File {
     std::vector<Zone> zones;
-    bool ended = true;  ///< its last line, by a line break
+    bool ended = true;
 };
 
-/// Finds the blocks of all zones. Errors: input (rows that are missing, blocks that come twice).
+/// Errors: input (missing rows, duplicate blocks).
 [[nodiscard]] Outcome<File> find_blocks(std::string_view text, std::string_view name);
 
 }  // namespace camber::su2

@@ -17,7 +17,7 @@ namespace camber::mfem {
 
 namespace {
 
-/// Where row i of rows that begin here stands: they are walked through, since their lengths differ.
+/// Finds the place of row i by walking, because row lengths differ.
 auto place_of_rows(const Source& source) {
     return [source](std::size_t row) {
         Words words = source.words;
@@ -31,7 +31,7 @@ auto place_of_rows(const Source& source) {
     };
 }
 
-/// Rows `attribute geometry vertices…`; those that are no K-simplices are counted in `refused`.
+/// Reads rows `attribute geometry vertices…`; other simplices are counted in `refused`.
 template <int K>
 Outcome<Done> read_rows(Source& source, const std::string& title, const std::string& noun, listing::Rows<K + 1>& rows,
                         Refused& refused) {
@@ -69,7 +69,7 @@ Outcome<Done> read_rows(Source& source, const std::string& title, const std::str
     return Done{};
 }
 
-/// A name, which may be in quotes.
+/// With or without quotes.
 Outcome<std::string> read_name(Source& source) {
     Words& words = source.words;
     if (!words.find()) return source.fail_here("the name of a set is missing");
@@ -82,7 +82,6 @@ Outcome<std::string> read_name(Source& source) {
     return std::string(rest.substr(0, end));
 }
 
-/// Named sets of attributes, where there is a section of that title: groups of so many dimensions.
 Outcome<Done> read_sets(Source& source, std::string_view title, int dimension, Buffer<Group>& groups) {
     Words ahead = source.words;
     if (ahead.next() != title) return Done{};
@@ -203,7 +202,6 @@ namespace mfem {
 
 namespace {
 
-/// The simplices of one dimension.
 template <int K, int D>
 listing::Simplices<K>& simplices_of(listing::Mesh<D>& mesh) {
     if constexpr (K == D)
@@ -214,18 +212,17 @@ listing::Simplices<K>& simplices_of(listing::Mesh<D>& mesh) {
         return mesh.edges;
 }
 
-/// The line behind all, where the version has one. Parallel meshes have another there, and more behind it.
+/// Parallel meshes have another line and more data here.
 Outcome<Done> read_end(Source& source, std::vector<Notice>& notices) {
     if (source.has_end && !source.words.next().ends_with("mesh_end"))
         return source.fail_here("\"mfem_mesh_end\" is missing here");
-    // Without a sign after it the last number may be the beginning of another.
+    // Without a separator after it, the last number may be truncated.
     if (!source.has_end && source.words.at == source.words.end && !is_blank(source.text.back()))
         notices.push_back({"the last line has no end: the file may be cut off within its last number"});
     if (source.words.find()) notices.push_back({"what follows the vertices was left out"});
     return Done{};
 }
 
-/// A mesh of dimension K in D dimensions.
 template <int K, int D>
 Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topology<K> topology,
                                const Execution& execution) {
@@ -234,7 +231,7 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     mesh.name = source.name;
     EdgeNumbers numbers;
     const bool quadratic = vertices.field.order == 2;
-    // Only vertices that there are have edges: a node further on would be taken for a vertex.
+    // Edges are built only if all vertices exist: larger numbers would collide with edge nodes.
     const auto known = [&](const auto& rows) {
         return std::all_of(rows.nodes.begin(), rows.nodes.end(), [&](const auto& simplex) {
             return std::all_of(simplex.begin(), simplex.end(),
@@ -265,7 +262,7 @@ Outcome<DecodedMesh> read_mesh(Source& source, const Vertices& vertices, Topolog
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// How many there are of what, where not all of it is held: the nodes of curved ones cannot be told apart then.
+/// Counts only, if some elements are unsupported: then the nodes of curved elements cannot be assigned.
 template <int K>
 DecodedMesh counted(const Topology<K>& topology) {
     DecodedMesh decoded{Mesh<3>{}, {}};

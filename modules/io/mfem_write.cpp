@@ -22,7 +22,7 @@ namespace mfem {
 
 namespace {
 
-/// Those simplices of the boundary that are faces of elements, in their order, with their references. Errors: stopped.
+/// Boundary simplices that are faces of elements, in their order.
 template <int K>
 Outcome<Simplices<K - 1>> faces_of(const Simplices<K>& elements, const Simplices<K - 1>& boundary,
                                    const Execution& execution) {
@@ -48,13 +48,13 @@ Outcome<Simplices<K - 1>> faces_of(const Simplices<K>& elements, const Simplices
     return Simplices<K - 1>{std::move(vertices), std::move(references), {}};
 }
 
-/// A reference that is not positive, and what it becomes.
+/// A reference that is not positive, and its replacement.
 struct Renamed {
     Reference from, to;
     std::size_t count;
 };
 
-/// References of simplices of one dimension, and the names that references of that dimension have.
+/// References of simplices, and named references, of one dimension.
 struct Referenced {
     const Column<Reference>& references;
     const Column<Group>& groups;
@@ -65,7 +65,7 @@ Referenced referenced(const Simplices<K>& simplices, const Column<Group>& groups
     return {simplices.references, groups, K};
 }
 
-/// In falling order: 0, −1 … The new numbers are those of no simplex and no name.
+/// In descending order of old references (0, −1 …); new ones are used by no simplex and no name.
 std::vector<Renamed> renamed(const Referenced& given) {
     std::map<Reference, std::size_t, std::greater<>> counts;
     for (const Reference r : given.references)
@@ -88,13 +88,12 @@ std::vector<Renamed> renamed(const Referenced& given) {
     return made;
 }
 
-/// The attribute of each reference.
 class Attributes {
   public:
     explicit Attributes(const Referenced& given) : renamed_(renamed(given)) {}
-    /// Of a reference that is there.
+    /// Precondition: the reference exists.
     [[nodiscard]] Reference of(Reference reference) const { return *find(reference); }
-    /// None: no simplex has it, and MFEM cannot either.
+    /// None for a reference ≤ 0 that no simplex has.
     [[nodiscard]] std::optional<Reference> find(Reference reference) const {
         if (reference > 0) return reference;
         const auto found = std::lower_bound(renamed_.begin(), renamed_.end(), reference,
@@ -107,16 +106,15 @@ class Attributes {
     std::vector<Renamed> renamed_;
 };
 
-/// A name and the attributes that have it.
 struct AttributeSet {
     std::string name;
     std::vector<Reference> attributes;
 };
 
-/// Names in quotes, which end in their line.
+/// Names are in quotes on one line.
 Column<Group> named(const Column<Group>& groups) { return with_legal_names(groups, {.legal = quotable_name}); }
 
-/// By groups of a dimension, names in the order in which they come.
+/// In order of first occurrence of the names.
 std::vector<AttributeSet> sets_of(const Referenced& given) {
     const Attributes attributes(given);
     std::vector<AttributeSet> sets;
@@ -142,7 +140,7 @@ void note_renamed(const Referenced& given, const std::string& what, std::vector<
     notices.push_back({text});
 }
 
-/// The edges in the order in which the elements name them: MFEM's numbers of the nodes behind the vertices.
+/// Edges in the order in which elements list them: MFEM's order of nodes after the vertices.
 template <int K, class Mesh>
 Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>& elements) {
     const std::size_t vertices = grid.vertices();
@@ -158,7 +156,7 @@ Buffer<std::uint32_t> edges_in_order(const Grid<Mesh>& grid, const Simplices<K>&
     return order;
 }
 
-/// Names that go into no set of attributes.
+/// Names in no set of attributes.
 template <int K>
 void note_names(const Column<Group>& groups, const Simplices<K>& elements, const Simplices<K - 1>& boundary,
                 std::vector<Notice>& notices) {
@@ -173,11 +171,11 @@ void note_names(const Column<Group>& groups, const Simplices<K>& elements, const
     for (Notice& notice : renamed_groups(written, named(written), "MFEM")) notices.push_back(std::move(notice));
 }
 
-/// What is said of the boundary: simplices of it that are left out, references that become others; and of names.
+/// Dropped boundary simplices, changed references, names.
 template <int K>
 void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed, const Column<Group>& groups,
                    std::vector<Notice>& notices) {
-    if (listed.references.size() != listed.size()) return;  // refused when it is written
+    if (listed.references.size() != listed.size()) return;  // the encoder reports the error
     const auto boundary = faces_of(elements, listed, {.threads = 1});
     if (!boundary) return;
     if (const std::size_t lost = listed.size() - boundary->size(); lost > 0)
@@ -186,7 +184,6 @@ void note_boundary(const Simplices<K>& elements, const Simplices<K - 1>& listed,
     note_names(groups, elements, *boundary, notices);
 }
 
-/// Makes one file.
 template <class Mesh>
 class Writer {
   public:
@@ -290,7 +287,7 @@ Outcome<Chunks> encode_mfem(const Mesh<D>& mesh, const Execution& execution) {
 template <int D>
 std::vector<Notice> not_in_mfem(const Mesh<D>& all) {
     const LinearMesh<D> mesh = straight_simplices(all);
-    const bool surface = is_surface_alone(mesh);  // MFEM's mesh of dimension 2
+    const bool surface = is_surface_alone(mesh);  // a mesh of dimension 2 in MFEM
     auto notices = not_held(mesh, {.groups = true, .feature_edges = surface, .point_references = false}, "MFEM");
     if constexpr (D == 3)
         if (surface) {

@@ -18,62 +18,58 @@ import :text;
 
 export namespace camber {
 
-/// Which of Gmsh's file formats a mesh is written in.
 enum class MshVersion : std::uint8_t {
-    v2,  ///< 2.2: physical groups and entities by element; what most solvers read
-    v4,  ///< 4.1: entities with their groups, nodes and elements in blocks of entities
+    v2,  ///< 2.2: physical groups and entities by element; most solvers read it
+    v4,  ///< 4.1: entities with their groups; blocks by entity
 };
 enum class MshEncoding : std::uint8_t { ascii, binary };
 
-/// How an MSH file is written.
 struct MshOptions {
     MshVersion version = MshVersion::v4;
     MshEncoding encoding = MshEncoding::binary;
 };
 
-/// A Gmsh mesh (.msh, versions 1, 2.0 to 2.2, 4.0 and 4.1, text or binary in either byte order): always one in space, a
-/// 2D mesh has triangles with z = 0. Vertices and simplices stand in the order of their tags.
-/// - The reference of a simplex is its first physical tag, without its sign; its entity is Gmsh's. In a file without
-///   any physical group the references are the entities. Names of groups are kept: of simplices in several groups the
-///   reference has all these names, and sets of groups with the same first tag have other references.
-/// - A node's entity and its parameters there become an association, but for nodes in volumes. Mid nodes lose theirs.
+/// Decodes a Gmsh mesh (.msh, versions 1, 2.0 to 2.2, 4.0 and 4.1, text or binary in either byte order). The mesh is in
+/// space, with z = 0 in 2D. Vertices and simplices are in tag order.
+/// - The reference of a simplex is its first physical tag, without its sign; its entity is Gmsh's. Without physical
+///   groups the references are the entities. The reference of simplices in several groups has all their names; sets of
+///   groups with the same first tag get different references.
+/// - A node's entity and parameters become an association, except for nodes in volumes and mid nodes.
 /// - Point elements give their node its reference.
-/// - Partitions are joined: what lies on a partition's entity is on the parent of that; what is between partitions only
-///   is left out.
+/// - Partitions are joined: their entities are replaced by the parents, and elements between partitions are dropped.
 /// - NodeData and ElementData with a value for each vertex or each simplex become fields.
-/// What is left out is told by notices. `name` is the file's, for messages; `where` in errors is `name: line N` or
-/// `name: byte N`. Errors: input (malformed, cut off, not finite, nodes that are not there), unsupported (other
-/// versions, elements that are no simplices or of higher degree), memory, stopped.
+///
+/// Notices report omitted data. Errors: also input (missing nodes).
 [[nodiscard]] Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
-/// With the default options.
 [[nodiscard]] inline Outcome<DecodedMesh> decode_msh(std::span<const std::byte> bytes, std::string_view name,
                                                      const Execution& execution) {
     return decode_msh(bytes, name, {}, execution);
 }
 
-/// Whether the bytes begin as an MSH file of this kind. Those of versions that are not read are taken for the nearest.
+/// Unsupported versions count as the nearest supported one.
 [[nodiscard]] bool is_msh(std::span<const std::byte> bytes, MshOptions kind);
 
-/// The mesh as an MSH file. Vertices have the tags 1, 2 …, then nodes of edges; vertices on points that have a
-/// reference (as point elements), edges, facets and elements are numbered in turn, so that the file, when it is read,
-/// gives the mesh in the same order. Each simplex has a positive physical tag: its reference, or where that is 0 or
-/// negative the first that is free. Its entity is the known one, else has its reference's number; simplices of two
-/// references are never on one entity. Nodes are classified (4.1 only) by their association with a point, a curve or a
-/// surface, the lowest first; else by the lowest simplices that have them. The same bytes for any number of threads.
-/// Errors: usage (a field whose rows are not those of the mesh), unsupported (2.2: more nodes or elements than 31 bits
-/// can number), internal (columns of the mesh that do not fit each other), memory, stopped.
+/// Encodes the mesh as an MSH file.
+/// - Node tags are 1, 2 … for vertices, then nodes of edges.
+/// - Elements are numbered in the order point elements (vertices on geometric points that have a reference), edges,
+///   facets, elements. Reading the file restores the mesh's order.
+/// - The physical tag of a simplex is its reference, or the first free positive number if that is 0 or negative. Its
+///   entity is the known one, else it has the number of the reference. An entity has simplices of one reference only.
+/// - Nodes (4.1 only) are classified by their association with the point, curve or surface of lowest dimension, else by
+///   the lowest simplices that contain them.
+///
+/// Errors: also unsupported (2.2: more nodes or elements than 31 bits can number).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_msh(const Mesh<D>& mesh, const MeshFields& fields, MshOptions options,
                                          const Execution& execution);
 
-/// What of the mesh an MSH file has no place for, and which references and entities get other numbers.
+/// Includes references and entities that get other numbers.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_msh(const Mesh<D>& mesh, MshVersion version);
 
 }  // namespace camber
 
-/// Gmsh's types of elements.
 namespace camber::msh {
 
 struct ElementType {
@@ -88,7 +84,7 @@ inline constexpr std::string_view lines = "edges", triangles = "triangles", quad
                                   tetrahedra = "tetrahedra", hexahedra = "hexahedra", prisms = "prisms",
                                   pyramids = "pyramids";
 
-/// Those that Camber holds, and those that it can name and step over.
+/// Supported types, and others that can be named and skipped.
 inline constexpr auto element_types = std::to_array<ElementType>({
     {15, 0, 1, "points", 0},    {1, 1, 2, lines, 1},         {8, 1, 3, lines, 2},         {26, 1, 4, lines, 3},
     {27, 1, 5, lines, 4},       {28, 1, 6, lines, 5},        {2, 2, 3, triangles, 1},     {9, 2, 6, triangles, 2},
@@ -117,27 +113,25 @@ inline constexpr auto element_types = std::to_array<ElementType>({
     return std::string(type.plural) + (type.degree > 1 ? " of degree " + std::to_string(type.degree) : "");
 }
 
-/// The type of K-simplices with so many nodes that Camber holds.
 template <int K, int Nodes>
 inline constexpr std::int32_t simplex_type = [] {
     constexpr std::array<std::int32_t, 3> straight{1, 2, 4}, curved{8, 9, 11};
     return Nodes == K + 1 ? straight[K - 1] : curved[K - 1];
 }();
 
-/// Where our node i stands in Gmsh's row: the last two of tetrahedra of degree 2 change places.
+/// Position of node i in Gmsh's row: the last two nodes of quadratic tetrahedra are swapped.
 template <int Nodes>
 [[nodiscard]] constexpr int place_in_row(int i) {
     return Nodes == 10 && i >= 8 ? 17 - i : i;
 }
 
-/// What the rows of a table consist of: whole numbers of so many bytes (in binary files), then reals of 8.
+/// Integers (of `integer_bytes` bytes in binary files), then 8-byte reals.
 struct RowShape {
     std::size_t integers = 0, integer_bytes = 4, reals = 0;
     [[nodiscard]] std::size_t words() const { return integers + reals; }
     [[nodiscard]] std::size_t bytes() const { return integers * integer_bytes + reals * sizeof(double); }
 };
 
-/// A row of a binary file, read where it lies.
 template <class Integer, gmf::ByteOrder Order>
 struct PackedRow {
     const std::byte* from;
@@ -150,7 +144,6 @@ struct PackedRow {
     }
 };
 
-/// A row of a text file.
 struct TextRow {
     std::vector<std::int64_t> integers;
     std::vector<double> reals;
@@ -158,8 +151,8 @@ struct TextRow {
     [[nodiscard]] double real(std::size_t i) const { return reals[i]; }
 };
 
-/// Walks an MSH file from its begin to its end. Numbers are words of text, or in binary files int32, 8-byte counts and
-/// tags, and double; each function is false where there is no such number.
+/// Reads a file from begin to end. Binary numbers are int32, 8-byte counts and tags, and double. Functions return false
+/// if there is no such number.
 class Source {
   public:
     Source(std::span<const std::byte> bytes, std::string_view name) : bytes_(bytes), name_(name) {}
@@ -172,7 +165,7 @@ class Source {
     [[nodiscard]] std::string_view rest() const { return {reinterpret_cast<const char*>(bytes_.data()) + at_, left()}; }
     [[nodiscard]] const std::string& name() const { return name_; }
 
-    /// `name: line N`, `name: byte N` of here.
+    /// `name: line N` or `name: byte N`.
     [[nodiscard]] std::string place() const {
         if (binary) return name_ + ": byte " + std::to_string(at_);
         const auto before =
@@ -183,7 +176,7 @@ class Source {
         return fail(ErrorKind::input, std::move(what), place(), {}, std::move(remedy));
     }
 
-    /// This source at row i of a table that begins at `begin`.
+    /// This source at row i of a table from `begin`.
     [[nodiscard]] Source at_row(std::size_t begin, std::size_t i, RowShape shape) const {
         Source row = *this;
         row.at_ = begin + (binary ? i * shape.bytes() : 0);
@@ -202,7 +195,7 @@ class Source {
         while (n < text.size() && is_blank(text[n])) ++n;
         at_ += n;
     }
-    /// What is left of this line, without its end; goes to the next one.
+    /// The rest of this line; moves to the next one.
     std::string_view line() {
         std::string_view text = rest();
         const std::size_t end = text.find('\n');
@@ -211,7 +204,7 @@ class Source {
         return text.ends_with('\r') ? text.substr(0, text.size() - 1) : text;
     }
 
-    /// Of text, in files of either kind.
+    /// Text, also in binary files.
     template <class Number>
     bool text_number(Number& value) {
         const std::string_view text = rest();
@@ -220,7 +213,7 @@ class Source {
         at_ = bytes_.size() - static_cast<std::size_t>(words.end - words.at);
         return read;
     }
-    /// Between ±(2^31 − 1): its magnitude is one too.
+    /// Accepts ±(2^31 − 1): the magnitude fits 32 bits too.
     bool integer(std::int64_t& value) {
         const bool read = binary ? packed<std::int32_t>(value) : text_number(value);
         constexpr std::int64_t most = std::numeric_limits<std::int32_t>::max();
@@ -234,14 +227,13 @@ class Source {
     }
     bool real(double& value) { return binary ? packed<double>(value) : text_number(value); }
 
-    /// Whether n rows can be in what is left of the file.
     [[nodiscard]] bool has_room(std::uint64_t n, RowShape shape) const {
         return n <= (left() + 1) / std::max<std::size_t>(1, binary ? shape.bytes() : 2 * shape.words()) &&
                n <= max_entities;
     }
 
-    /// store(i, row) for each of n rows that have room; in parallel if the file is binary. Errors: input (what is no
-    /// number), stopped.
+    /// Calls store(i, row) for n rows that `has_room` accepted; in parallel if the file is binary. Errors: input (not a
+    /// number).
     template <class Store>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, RowShape shape, const Execution& execution, Store&& store) {
         if (!binary) return text_rows(n, shape, store);
@@ -297,29 +289,27 @@ class Source {
     std::size_t at_ = 0;
 };
 
-/// The versions that have the same sections.
 enum class Generation : std::uint8_t { v1, v2, v40, v41 };
 
 /// The first line of $MeshFormat.
 struct FormatLine {
-    std::string version;  ///< as it is written: "4.1"; "1" of files that begin with $NOD
+    std::string version;  ///< "4.1"; "1" for files that begin with $NOD
     bool binary = false;
     long data_size = 0;
     std::size_t end = 0;  ///< of the line, in the file
 };
 
-/// None: this is no MSH file. What comes before it must be comments.
+/// None if the file is not MSH. Only comments may precede the line.
 [[nodiscard]] std::optional<FormatLine> find_format(std::span<const std::byte> bytes);
 
-/// What sections a version has; none: it is not read.
+/// None if the version is not supported.
 [[nodiscard]] std::optional<Generation> generation(const FormatLine& format);
 
-/// The section's first line in front of which the source is, without the $; goes behind it. Empty at the end. Errors:
-/// input (something else).
+/// Name of the next section, without `$`; empty at the end. Errors: input (something else).
 [[nodiscard]] Outcome<std::string> next_section(Source& source);
-/// Goes behind the section's last line. Errors: input (something else is there).
+/// Reads the section's last line. Errors: input (something else).
 [[nodiscard]] Outcome<Done> end_section(Source& source, std::string_view name);
-/// Goes behind the last line of a section that is not read. Errors: input (none).
+/// Errors: input (no last line).
 [[nodiscard]] Outcome<Done> skip_section(Source& source, std::string_view name);
 
 }  // namespace camber::msh

@@ -22,53 +22,51 @@ import :msh;
 import :text;
 import :writers;
 
-/// What an MSH file lists, before it is one mesh: version 4 and version 2 are both read into this.
+/// File content before assembly, for versions 2 and 4.
 namespace camber::msh {
 
-/// An entity of Gmsh's model: its dimension and its tag.
 struct EntityKey {
     int dimension = 0;
     Reference tag = 0;
     friend auto operator<=>(const EntityKey&, const EntityKey&) = default;
 };
 
-/// What $Entities and $PartitionedEntities say of an entity.
+/// From $Entities and $PartitionedEntities.
 struct EntityInfo {
-    Reference physical = 0;              ///< the first, without its sign; 0: none
-    std::vector<Reference> others = {};  ///< those after the first, likewise
+    Reference physical = 0;              ///< first tag without its sign; 0: none
+    std::vector<Reference> others = {};  ///< further tags without signs
     bool of_partition = false;
-    EntityKey parent = {};  ///< of a partition's entity
+    EntityKey parent = {};  ///< for entities of partitions
 };
 
-/// Some nodes of one entity, behind one another in the file.
 struct NodeBlock {
     EntityKey entity;
     std::size_t begin = 0, end = 0;  ///< rows of Nodes
-    int parameters = 0;              ///< of each
+    int parameters = 0;              ///< of each node
     std::size_t first_parameter = 0;
 };
 
 struct Nodes {
     Buffer<std::uint64_t> tags;
     Buffer<Vec<3>> points;
-    Buffer<std::uint32_t> vertex_of;  ///< of each row of the file: where it stands by tag; none at all: where it stands
+    Buffer<std::uint32_t> vertex_of;  ///< position of each file row in tag order; empty if in order
     std::vector<NodeBlock> blocks;
     Buffer<double> parameters;
-    TagIndex index;  ///< of tags
+    TagIndex index;
     bool listed = false;
 };
 
-/// K-simplices with so many nodes. What entities say comes by block in version 4, by row in version 2.
+/// Entity data is by block in version 4, by row in version 2.
 template <int K, int N>
 struct Elements {
     static constexpr int dimension = K, width = N;
     Buffer<std::uint64_t> tags;
-    Buffer<std::array<VertexId, N>> nodes;  ///< in the order of `local_edges`; invalid where there is no such node
+    Buffer<std::array<VertexId, N>> nodes;  ///< in the order of `local_edges`; invalid if missing
     Buffer<Reference> physicals, entities;
-    Buffer<std::uint32_t> further;  ///< numbers of sets of groups after the first: one a row, as physicals
+    Buffer<std::uint32_t> further;  ///< `TagSets` number of the tags after the first, by row
 };
 
-/// Sets of physical tags, each once; number 0 is the empty set.
+/// Number 0 is the empty set.
 struct TagSets {
     std::vector<std::vector<Reference>> list{{}};
     std::map<std::vector<Reference>, std::uint32_t> numbers{{{}, 0}};
@@ -80,7 +78,7 @@ struct TagSets {
     }
 };
 
-/// Rows of elements of one type on one entity.
+/// Elements of one type on one entity.
 struct ElementBlock {
     std::int32_t type = 0;
     EntityKey entity;
@@ -95,7 +93,7 @@ struct Field {
     Buffer<double> values;
 };
 
-/// Of a group whose name tells none: that of the elements which are in it.
+/// For groups without a dimension, which get that of their elements.
 inline constexpr int unknown_dimension = -1;
 
 struct File {
@@ -104,21 +102,21 @@ struct File {
                Elements<3, 10>>
         elements;
     std::map<EntityKey, EntityInfo> entities;
-    std::vector<ElementBlock> blocks;  ///< version 4
+    std::vector<ElementBlock> blocks;  ///< version 4 only
     bool elements_listed = false;
     std::vector<Group> groups;
     TagSets further_groups;
     std::vector<Field> fields;
-    std::map<std::pair<bool, std::string>, std::size_t> field_rows;  ///< in `fields`, by `of_nodes` and the name
-    std::map<std::string, std::size_t> skipped;                      ///< sections by name
-    std::map<std::int32_t, std::uint64_t> refused;                   ///< elements by their type
-    std::size_t partitioned = 0;  ///< elements (2) or entities (4) that know partitions
+    std::map<std::pair<bool, std::string>, std::size_t> field_rows;  ///< index in `fields`, by `of_nodes` and name
+    std::map<std::string, std::size_t> skipped;
+    std::map<std::int32_t, std::uint64_t> refused;
+    std::size_t partitioned = 0;  ///< elements (2) or entities (4) with partitions
     std::size_t steps_left_out = 0;
-    std::size_t left_over = 0;  ///< bytes behind the last section
-    bool by_row = false;        ///< physicals and entities are there, by row
+    std::size_t left_over = 0;  ///< bytes after the last section
+    bool by_row = false;        ///< tags and entities are by row
 };
 
-/// f(elements) with those of a type that Camber holds.
+/// Calls f(elements) for a supported type.
 template <class F>
 auto with_elements(File& file, std::int32_t type, F&& f) {
     auto& all = file.elements;
@@ -141,22 +139,21 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
     return source.error(std::string(section) + ": here should be a number that it can have",
                         "the file is cut off or damaged");
 }
-/// A physical tag without its sign, which tells an orientation.
+/// Tag without its sign, which is an orientation.
 [[nodiscard]] constexpr Reference magnitude(std::int64_t tag) {
     constexpr std::int64_t most = std::numeric_limits<Reference>::max();
     tag = std::clamp(tag, -most, most);
     return static_cast<Reference>(tag < 0 ? -tag : tag);
 }
 
-/// That tags of nodes are positive, as the format has it: those of a table that begins at `begin`, one a row. Errors:
-/// input, at the first that is not.
+/// Tags of nodes must be positive. `tags`: those of a table from `begin`, one a row. Errors: input.
 [[nodiscard]] Outcome<Done> check_positive(const Source& source, std::size_t begin, RowShape shape,
                                            std::span<const std::uint64_t> tags);
 
-/// Enters the nodes' order and their index once all are there. Errors: input (a tag twice).
+/// Sorts nodes by tag and builds the index, when all are read. Errors: input (duplicate tag).
 [[nodiscard]] Outcome<Done> order_nodes(const Source& source, Nodes& nodes);
 
-/// The bodies of sections, from after their first line to before their last.
+/// Section bodies, without first and last lines.
 [[nodiscard]] Outcome<Done> read_nodes_2(Source& source, bool parametric, Nodes& nodes, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_elements_2(Source& source, File& file, const Execution& execution);
 [[nodiscard]] Outcome<Done> read_elements_1(Source& source, File& file);
@@ -166,42 +163,40 @@ auto with_elements(File& file, std::int32_t type, F&& f) {
 [[nodiscard]] Outcome<Done> read_names(Source& source, File& file);
 [[nodiscard]] Outcome<Done> read_data(Source& source, bool of_nodes, File& file, const Execution& execution);
 
-/// All sections. Errors: as decode_msh, but for elements that no mesh holds, which are counted.
+/// Errors: as decode_msh, but unsupported elements are only counted.
 [[nodiscard]] Outcome<File> read_file(Source& source, Generation version, const Execution& execution);
 
-/// The file's fields that have a value for each node, or for each of the cells (elements, facets, edges, of each those
-/// of degree 2 first). Those that are left out are told of.
+/// Fields with a value for each node or each cell (elements, facets, edges, each with degree 2 first); notices report
+/// the others.
 [[nodiscard]] MeshFields fields_of(const File& file, std::span<const std::uint64_t> cell_tags,
                                    std::vector<Notice>& notices);
 
-/// Groups of no known dimension have that of the elements in them, the highest of several; those without are none.
+/// Sets unknown dimensions to the highest one of the group's elements; groups without elements are removed.
 void find_dimensions(const File& file, Buffer<Group>& groups);
-/// Names of physical tags, where references are tags of entities: they would stick to whatever has that number.
+/// Called if references are tags of entities, to which group names do not apply.
 void drop_names(Buffer<Group>& groups, std::vector<Notice>& notices);
-/// The tags of rows one after the other; empty where they count from 1.
+/// Concatenates tags; empty if they are 1, 2, 3 …
 [[nodiscard]] Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t>*> parts);
-/// The tags of a mesh's vertices among those of all nodes of the file.
+/// `nodes`: tags of all nodes of the file.
 [[nodiscard]] Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes);
 
-/// The file's lists as one mesh. Errors: as decode_msh.
 [[nodiscard]] Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution& execution);
 
-// Which physical tags and entities the simplices and vertices of a mesh get in an MSH file.
+// Physical tags and entities of simplices and vertices in an MSH file.
 
-/// Simplices of one dimension that share entity and reference.
+/// Simplices of one dimension, entity and reference.
 struct Class {
-    Reference entity = 0, reference = 0;  ///< the mesh's
+    Reference entity = 0, reference = 0;
     std::size_t count = 0;
-    Reference tag = 0, physical = 0;  ///< the file's: positive; physical 0: in no group
+    Reference tag = 0, physical = 0;  ///< in the file: positive; physical 0: no group
 };
 
-/// The simplices of one dimension.
 struct Classes {
     std::vector<Class> list;
-    Buffer<std::uint32_t> of;  ///< one a simplex
-    /// What references, entities that are 0 or negative become.
+    Buffer<std::uint32_t> of;  ///< class of each simplex
+    /// New numbers of those ≤ 0.
     std::map<Reference, Reference> physical_of, tag_of;
-    std::set<Reference> tags;  ///< of this dimension that are in use
+    std::set<Reference> tags;  ///< tags in use
 
     [[nodiscard]] Reference physical(Reference reference) const {
         return reference > 0 ? reference : physical_of.at(reference);
@@ -209,39 +204,36 @@ struct Classes {
     [[nodiscard]] Reference tag(Reference entity) const { return entity > 0 ? entity : tag_of.at(entity); }
 };
 
-/// What becomes of simplices with reference 0.
+/// Policy for reference 0.
 enum class Unnumbered : std::uint8_t {
-    grouped,     ///< they get a free number, as all that are not positive do
-    in_no_group  ///< they stay out of groups, if no name speaks of 0
+    grouped,     ///< a free number, as for negative ones
+    in_no_group  ///< unless a name belongs to 0
 };
 
-/// Columns of simplices: entities as many as references, or none. `named`: references of groups; `places`: entities
-/// that vertices lie on.
+/// `entities`: like `references`, or empty. `named`: references of groups; `places`: entities of vertices.
 [[nodiscard]] Classes classes_of(std::span<const Reference> references, std::span<const Reference> entities,
                                  std::span<const Reference> named, std::span<const Reference> places,
                                  Unnumbered unnumbered = Unnumbered::grouped);
 
-/// A vertex on an entity of the geometry, as the file can say it once for each.
+/// The one association of a vertex that the file can store.
 struct Place {
-    int dimension = 3;      ///< 3: on none
-    std::uint32_t row = 0;  ///< of the associations with entities of that dimension
+    int dimension = 3;      ///< 3: no association
+    std::uint32_t row = 0;  ///< in the associations of that dimension
 };
 
-/// The place of each vertex: on the lowest entity that it has an association with, of those the first; empty where the
-/// mesh has no associations.
+/// First association of each vertex with an entity of the lowest dimension; empty without associations.
 template <int D>
 [[nodiscard]] Buffer<Place> places_of(const LinearMesh<D>& mesh);
 
-/// The numbers of all dimensions.
+/// Numbers in the file.
 struct Numbers {
     Buffer<Place> places;
-    std::vector<Classes> of_dimension;  ///< 0 to 3; of dimension 0 the point elements
-    Buffer<std::uint32_t> points;       ///< vertices that are point elements, in turn
+    std::vector<Classes> of_dimension;
+    Buffer<std::uint32_t> points;  ///< point elements, ascending
 };
 template <int D>
 [[nodiscard]] Numbers numbers_of(const LinearMesh<D>& mesh);
 
-/// The entity that a vertex's place is on, as the mesh has it.
 template <int D>
 [[nodiscard]] Reference entity_at(const LinearMesh<D>& mesh, Place place) {
     if (place.dimension == 0) return mesh.geometry.on_points[place.row].entity;
@@ -249,7 +241,7 @@ template <int D>
     return mesh.geometry.on_surfaces[place.row].entity;
 }
 
-/// f(dimension, simplices) for those of each dimension, the lowest first.
+/// Calls f(dimension, simplices), lowest dimension first.
 template <int D, class F>
 void with_each_dimension(const LinearMesh<D>& mesh, F&& f) {
     if constexpr (D == 3) f(std::integral_constant<int, 1>{}, mesh.edges);
@@ -257,69 +249,66 @@ void with_each_dimension(const LinearMesh<D>& mesh, F&& f) {
     f(std::integral_constant<int, D>{}, mesh.elements);
 }
 
-// Simplices in several physical groups. In a file each group has a tag, and a simplex is in any number of them. In a
-// mesh a simplex has one reference, and a reference has a name for each group that its simplices are in: the first
-// group of `LinearMesh::groups` with a reference is its main one. A name stands for one tag: the lowest reference that
-// it is the main name of.
+// Simplices in several physical groups. In a file a simplex may be in any number of groups, each with a tag. In a mesh
+// a simplex has one reference, which has a name for each group; the main name is that of the first group in
+// `LinearMesh::groups` with this reference. The tag of a name is the lowest reference with this main name.
 
-/// Replaces the first physical tags by references: simplices with other sets of tags have other references. The lowest
-/// set of those with the same first tag has that as its reference, each of the others the next number after all tags.
-/// Adds the names of further groups to `groups`; groups without a name that share simplices with others get one.
+/// Replaces first tags by references, so that different tag sets have different references. Among sets with the same
+/// first tag the lowest keeps it; each other set gets the next number after all tags. Adds names of further groups to
+/// `groups`; unnamed groups that share simplices with others get a name.
 void give_references(File& file, Buffer<Group>& groups, std::vector<Notice>& notices);
 
-/// Names in quotes, which end in their line. None at all is one too.
+/// Quoted names on one line; the empty name is legal.
 [[nodiscard]] inline NameRule name_rule() { return {.legal = quotable_name, .unnamed = {}}; }
 [[nodiscard]] inline FieldNames field_names() { return {name_rule(), name_rule()}; }
 
-/// A physical group of the file with its name.
+/// A named physical group.
 struct NamedTag {
     int dimension = 0;
     Reference tag = 0;
     std::string name;
 };
 
-/// The physical tags of a file, by the mesh's references.
 class GroupTags {
   public:
     GroupTags(const Column<Group>& groups, const Numbers& numbers);
 
-    /// The groups that have a name, each tag once.
+    /// Each tag once.
     [[nodiscard]] const std::vector<NamedTag>& named() const { return named_; }
-    /// The tags of a class of simplices of that dimension: none in no group, the main one first.
+    /// The main tag first; empty if in no group.
     [[nodiscard]] std::vector<Reference> of(int dimension, const Class& simplices) const;
 
   private:
     std::vector<NamedTag> named_;
-    std::map<std::pair<int, Reference>, std::vector<Reference>> of_several_;  ///< references with several names
+    std::map<std::pair<int, Reference>, std::vector<Reference>> of_several_;  ///< for references with several names
 };
 
-/// The one physical tag that each class of simplices has in this version; 0: none.
+/// One tag for each class; 0: none.
 [[nodiscard]] std::vector<Reference> main_tags(const GroupTags& groups, const Numbers& numbers, int dimension);
 
-/// An entity of the file, with what is on it.
 struct FileEntity {
     int dimension = 0;
     Reference tag = 0;
-    std::vector<Reference> physicals = {};  ///< of its simplices; none: in no group, or no simplices
+    std::vector<Reference> physicals = {};  ///< empty: no group or no simplices
     Box<3> box = {};
 };
 
-/// The items of each group, group after group, each group's in their order.
+/// Items by group, in order within each group.
 struct Grouped {
     Buffer<std::uint32_t> items;
-    std::vector<std::size_t> starts;  ///< one more than there are groups
+    std::vector<std::size_t> starts;  ///< one entry more than groups
 };
 
-/// What version 4 says of where nodes and simplices lie.
+/// Entities of nodes and simplices in version 4.
 struct Layout {
-    std::vector<FileEntity> entities;  ///< in ascending order of dimension and tag
-    /// Of each dimension 1 to 3, and of the point elements (0): the entity of each class.
+    std::vector<FileEntity> entities;  ///< ascending by dimension and tag
+    /// Entity of each class, by dimension; 0: point elements.
     std::array<std::vector<std::uint32_t>, 4> entity_of_class;
-    /// Of nodes by 2 × entity, and 1 more for nodes that have parameters.
+    /// Group 2 × entity, plus 1 for nodes with parameters.
     Grouped nodes;
 };
 
-/// Items 0 to n − 1 by group_of(item), which is below `groups`.
+/// Items 0 to n − 1 by group_of(item) < `groups`.
 [[nodiscard]] Grouped grouped(std::size_t n, std::size_t groups, const auto& group_of) {
     Grouped made{Buffer<std::uint32_t>(n), std::vector<std::size_t>(groups + 1, 0)};
     for (std::size_t i = 0; i < n; ++i) ++made.starts[group_of(i) + 1];
@@ -334,7 +323,7 @@ template <class Mesh>
 [[nodiscard]] Outcome<Layout> layout_of(const Grid<Mesh>& grid, const Numbers& numbers, const GroupTags& groups,
                                         const Execution& execution);
 
-/// Write the section of names of physical groups, if there are any, and that of entities.
+/// Write physical group names (if there are any) and entities.
 void put_names(const GroupTags& groups, Sink& sink);
 void put_entities(const Layout& layout, Sink& sink);
 

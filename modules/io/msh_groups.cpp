@@ -27,7 +27,7 @@ using Tags = std::vector<Reference>;
 
 constexpr std::array<std::string_view, 4> plurals{"points", "edges", "triangles", "tetrahedra"};
 
-/// f(elements) with the rows of dimension K, of both degrees.
+/// Calls f(elements) for both degrees.
 template <int K, class Elements, class F>
 void with_rows_of(Elements& all, F&& f) {
     const auto visit = [&](auto& elements) {
@@ -36,21 +36,20 @@ void with_rows_of(Elements& all, F&& f) {
     std::apply([&](auto&... elements) { (visit(elements), ...); }, all);
 }
 
-/// The first physical tag of a simplex, and the number of the set of its others.
+/// First physical tag, and set number of the others.
 using Key = std::pair<Reference, std::uint32_t>;
 template <class Elements>
 Key key_of(const Elements& elements, std::size_t row) {
     return {elements.physicals[row], elements.further[row]};
 }
 
-/// All tags of a simplex, the first one first.
 Tags tags_of(const File& file, Key key) {
     Tags tags = file.further_groups.list[key.second];
     if (key.first != 0 || tags.empty()) tags.insert(tags.begin(), key.first);
     return tags;
 }
 
-/// Sets of tags of the simplices of one dimension, with the number of simplices.
+/// Tag sets of one dimension with their number of simplices.
 template <int K>
 std::map<Tags, std::size_t> sets_of(const File& file) {
     std::map<Key, std::size_t> counts;
@@ -62,7 +61,7 @@ std::map<Tags, std::size_t> sets_of(const File& file) {
     return sets;
 }
 
-/// The number after all that are in use; the smallest free one where there is none after.
+/// The number after all used ones, or the smallest free one if there is none.
 Reference next_number(std::set<Reference>& used) {
     Reference next = 1;
     if (used.empty() || *used.rbegin() < std::numeric_limits<Reference>::max())
@@ -73,7 +72,7 @@ Reference next_number(std::set<Reference>& used) {
     return next;
 }
 
-/// References of sets with several tags, and all that is said of them.
+/// References of tag sets, with notices.
 class Assignment {
   public:
     Assignment(int dimension, const std::map<Tags, std::size_t>& sets, Buffer<Group>& groups,
@@ -102,7 +101,6 @@ class Assignment {
             groups_, [&](const Group& g) { return g.dimension == dimension_ && g.reference == tag; });
         return found == groups_.end() ? nullptr : &*found;
     }
-    /// Gives the group a name if it has none.
     void name(Reference tag) {
         if (find(tag)) return;
         groups_.push_back({dimension_, tag, "group_" + std::to_string(tag)});
@@ -252,7 +250,7 @@ class Maker {
         return static_cast<std::uint32_t>(found - layout_.entities.begin());
     }
 
-    /// The entity of simplices is that of their nodes, where no lower one is; and their nodes are in its box.
+    /// Classifies nodes on the simplices' entity unless a lower one is known; extends its box.
     template <int K>
     Outcome<Done> enter(const Simplices<K>& simplices) {
         const auto& of = numbers_.of_dimension[K].of;
@@ -295,7 +293,7 @@ class Maker {
         for (std::size_t i = 0; i < numbers_.points.size(); ++i)
             put(numbers_.points[i], layout_.entity_of_class[0][points.of[i]]);
     }
-    /// Vertices that nothing uses and that are on nothing are on the first volume.
+    /// Unused vertices without association are on the first volume.
     void enter_orphans() {
         if (std::find(where_.begin(), where_.end(), no_row) == where_.end()) return;
         const std::uint32_t volume = row_of(3, 1);
@@ -320,7 +318,7 @@ class Maker {
     const GroupTags& groups_;
     const Execution& execution_;
     Layout layout_;
-    Buffer<std::uint32_t> where_;  ///< the entity of each node
+    Buffer<std::uint32_t> where_;  ///< entity of each node
     std::mutex boxes_;
 };
 

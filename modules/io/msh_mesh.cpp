@@ -1,4 +1,4 @@
-// Makes a mesh of the lists of an MSH file.
+// Builds a mesh from the content of an MSH file.
 module;
 #include <algorithm>
 #include <array>
@@ -22,12 +22,11 @@ namespace camber::msh {
 
 namespace {
 
-/// What the mesh does not hold, by its number.
 struct Counts {
     std::size_t between_partitions = 0, physicals = 0, degenerate_lines = 0;
 };
 
-/// Where something on an entity belongs: that of a partition to its parent.
+/// An entity, or the parent for a partition's entity.
 struct Owner {
     EntityKey entity;
     Reference physical = 0;
@@ -47,7 +46,7 @@ Owner owner_of(const File& file, EntityKey key) {
     return owner;
 }
 
-/// Other tags than the first, each once, in rising order.
+/// Tags other than `first` and 0, sorted and unique.
 std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
     std::sort(tags.begin(), tags.end());
     tags.erase(std::unique(tags.begin(), tags.end()), tags.end());
@@ -55,7 +54,7 @@ std::vector<Reference> without(Reference first, std::vector<Reference> tags) {
     return tags;
 }
 
-/// Physicals and entities by row, as version 2 has them. Rows between partitions lose their nodes' tag: see `dropped`.
+/// Stores tags and entities by row; marks rows between partitions in `dropped`.
 template <int K, int N>
 void spread(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     elements.physicals.resize(elements.tags.size());
@@ -79,8 +78,7 @@ void spread(File& file, Elements<K, N>& elements, Buffer<std::uint8_t>& dropped,
     }
 }
 
-/// Whether row b is row a again for another group, as version 2 lists simplices that are in several: turned round where
-/// a group has the entity reversed.
+/// Version 2 repeats simplices for further groups, reversed if the group has the entity reversed.
 template <int K, int N>
 bool is_again(const Elements<K, N>& elements, std::size_t a, std::size_t b) {
     if (elements.entities[a] != elements.entities[b] || elements.physicals[a] == elements.physicals[b]) return false;
@@ -97,8 +95,7 @@ bool lists_again(const Elements<K, N>& elements) {
     return false;
 }
 
-/// The rows that the mesh has, in the order of their tags; none: all, as they stand. Groups of rows that list a simplex
-/// again are further ones of the first.
+/// Rows in tag order; none: all, in file order. A repeated row adds its group to the first one.
 template <int K, int N>
 std::optional<Buffer<std::uint32_t>> kept_rows(File& file, Elements<K, N>& elements,
                                                const Buffer<std::uint8_t>& dropped) {
@@ -120,7 +117,7 @@ std::optional<Buffer<std::uint32_t>> kept_rows(File& file, Elements<K, N>& eleme
     return kept;
 }
 
-/// Lines from a node to itself, as they are written of curves without a length.
+/// Drops lines from a node to itself, written for curves of length zero.
 template <int N>
 void drop_degenerate(const Elements<1, N>& elements, Buffer<std::uint8_t>& dropped, Counts& counts) {
     for (std::size_t i = 0; i < elements.tags.size(); ++i) {
@@ -166,7 +163,7 @@ listing::Rows<N> rows_of(Elements<K, N>& elements, bool has_groups) {
             {simplex_name<K>, [tags](std::size_t row) { return (*tags)[row]; }, {}}};
 }
 
-/// Nodes on places of the geometry. Mid nodes without parameters are on what their simplices say.
+/// Associations of nodes. Mid nodes without parameters get none.
 class Places {
   public:
     Places(const File& file, const listing::Mesh<3>& mesh) : file_(file), known_(mesh.points.size(), std::uint8_t{0}) {
@@ -237,7 +234,7 @@ class Places {
     Buffer<Association<2>> on_surfaces_;
 };
 
-/// Point elements: references of their nodes. Errors: input (of no node).
+/// Errors: input (a missing node).
 Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& places) {
     const Elements<0, 1>& points = std::get<0>(file.elements);
     for (std::size_t i = 0; i < points.tags.size(); ++i) {
@@ -251,7 +248,7 @@ Outcome<Done> add_points(const File& file, listing::Mesh<3>& mesh, Places& place
     return Done{};
 }
 
-/// Mid nodes have the reference that an edge's node has: the file has none of its own for them.
+/// The file has no own references for them.
 void give_to_mid_nodes(const listing::Mesh<3>& mesh, Buffer<Reference>& references) {
     const auto give = [&]<int K>(const listing::Simplices<K>& kind) -> Outcome<Done> {
         for (const auto& nodes : kind.curved.nodes)
@@ -306,7 +303,7 @@ Outcome<DecodedMesh> mesh_of(File file, const std::string& name, const Execution
                                  &lines_2.tags, &lines_1.tags})
             cell_tags.insert(cell_tags.end(), tags->begin(), tags->end());
 
-    // Simplices of degree 2 come first, as `assembled` puts them.
+    // Degree 2 first, like `assembled`.
     std::array<Column<std::uint64_t>, 4> tags_of_simplices{
         Column<std::uint64_t>(), told_tags({&lines_2.tags, &lines_1.tags}),
         told_tags({&triangles_2.tags, &triangles_1.tags}), told_tags({&tetrahedra_2.tags, &tetrahedra_1.tags})};

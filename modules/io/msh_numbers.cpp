@@ -20,7 +20,6 @@ namespace camber::msh {
 
 namespace {
 
-/// The positive numbers that are not in use, one after the other.
 class Free {
   public:
     explicit Free(std::set<Reference>& used) : used_(used) {}
@@ -34,7 +33,6 @@ class Free {
     Reference next_ = 1;
 };
 
-/// The classes in ascending order of entity and reference, and each simplex's.
 void find_classes(std::span<const Reference> references, std::span<const Reference> entities, Classes& classes) {
     std::unordered_map<std::uint64_t, std::uint32_t> rows;
     std::uint64_t last = 0;
@@ -54,7 +52,7 @@ void find_classes(std::span<const Reference> references, std::span<const Referen
     }
 }
 
-/// Positive references keep their number; the others get free ones, 0 first, or none.
+/// Positive references stay; others get free numbers, 0 first, or no group.
 void number_references(std::span<const Reference> named, Unnumbered unnumbered, Classes& classes) {
     std::set<Reference> used;
     std::set<Reference, std::greater<>> others;
@@ -73,17 +71,17 @@ void number_references(std::span<const Reference> named, Unnumbered unnumbered, 
     for (Class& one : classes.list) one.physical = classes.physical(one.reference);
 }
 
-/// Positive entities keep their number, for the lowest of their physical tags; what is not known has that of its
-/// physical tag where that is no other's; all else gets free ones.
+/// A positive entity number goes to the class with the lowest physical tag. Without entity a class takes its physical
+/// tag if no other class has it. Others get free numbers.
 void number_entities(std::span<const Reference> places, Classes& classes) {
     std::vector<Class*> order;
     order.reserve(classes.list.size());
     for (Class& one : classes.list) order.push_back(&one);
-    const auto rank = [](const Class* one) {  // known ones first, then unknown, then negative ones
+    const auto rank = [](const Class* one) {  // known, then unknown, then negative ones
         return std::tuple(one->entity > 0 ? 0 : 1, one->entity > 0 ? one->entity : -(one->entity + 1), one->physical);
     };
     std::sort(order.begin(), order.end(), [&](const Class* a, const Class* b) { return rank(a) < rank(b); });
-    std::map<Reference, Reference> physical_on;  // of entities with simplices
+    std::map<Reference, Reference> physical_on;  // for entities with simplices
     const auto takes = [&](Class& one, Reference tag) {
         const bool is_free = tag > 0 && physical_on.try_emplace(tag, one.physical).first->second == one.physical;
         if (is_free) one.tag = tag;
@@ -162,7 +160,8 @@ Numbers numbers_of(const LinearMesh<D>& mesh) {
     numbers.of_dimension[0] = points_of(mesh, named[0], on[0], numbers);
     with_each_dimension(mesh, [&](auto dimension, const auto& simplices) {
         constexpr auto k = static_cast<std::size_t>(dimension());
-        // Solvers want a group of all that they integrate over: in a mesh of tetrahedra curves are none of that.
+        // Solvers need groups for all simplices that they integrate over; in a tetrahedral mesh curves are not among
+        // them.
         const bool is_beside_volumes = k < D - 1 && mesh.elements.size() > 0;
         const auto unnumbered = is_beside_volumes ? Unnumbered::in_no_group : Unnumbered::grouped;
         numbers.of_dimension[k] =
@@ -205,7 +204,7 @@ void put_entities(const Layout& layout, Sink& sink) {
     sink.line(counts[0], counts[1], counts[2], counts[3]);
     for (const FileEntity& entity : layout.entities) {
         const auto& [low, high] = entity.box;
-        // Whether a box has −0 or 0 depends on who joined it first: + 0.0 makes it 0.
+        // Adding 0.0 turns −0 into 0: the sign depends on the order of threads.
         sink.words(entity.tag, low[0] + 0.0, low[1] + 0.0, low[2] + 0.0);
         if (entity.dimension > 0) sink.words(high[0] + 0.0, high[1] + 0.0, high[2] + 0.0);
         sink.words(std::uint64_t{entity.physicals.size()});

@@ -49,7 +49,7 @@ std::optional<FormatLine> find_format(std::span<const std::byte> bytes) {
 }
 
 std::optional<Generation> generation(const FormatLine& format) {
-    // A number, which some write with more digits: 2.200000.
+    // The version may have more digits: 2.200000.
     Words words{format.version.data(), format.version.data() + format.version.size()};
     double version = 0;
     if (!read_number(words, version)) return std::nullopt;
@@ -63,7 +63,7 @@ std::optional<Generation> generation(const FormatLine& format) {
 
 namespace {
 
-/// The last line of a section; those of version 1 shout.
+/// Uppercase in version 1.
 std::string last_line(std::string_view name) {
     const bool shouts = name == "NOD" || name == "ELM";
     return (shouts ? "$END" : "$End") + std::string(name);
@@ -116,7 +116,7 @@ namespace {
 
 constexpr const char* remedy = "gmsh FILE -save -format msh41 -o NEW.msh";
 
-/// The number 1 that tells the byte order of a binary file.
+/// The number 1 reveals the byte order.
 Outcome<Done> read_byte_order(Source& source) {
     std::int64_t one = 0;
     for (const bool swapped : {false, true}) {
@@ -130,7 +130,6 @@ Outcome<Done> read_byte_order(Source& source) {
                         "the file is damaged");
 }
 
-/// Goes behind $MeshFormat; the generation of the format.
 Outcome<Generation> begin(Source& source, std::span<const std::byte> bytes) {
     const auto line = find_format(bytes);
     if (!line) return source.error("this is no MSH file: it does not begin with $MeshFormat", "give a .msh file");
@@ -174,7 +173,7 @@ Outcome<Done> read_elements(Source& source, Generation version, File& file, cons
     return read_elements_4(source, version, file, execution);
 }
 
-/// One section, but for its last line; false: it is not one that is read.
+/// Without its last line; false if not supported.
 Outcome<bool> read_section(Source& source, Generation version, std::string_view name, File& file,
                            const Execution& execution) {
     const auto yes = [](Done) { return true; };
@@ -193,7 +192,6 @@ Outcome<bool> read_section(Source& source, Generation version, std::string_view 
     return false;
 }
 
-/// The elements that no mesh holds.
 Refused refused_of(const File& file) {
     Refused refused;
     for (const auto& [type, count] : file.refused) {

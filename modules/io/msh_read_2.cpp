@@ -11,12 +11,11 @@ module;
 module camber.io;
 import camber.core;
 
-/// The sections of version 2.2.
 namespace camber::msh {
 
 namespace {
 
-/// The number in the section's first line, which is text in either kind of file. No more than there are bytes.
+/// The section's first line is text even in binary files. The count cannot exceed the number of bytes.
 bool read_count(Source& source, std::size_t& count) {
     std::int64_t number = 0;
     if (!source.text_number(number) || number < 0) return false;
@@ -37,7 +36,7 @@ bool read_tag(Source& source, std::uint64_t& tag) {
     return true;
 }
 
-/// Rows are as long as their entity has parameters.
+/// Row length depends on the entity's dimension.
 bool read_parametric_node(Source& source, std::size_t i, Nodes& nodes) {
     if (!read_tag(source, nodes.tags[i]) || static_cast<std::int64_t>(nodes.tags[i]) < 1) return false;
     for (int c = 0; c < 3; ++c)
@@ -55,12 +54,10 @@ bool read_parametric_node(Source& source, std::size_t i, Nodes& nodes) {
     return true;
 }
 
-/// What stands before the nodes of an element.
 struct Head {
     std::int64_t type = 0, elements = 0, tags = 0;
 };
 
-/// Enters an element whose tags are there.
 template <int K, int N, class Row>
 void enter(const Row& row, std::size_t tags, const Nodes& nodes, std::size_t i, Elements<K, N>& elements) {
     elements.tags[i] = static_cast<std::uint64_t>(row.integer(0));
@@ -82,7 +79,7 @@ void grow(auto& elements, std::size_t n) {
     elements.entities.resize(size);
 }
 
-/// So many elements of one type and one number of tags. In text it is one.
+/// Elements of one type with the same number of tags; one element in text files.
 Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Execution& execution) {
     const ElementType* const type = find_type(head.type);
     if (!type) return unknown_type(source, head.type);
@@ -107,7 +104,6 @@ Outcome<Done> read_rows(Source& source, const Head& head, File& file, const Exec
     });
 }
 
-/// Enters an element whose line is read: its tag, the others, the nodes.
 void enter_line(const ElementType& type, std::size_t tags, const TextRow& row, File& file) {
     if (tags > 2 && row.integers[3] > 0) ++file.partitioned;
     if (!is_held(type)) {
@@ -120,7 +116,7 @@ void enter_line(const ElementType& type, std::size_t tags, const TextRow& row, F
     });
 }
 
-/// A line of text: its tag, its type, how many tags it has, these, the nodes.
+/// Tag, type, number of tags, tags, nodes.
 Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
     Head head;
     std::int64_t tag = 0;
@@ -139,7 +135,7 @@ Outcome<Done> read_line(Source& source, File& file, TextRow& row) {
     return Done{};
 }
 
-/// A line of version 1: its tag, its type, the group, the entity, how many nodes it has, these.
+/// Tag, type, group, entity, number of nodes, nodes.
 Outcome<Done> read_old_line(Source& source, File& file, TextRow& row) {
     std::int64_t tag = 0, kind = 0, nodes = 0;
     if (!source.text_number(tag) || !source.text_number(kind)) return cut_off(source, "$ELM");
@@ -209,11 +205,10 @@ Outcome<Done> read_elements_1(Source& source, File& file) {
     return Done{};
 }
 
-// The sections that both versions have: names of groups, fields.
+// Sections common to all versions: names of groups, fields.
 
 namespace {
 
-/// The text of a line without its quotes.
 std::string unquoted(std::string_view text) {
     while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
     while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
@@ -222,13 +217,12 @@ std::string unquoted(std::string_view text) {
     return std::string(text);
 }
 
-/// What stands before the rows: text in either kind of file, which ends with its line.
 struct DataHead {
     std::string name;
     std::size_t components = 0, rows = 0;
 };
 
-/// take() for each of as many as a count says.
+/// Calls take() as often as a count says.
 template <class Take>
 bool read_tags(Source& source, Take&& take) {
     std::int64_t n = 0;
@@ -274,7 +268,7 @@ Outcome<Done> read_names(Source& source, File& file) {
         dimension = tag;
         source.skip_blanks();
         if (source.rest().starts_with('"'))
-            dimension = unknown_dimension;  // of versions before 2.1
+            dimension = unknown_dimension;  // in versions before 2.1
         else if (!source.text_number(tag))
             return cut_off(source, "$PhysicalNames");
         Group group{static_cast<int>(dimension), magnitude(tag), unquoted(source.line())};

@@ -1,4 +1,4 @@
-// Reads entities, nodes and elements of MSH 4; groups, tags and fields of the mesh.
+// Reads entities, nodes and elements of MSH 4; groups, tags and fields.
 module;
 #include <algorithm>
 #include <array>
@@ -14,13 +14,13 @@ module;
 module camber.io;
 import camber.core;
 
-/// The sections of versions 4.0 and 4.1. In 4.0 tags have 4 bytes, those of nodes stand beside their coordinates, those
-/// of entities before their dimensions, and points have a box.
+/// In version 4.0 tags have 4 bytes, node tags precede their coordinates, entity tags precede their dimensions, and
+/// points have a box.
 namespace camber::msh {
 
 namespace {
 
-/// A count that stands before as many whole numbers.
+/// A count, then that many integers.
 template <class Take>
 bool read_list(Source& source, Take&& take) {
     std::uint64_t n = 0;
@@ -63,10 +63,9 @@ bool read_entity(Source& source, int dimension, bool of_partition, Generation ve
     return true;
 }
 
-/// The head of a block in $Nodes and $Elements.
 struct BlockHead {
     EntityKey entity;
-    std::int64_t kind = 0;  ///< parametric or not; the type
+    std::int64_t kind = 0;  ///< nodes: 1 if parametric; elements: the type
     std::uint64_t count = 0;
 };
 bool read_head(Source& source, Generation version, BlockHead& head) {
@@ -79,7 +78,7 @@ bool read_head(Source& source, Generation version, BlockHead& head) {
     return dimension >= 0 && dimension <= 3;
 }
 
-/// The number of blocks; what else stands there is told by the blocks.
+/// The other numbers are redundant.
 bool read_blocks(Source& source, Generation version, std::uint64_t& blocks) {
     std::uint64_t ignored = 0;
     if (!source.count(blocks) || !source.count(ignored)) return false;
@@ -214,7 +213,7 @@ std::optional<FieldKind> kind_of(std::size_t components) {
     return std::nullopt;
 }
 
-/// The values by the rows that the tags are of; none where a row has no value.
+/// Values by row of `index`; none if one is missing.
 std::optional<Buffer<double>> by_row(const Field& field, const TagIndex& index, std::size_t rows) {
     Buffer<double> values(rows * field.components);
     Buffer<std::uint8_t> seen(rows, std::uint8_t{0});
@@ -272,7 +271,7 @@ Column<std::uint64_t> told_tags(std::initializer_list<const Buffer<std::uint64_t
 Column<std::uint64_t> tags_of_vertices(const DecodedMesh& decoded, const Buffer<std::uint64_t>& nodes) {
     const std::size_t vertices = std::visit([](const auto& mesh) { return mesh.points.size(); }, decoded.mesh);
     if (vertices == nodes.size()) return told_tags({&nodes});
-    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // of degree 2: they are the tags
+    const Column<std::uint32_t>& numbers = decoded.node_numbers;  // for degree 2 these are the tags
     if (numbers.size() < vertices) return {};
     const Buffer<std::uint64_t> of(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(vertices));
     return told_tags({&of});

@@ -22,7 +22,6 @@ using Tag = std::uint64_t;
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-/// Makes the parts of one file.
 template <class Mesh>
 class Writer {
   public:
@@ -74,7 +73,6 @@ class Writer {
         return check_rows<D>(fields_, grid_.nodes(), cells_of(linear_));
     }
 
-    /// Points, edges, facets and elements are numbered in turn.
     void count_elements() {
         before_[1] = numbers_.points.size();
         before_[2] = before_[1] + numbers_.of_dimension[1].of.size();
@@ -94,7 +92,6 @@ class Writer {
         for (int c = 0; c < D; ++c) p[static_cast<std::size_t>(c)] = grid_.point(n)[c];
         return p;
     }
-    /// The nodes of a simplex as Gmsh orders them.
     template <int K, class Integer>
     void put_nodes(const Simplices<K>& simplices, std::size_t s, Integer* to) const {
         constexpr std::size_t width = Grid<Mesh>::template width<K>;
@@ -126,7 +123,7 @@ class Writer {
         sink_.end_section("Elements");
         return written;
     }
-    /// Elements of one type. In text the type and the number of tags stand in each line, in binary before all.
+    /// Type and number of tags are in each line of text files, in a header of binary files.
     template <std::size_t Width>
     Outcome<Done> elements_2(std::int32_t type, const std::vector<Reference>& physicals, std::size_t dimension,
                              std::size_t before, const auto& put) {
@@ -185,7 +182,6 @@ class Writer {
         sink_.end_section("Nodes");
         return Done{};
     }
-    /// Coordinates and so many parameters.
     Outcome<Done> places_4(int parameters, const std::uint32_t* nodes, std::size_t n) {
         const auto& geometry = linear_.geometry;
         if (parameters == 0)
@@ -251,8 +247,7 @@ class Writer {
 
     // ---------------------------------------------------------------- fields
 
-    /// The i-th cell in the order of tags, in which readers expect values: elements are first among cells and last in
-    /// the file.
+    /// Readers expect values in tag order: elements are first among the mesh's cells, but last in the file.
     [[nodiscard]] std::size_t cell_in_file(std::size_t i) const {
         const std::size_t elements = linear_.elements.size(), facets = linear_.facets.size();
         const std::size_t edges = linear_.edges.size();
@@ -274,7 +269,7 @@ class Writer {
         }
         return Done{};
     }
-    /// `sources`: where the components stand in a row of ours; −1: zero.
+    /// `sources`: index of each component in a row; −1: zero.
     template <std::size_t Components>
     Outcome<Done> write_field(const MeshField& field, std::array<int, Components> sources) {
         const bool of_nodes = field.centring == Centring::node;
@@ -310,7 +305,7 @@ class Writer {
     const Execution& execution_;
     Sink sink_;
     Numbers numbers_;
-    std::array<std::size_t, 5> before_{};  ///< elements of the file before the first of each dimension; of all
+    std::array<std::size_t, 5> before_{};  ///< file elements before each dimension, and all
 };
 
 }  // namespace

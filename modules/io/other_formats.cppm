@@ -23,25 +23,21 @@ export namespace camber {
 
 enum class VtkEncoding : std::uint8_t { ascii, binary };
 
-/// The mesh and the fields of a legacy VTK file (.vtk, versions 1 to 5.1) of an UNSTRUCTURED_GRID, as text or binary:
-/// what `decode_vtu` makes of the same cells and arrays. `where` in errors is `name: line N` (of binary files the line
-/// of the keyword). Errors: input (malformed, cut off, not finite, indices out of range), unsupported (other data sets,
-/// cells that are no simplices or of higher degree, arrays of texts in binary files), memory, stopped.
+/// Decodes a legacy VTK file (.vtk, versions 1 to 5.1) with an UNSTRUCTURED_GRID, as text or binary, like `decode_vtu`
+/// for the same cells and arrays. In binary files errors are at the line of the keyword. Errors: also unsupported
+/// (other data sets, string arrays in binary files).
 [[nodiscard]] Outcome<DecodedMesh> decode_vtk(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 
-/// Whether the bytes begin as a legacy VTK file does; `encoding` is told by its third line.
 [[nodiscard]] bool is_vtk(std::span<const std::byte> bytes, VtkEncoding encoding);
 
-/// The mesh as a legacy VTK file of version 4.2, which old readers know: points, cells and arrays as in `encode_vtu`
-/// with quadratic cells. Errors: usage (a field whose rows are not those of the mesh), unsupported (more points or
-/// entries of cells than 31 bits can number), internal (columns of the mesh that do not fit each other), memory,
-/// stopped.
+/// Encodes version 4.2, which old readers support: points, cells and arrays of `encode_vtu` with quadratic cells.
+/// Errors: also unsupported (more points or cell entries than 31 bits can number).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_vtk(const Mesh<D>& mesh, const MeshFields& fields, VtkEncoding encoding,
                                          const Execution& execution);
 
-/// What of the mesh a VTK file has no place for: as of a VTU file.
+/// See `not_in_vtu`.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_vtk(const Mesh<D>& mesh);
 
@@ -49,7 +45,7 @@ template <int D>
 
 namespace camber::vtk {
 
-/// Names of fields: as in VTU, and none that is a keyword among arrays.
+/// Rules of VTU, without the keywords of arrays.
 [[nodiscard]] FieldNames field_names();
 
 inline constexpr const char* damaged = "the file is cut off or damaged";
@@ -62,11 +58,11 @@ using Failure = decltype(fail(std::declval<Error>()));
     return text;
 }
 
-/// Walks a legacy VTK file from its begin to its end: words and lines of text, and numbers, which may be binary.
+/// Reads words, lines and numbers from begin to end.
 struct Source {
-    std::string name;  ///< the file's
+    std::string name;
     std::string_view text;
-    std::size_t at = 0, keyword = 0;  ///< here, and where the section began: the place of errors
+    std::size_t at = 0, keyword = 0;  ///< position; begin of the section, as the place of errors
     bool binary = false;
 
     [[nodiscard]] std::string place() const { return line_place(name, text, text.data() + keyword); }
@@ -102,7 +98,7 @@ struct Source {
         return fail(ErrorKind::unsupported, std::move(what), place(), {}, std::move(remedy));
     }
 
-    /// So many rows of numbers of VTK's type. Errors: input (more than follow, malformed), unsupported (no numbers).
+    /// Reads `rows` rows of the given VTK type. Errors: input (too few, malformed), unsupported (not a number type).
     [[nodiscard]] Outcome<vtu::Numbers> numbers(const std::string& type, std::uint64_t rows, std::uint64_t components);
 };
 
@@ -112,37 +108,40 @@ export namespace camber {
 
 enum class StlEncoding : std::uint8_t { ascii, binary };
 
-/// The surface of an STL file, text or binary: its triangles as facets, corners at the very same place one vertex, in
-/// the order in which they come. Solids of a text are references 1, 2 … with their names as groups, those of one name
-/// one reference; all of a binary file has reference 1. Normals and the attributes of binary triangles are not read.
-/// Triangles with two corners at one place are left out, with a notice. `where` in errors is `name: line N` or
-/// `name: byte N`; triangles are counted from 1. Errors: input (malformed, cut off, not as many triangles as announced,
-/// not finite), unsupported (facets that are no triangles, more than 32 bits can number), memory, stopped.
+/// Decodes an STL surface, text or binary.
+/// - Triangles become facets; those with two coincident corners are dropped with a notice.
+/// - Corners at exactly the same position become one vertex, numbered by first occurrence.
+/// - Solids of text files get references 1, 2 …, one for each name, and groups with the names. In binary files all
+///   triangles have reference 1.
+/// - Normals and binary attributes are ignored.
+///
+/// Errors: also input (a different number of triangles than announced), unsupported (facets that are not triangles,
+/// more than 32 bits can number).
 [[nodiscard]] Outcome<DecodedMesh> decode_stl(std::span<const std::byte> bytes, std::string_view name,
                                               const DecodeOptions& options, const Execution& execution);
 
-/// The boundary of the mesh as an STL file, triangles with normals that point outwards: the faces that one tetrahedron
-/// alone has; of a surface in space its triangles, of a mesh in 2D all of it at z = 0, as they are turned. A curved
-/// triangle becomes four between its nodes; those with two corners at one place are left out. As text each reference is
-/// a solid, by its name or `reference_N`; in binary there is one, in coordinates of 32 bits. Errors: unsupported (more
-/// triangles or larger coordinates than 32 bits hold), memory, stopped.
+/// Encodes the boundary of the mesh.
+/// - Faces of exactly one tetrahedron, with outward normals.
+/// - All triangles of a surface in space or of a 2D mesh (z = 0), with their orientation.
+/// - A curved triangle becomes four triangles between its nodes. Triangles with two coincident corners are dropped.
+/// - Text has a solid for each reference, with its name or `reference_N`. Binary is one solid with 32-bit coordinates.
+///
+/// Errors: unsupported (more triangles or larger coordinates than 32 bits hold).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_stl(const Mesh<D>& mesh, StlEncoding encoding, const Execution& execution);
 
-/// Whether the bytes are an STL file of this kind: as many as its count says (binary, also where they begin with
-/// `solid`), or else text that begins so.
+/// Binary: the size matches the triangle count, also if the header begins with `solid`. Text: begins with `solid`.
 [[nodiscard]] bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding);
 
-/// What of the mesh is another once it has been an STL file.
+/// Differences between the mesh and the mesh read back.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_stl(const Mesh<D>& mesh, StlEncoding encoding);
 
 }  // namespace camber
 
-/// What an STL file holds, for its readers and writers.
 namespace camber::stl {
 
-/// A binary file: a header, the number of triangles in 4 bytes, and rows of a normal, three corners and an attribute.
+/// Header, 4-byte number of triangles, rows of a normal, three corners and an attribute.
 inline constexpr std::size_t header_bytes = 80, count_bytes = 4, row_bytes = 50;
 
 struct Triangle {
@@ -154,7 +153,7 @@ struct Triangle {
 }
 using Triangles = Buffer<Triangle>;
 
-/// References of solids: of the same name the same, else the next; a solid without a name has one of its own.
+/// Equal names share a reference; an unnamed solid gets a new one.
 class Solids {
   public:
     [[nodiscard]] Reference of(const std::string& name) {
@@ -171,21 +170,21 @@ class Solids {
     Buffer<Group> groups_;
 };
 
-/// What is written of a mesh, as it is read again but for the vertices.
+/// Data to write; it is read back unchanged except for the vertices.
 struct Written {
-    Triangles triangles = {};            ///< solid by solid; none has equal corners
-    Buffer<Group> groups = {};           ///< the solids, of a text
-    std::vector<Renaming> renamed = {};  ///< names of groups and of their solids
+    Triangles triangles = {};            ///< by solid, without equal corners
+    Buffer<Group> groups = {};           ///< text: the solids
+    std::vector<Renaming> renamed = {};  ///< groups and their solids
     std::size_t left_out = 0;            ///< triangles with equal corners
-    std::size_t rounded = 0;  ///< coordinates that 32 bits do not hold, in binary: infinite where they are too large
+    std::size_t rounded = 0;             ///< binary: coordinates not exact in 32 bits; infinite if too large
 };
 template <class Mesh>
 [[nodiscard]] Written written(const Mesh& mesh, const Column<Group>& groups, StlEncoding encoding);
 
-/// The surface: corners at the very same place (−0 is 0) are one vertex. No triangle has equal corners.
+/// Merges coincident corners (−0 equals 0). Precondition: no triangle has equal corners.
 [[nodiscard]] listing::Mesh<3> welded(const Triangles& triangles);
 
-/// A solid's name for each reference of triangles: that of its group, else one with its number.
+/// Group name of each reference, else one with its number.
 [[nodiscard]] std::map<Reference, std::string> solid_names(const Triangles& triangles, const Column<Group>& groups,
                                                            std::vector<Renaming>& renamed);
 
@@ -193,76 +192,72 @@ template <class Mesh>
 
 export namespace camber {
 
-/// Whether CGNS files can be read and written: this build knows the library (Debian: libcgns-dev). It is looked for,
-/// and loaded, when the first file is to be read or written.
+/// True if this build was configured with the CGNS library (Debian: libcgns-dev). It is located and loaded at the first
+/// read or write.
 [[nodiscard]] bool knows_cgns();
 
-/// A CGNS file (HDF5 or ADF) of one base and unstructured zones, which are joined (at vertices of one place where the
-/// file has connectivities of zones), or of which one is chosen: TETRA_4, TETRA_10, TRI_3, TRI_6, BAR_2, BAR_3, also
-/// in MIXED sections. Facets take the reference of the boundary condition that lists them (a point set of faces,
-/// elements or vertices), all other simplices that of their section; both are groups by their names. The number is
-/// that of the descriptor `reference` below the node, as `encode_cgns` writes it, else 1, 2, 3 … in the file's order.
-/// Scalars of a flow solution at vertices are fields; three (in 2D two) named …X …Y …Z are a vector.
-/// `name` is the file's path, which the library opens itself where it has these bytes; else they are put into a
-/// temporary file. Errors: input, unsupported (structured zones, other cells, with their counts; the
-/// library is not there), memory, stopped.
+/// Decodes a CGNS file (HDF5 or ADF) with one base and unstructured zones.
+/// - All zones are joined, or one is chosen by the options. Coincident vertices are merged if the file has zone
+///   connectivities.
+/// - Elements: TETRA_4, TETRA_10, TRI_3, TRI_6, BAR_2, BAR_3, also in MIXED sections.
+/// - Facets take the reference of the boundary condition that lists them (a point set of faces, elements or vertices),
+///   other simplices that of their section. Both become named groups. The number is that of the descriptor `reference`
+///   below the node (written by `encode_cgns`), else 1, 2, 3 … in file order.
+/// - Scalars of a flow solution at vertices become fields; three (in 2D two) named …X …Y …Z become a vector.
+///
+/// `name` is the file's path. The library opens that file if it has the size of `bytes`, else a temporary copy of
+/// `bytes`. Errors: input, unsupported (structured zones, other cells, with their counts; the library is missing).
 [[nodiscard]] Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_view name,
                                                const DecodeOptions& options, const Execution& execution);
-/// With the default options.
 [[nodiscard]] inline Outcome<DecodedMesh> decode_cgns(std::span<const std::byte> bytes, std::string_view name,
                                                       const Execution& execution) {
     return decode_cgns(bytes, name, {}, execution);
 }
 
-/// The mesh as a CGNS file: a section for each dimension and reference, of facets with a boundary condition; named by
-/// their groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes are a flow solution. The
-/// library writes files only: it is given one in the folder for temporary files. Errors: write, unsupported (the
-/// library is not there), memory, stopped.
+/// Encodes a section for each dimension and reference, and a boundary condition for facets. Their names are those of
+/// the groups, else `tetrahedra_N`, `triangles_N`, `edges_N`. Scalars and vectors at nodes become a flow solution. The
+/// library writes to a file in the folder for temporary files. Errors: write, unsupported (the library is missing).
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_cgns(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 
-/// Whether the bytes begin as a CGNS file's do: those of HDF5 or ADF.
+/// HDF5 (but not MED) or ADF.
 [[nodiscard]] bool is_cgns(std::span<const std::byte> bytes);
 
-/// What of the mesh a CGNS file has no place for; the order of simplices whose references are not in one run each.
+/// Includes the order of simplices if a reference occurs in several runs.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_cgns(const Mesh<D>& mesh);
 
-/// Whether a CGNS file has a place for the field.
 [[nodiscard]] bool is_in_cgns(const MeshField& field);
 
 }  // namespace camber
 
 namespace camber::cgns {
 
-/// What simplices of a reference without a name are called.
+/// Default name of a reference.
 [[nodiscard]] std::string plain_name(int dimension, Reference reference);
 
-/// An error, with what the library said.
 [[nodiscard]] Error error_of(const char* said, ErrorKind kind, std::string_view doing, std::string_view name);
 [[nodiscard]] Error no_library(std::string_view why);
 [[nodiscard]] Error no_folder(std::string_view root);
 
 }  // namespace camber::cgns
 
-/// MED files, and names of fields, sections and boundary conditions in CGNS files.
+/// Recognition of MED files; names of fields, sections and boundary conditions in CGNS files.
 namespace camber {
 
-/// Whether the bytes begin as a MED file of Salome does: HDF5, as CGNS, with other nodes.
+/// MED file of Salome: HDF5 like CGNS, with other nodes.
 [[nodiscard]] bool is_med(std::span<const std::byte> bytes);
 
 }  // namespace camber
 
 namespace camber::cgns {
 
-/// The fields that a file has a place for, and their names there.
+/// Fields that CGNS can hold, with legal names.
 [[nodiscard]] MeshFields fields_in_file(const MeshFields& fields);
 [[nodiscard]] FieldNames field_names();
 
-/// Names of references, by the dimension of their simplices.
 using ReferenceNames = std::map<std::pair<int, Reference>, std::string>;
-/// The names of sections, each of another reference, and of boundary conditions (of references of facets, none in a
-/// surface alone).
+/// One section for each reference; boundary conditions for references of facets, none for a surface mesh.
 struct GroupNames {
     ReferenceNames sections, conditions;
 };
@@ -273,18 +268,15 @@ template <int D>
 
 export namespace camber {
 
-/// The mesh as an XDMF 3 file, in which all numbers stand as text: one grid, of degree 1 a mixed one of elements,
-/// facets and feature edges, of degree 2 of the elements alone (readers know no mixed grids of that), of a surface its
-/// triangles. `reference` of nodes and cells, and the fields; symmetric tensors are written as full ones. Errors: usage
-/// (a field whose rows are not those of the mesh), internal (columns of the mesh that do not fit each other), memory,
-/// stopped.
+/// Encodes an XDMF 3 file with all numbers as text, in one grid. Degree 1 is a mixed grid of elements, facets and
+/// feature edges. Degree 2 has the elements only (of a surface its triangles), since readers do not support mixed grids
+/// of degree 2. Attributes are `reference` of nodes and cells, and the fields; symmetric tensors are written as full
+/// ones.
 template <int D>
 [[nodiscard]] Outcome<Chunks> encode_xdmf(const Mesh<D>& mesh, const MeshFields& fields, const Execution& execution);
 
-/// Whether the bytes begin as an XDMF file does.
 [[nodiscard]] bool is_xdmf(std::span<const std::byte> bytes);
 
-/// What of the mesh an XDMF file has no place for.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_xdmf(const Mesh<D>& mesh);
 

@@ -23,7 +23,6 @@ namespace vtu {
 
 namespace {
 
-/// The names of the pieces, in the file's order. Errors: input.
 Outcome<std::vector<std::string>> sources_of(std::span<const std::byte> bytes, const std::string& name) {
     constexpr const char* damaged = "it is cut off, or no PVTU file";
     pugi::xml_document document;
@@ -44,7 +43,7 @@ void append(Buffer<T>& to, const Buffer<T>& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
-/// Rows of another piece behind these, whose points are as many as `before`.
+/// `before`: points of the earlier pieces.
 template <int N>
 void append(listing::Rows<N>& to, const listing::Rows<N>& from, std::size_t before) {
     if (!from.entities.empty() || !to.entities.empty()) {
@@ -59,7 +58,7 @@ void append(listing::Rows<N>& to, const listing::Rows<N>& from, std::size_t befo
     append(to.references, from.references);
 }
 
-/// Where the rows of each kind of cells end in fields, in the order of these.
+/// End of each kind's rows in cell fields.
 std::vector<std::size_t> cell_ends(const listing::Mesh<3>& mesh) {
     std::vector<std::size_t> ends;
     const auto add = [&](const auto& kind) {
@@ -74,7 +73,7 @@ std::vector<std::size_t> cell_ends(const listing::Mesh<3>& mesh) {
 
 using Pieces = std::vector<listing::Mesh<3>>;
 
-/// The rows of a field that all pieces have: of nodes piece by piece, of cells kind by kind.
+/// Node fields by piece, cell fields by kind and then by piece.
 template <class T>
 Column<T> joined_rows(const Pieces& pieces, const std::vector<const MeshField*>& fields, std::size_t width) {
     Buffer<T> rows;
@@ -138,7 +137,6 @@ listing::Mesh<3> behind_one_another(const Pieces& pieces, const std::string& nam
     return mesh;
 }
 
-/// Of one nodal field of whole numbers; none where it is not there, or of another kind.
 std::optional<std::vector<double>> numbers_of_nodes(const MeshFields& fields) {
     const MeshField* const field = fields.find(global_nodes, Centring::node);
     if (!field || field->kind != FieldKind::scalar) return std::nullopt;
@@ -163,7 +161,7 @@ Outcome<Done> read_pieces(const std::vector<std::string>& sources, const DecodeO
             else
                 same->count += kind.count;
         }
-        for (Notice& notice : listed->notices)  // which most have in common
+        for (Notice& notice : listed->notices)  // most pieces have the same notices
             if (std::ranges::find(notices, notice.what, &Notice::what) == notices.end())
                 notices.push_back(std::move(notice));
     }
@@ -186,11 +184,11 @@ Outcome<DecodedMesh> joined(const Pieces& pieces, const std::string& name, std::
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// `<PDataArray type="…" …/>` of each array of a section.
+/// `<PDataArray type="…" …/>` for each array.
 std::string described(const std::vector<DataArray>& arrays) {
     std::string xml;
     for (const DataArray& array : arrays)
-        if (array.name != "entity")  // which pieces have that know one
+        if (array.name != "entity")  // not present in all pieces
             xml += "<PDataArray type=\"" + array.type + "\" Name=\"" + escaped(array.name) +
                    "\" NumberOfComponents=\"" + std::to_string(array.components) + "\"/>\n";
     return xml;

@@ -49,11 +49,10 @@ auto not_finite(std::string place, Entity triangle) {
 
 struct File {
     Triangles triangles = {};
-    std::size_t left_out = 0;  ///< triangles with equal corners
+    std::size_t left_out = 0;
     Buffer<Group> groups = {};
 };
 
-/// Reads a text from its begin to its end.
 class Parser {
   public:
     Parser(std::string_view text, std::string_view name)
@@ -94,7 +93,6 @@ class Parser {
     [[nodiscard]] Entity entity() const { return triangle_of(file_.triangles.size() + file_.left_out + 1); }
     [[nodiscard]] std::string place() const { return line_place(name_, text_, at_); }
 
-    /// The error of a word that is another than `wanted`.
     [[nodiscard]] Error unexpected(const std::string& wanted) const {
         if (word_.empty())
             return {ErrorKind::input, "the file ends where " + wanted + " was to come", place(), {}, cut};
@@ -115,7 +113,7 @@ class Parser {
         return Done{};
     }
 
-    /// What follows the word `facet`. The normal may be anything: some write `nan`.
+    /// The normal is not parsed: some programs write `nan`.
     Outcome<Done> facet() {
         if (auto done = expect("normal"); !done) return done;
         for (int c = 0; c < 3; ++c)
@@ -144,7 +142,7 @@ class Parser {
                 return fail(ErrorKind::input, more ? "a number is malformed" : "the file ends within a corner", place(),
                             entity(), more ? "the file is cut off or damaged" : cut);
             if (!std::isfinite(x)) return not_finite(place(), entity());
-            corner[c] = x + 0.0;  // −0 is 0
+            corner[c] = x + 0.0;  // turns −0 into 0
         }
         return Done{};
     }
@@ -152,7 +150,7 @@ class Parser {
     std::string_view text_, name_;
     Words words_;
     File file_;
-    const char* at_ = nullptr;  ///< where the last word is
+    const char* at_ = nullptr;  ///< of the last word
     std::string word_;
 };
 
@@ -178,12 +176,12 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
     auto done = each(
         execution, file.triangles.size(),
         [&](std::size_t t) {
-            const std::size_t row = head + row_bytes * t + 12;  // behind the normal
+            const std::size_t row = head + row_bytes * t + 12;  // after the normal
             bool finite = true;
             file.triangles[t].reference = 1;
             for (std::size_t i = 0; i < 9; ++i) {
                 const auto x = static_cast<double>(std::bit_cast<float>(number_at(bytes, row + 4 * i)));
-                file.triangles[t].corners[i / 3][static_cast<int>(i % 3)] = x + 0.0;  // −0 is 0
+                file.triangles[t].corners[i / 3][static_cast<int>(i % 3)] = x + 0.0;  // turns −0 into 0
                 finite = finite && std::isfinite(x);
             }
             if (!finite) first.note(t);
@@ -195,7 +193,7 @@ Outcome<File> read_binary(std::span<const std::byte> bytes, std::string_view nam
     return file;
 }
 
-/// Binary files that begin with `solid` have bytes in their first rows that no text has.
+/// Binary files that begin with `solid` have zero bytes near the begin, text files do not.
 bool looks_binary(std::span<const std::byte> bytes) {
     const auto begin = bytes.first(std::min<std::size_t>(bytes.size(), 1024));
     return std::find(begin.begin(), begin.end(), std::byte{0}) != begin.end();
@@ -215,7 +213,7 @@ Outcome<DecodedMesh> read(std::span<const std::byte> bytes, std::string_view nam
     return listing::assembled(std::move(mesh), listing::MidNodeKind::on_curve, std::move(notices), execution);
 }
 
-/// None of the beginnings of other formats in binary, nor of those whose text may have bytes of others in it.
+/// False for other binary formats, and for text formats that may contain binary data.
 bool may_be_header(std::span<const std::byte> bytes) {
     const std::string_view text = text_of(bytes.first(4));
     return std::string_view("$#<@\x89").find(text[0]) == std::string_view::npos &&
@@ -246,7 +244,7 @@ listing::Mesh<3> welded(const Triangles& triangles) {
 
 namespace {
 
-/// Names of solids: in one line, without blanks at their ends.
+/// One line, without blanks at either end.
 std::string solid_name(std::string_view text) {
     std::string name(text);
     for (char& c : name)
@@ -256,7 +254,7 @@ std::string solid_name(std::string_view text) {
     return name.substr(first, name.find_last_not_of(' ') - first + 1);
 }
 
-/// The name of the first group of triangles with the reference; empty: there is none.
+/// Empty if there is none.
 std::string group_name(const Column<Group>& groups, Reference reference) {
     for (const Group& group : groups)
         if (group.dimension == 2 && group.reference == reference) return group.name;
@@ -305,7 +303,7 @@ bool is_stl(std::span<const std::byte> bytes, StlEncoding encoding) {
         bytes.size() >= head && stl::may_be_header(bytes) &&
         bytes.size() == head + stl::row_bytes * std::uint64_t{stl::number_at(bytes, stl::header_bytes)};
     if (encoding == StlEncoding::binary || is_binary) return is_binary == (encoding == StlEncoding::binary);
-    constexpr std::size_t soon = 256;  // after blanks
+    constexpr std::size_t soon = 256;  // allows leading blanks
     std::string_view text = stl::text_of(bytes.first(std::min(bytes.size(), soon)));
     while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
     return stl::lower(text.substr(0, 5)) == "solid" && (text.size() < 6 || is_blank(text[5]));

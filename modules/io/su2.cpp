@@ -41,12 +41,11 @@ std::string row_place(const Zone& zone, Lines lines, std::size_t row) {
     return line ? zone.place(*line) : zone.name;
 }
 
-/// The points of a zone among those of all.
 struct PointRange {
     std::size_t first = 0, count = 0;
 };
 
-/// Rows `type nodes… [index]`, behind those that are there; those that are no K-simplices are counted in `refused`.
+/// Appends rows `type nodes… [index]`; other simplices are counted in `refused`.
 template <int K>
 Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange points, Reference reference,
                              listing::Rows<K + 1>& into, Refused& refused) {
@@ -85,8 +84,8 @@ Outcome<Done> read_simplices(const Zone& zone, const Block& block, PointRange po
     return Done{};
 }
 
-/// Rows of D coordinates, and what else is there: a third coordinate in 2D, an index, another of the whole of a mesh
-/// that was divided. SU2 does not look at those, and `heights` counts third coordinates that are not 0.
+/// Skips further numbers after D coordinates, as SU2 does: a third coordinate in 2D, an index, a global index of a
+/// partitioned mesh. `heights` counts nonzero third coordinates.
 template <int D>
 Outcome<Done> read_points(const Zone& zone, const Block& block, Buffer<Vec<D>>& points, std::size_t& heights) {
     constexpr std::size_t most = 3;
@@ -113,7 +112,7 @@ Outcome<Done> read_points(const Zone& zone, const Block& block, Buffer<Vec<D>>& 
     return Done{};
 }
 
-/// References of markers: of the same name the same, else the next.
+/// Equal names share a reference.
 template <int D>
 struct MarkerReferences {
     Buffer<Group>& groups;
@@ -129,7 +128,7 @@ struct MarkerReferences {
 
 using Zones = std::vector<const Zone*>;
 
-/// Elements are those of all zones behind one another, facets those of all their markers: the place of each.
+/// Elements are by zone, facets by zone and marker.
 auto place_of_elements(const Zones& zones) {
     return [zones](std::size_t row) {
         for (const Zone* const zone : zones) {
@@ -183,19 +182,19 @@ Outcome<DecodedMesh> read_mesh(const Zones& zones, std::vector<Notice> notices, 
 }
 
 void tell_of(const Zone& zone, std::vector<Notice>& notices) {
-    if (!zone.markers_announced)  // Gmsh writes none where it has no groups; a file cut off there looks the same
+    if (!zone.markers_announced)  // Gmsh omits NMARK for meshes without groups; a truncated file looks the same
         notices.push_back({"the file has no NMARK, and so no markers of the boundary"});
     if (zone.parallel_markers > 0)
         notices.push_back({std::to_string(zone.parallel_markers) + " markers SEND_RECEIVE were left out"});
     if (zone.foreign_blocks == 0) return;
     std::string first = zone.first_foreign;
-    for (char& c : first)  // noise must not reach a terminal as it is
+    for (char& c : first)  // damaged files must not write control characters to a terminal
         if (c < ' ' || c > '~') c = '?';
     notices.push_back(
         {std::to_string(zone.foreign_blocks) + " other keywords were left out, the first of them " + first});
 }
 
-/// The zones that are asked for. Errors: input (there is none of that number).
+/// Errors: input (no zone of that number).
 Outcome<Zones> chosen(const File& file, const std::string& wanted) {
     Zones zones;
     std::string numbers;
@@ -242,7 +241,7 @@ Outcome<DecodedMesh> decode_su2(std::span<const std::byte> bytes, std::string_vi
 }
 
 bool is_su2(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 65536;  // after comments
+    constexpr std::size_t soon = 65536;  // allows leading comments
     const auto line = su2::Lines(su2::text_of(bytes.first(bytes.size() < soon ? bytes.size() : soon))).next();
     if (!line) return false;
     const std::string_view key = su2::entry_of(*line).key;

@@ -25,7 +25,6 @@ std::optional<std::int64_t> number_of(std::string_view word) {
     return value;
 }
 
-/// Walks through a file and notes where its blocks are.
 class Index {
   public:
     Index(std::string_view text, std::string_view name) : lines_(text) {
@@ -75,7 +74,7 @@ class Index {
         return Done{};
     }
 
-    /// Blocks that Camber does not know have rows of their own; elsewhere a row that nothing announces is damage.
+    /// Unknown blocks may have rows; other rows without a header are errors.
     Outcome<Done> row_of_nothing(std::string_view line) {
         if (in_foreign_) return Done{};
         return fail_at(zone_.place(line), "is no keyword with =, and no row that was announced");
@@ -98,7 +97,7 @@ class Index {
         return Done{};
     }
 
-    /// What stands before the first zone belongs to it.
+    /// Content before the first zone header belongs to that zone.
     Outcome<Done> begin_zone(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);
@@ -109,7 +108,7 @@ class Index {
         return Done{};
     }
 
-    /// Passes by so many rows.
+    /// Skips the announced rows.
     Outcome<Block> rows(std::string_view line, std::string_view value) {
         in_foreign_ = false;
         const auto number = number_of(value);
@@ -119,7 +118,7 @@ class Index {
             return fail_at(zone_.place(line), "announces " + std::to_string(count) + " rows, more than follow");
         if (count > max_entities)
             return fail(ErrorKind::unsupported, "has more rows than 32 bits can number", zone_.place(line));
-        Lines ahead = lines_;  // a marker SEND_RECEIVE has a line between its count and its rows
+        Lines ahead = lines_;  // a SEND_RECEIVE marker has a line between its count and its rows
         if (const auto row = ahead.next(); row && entry_of(*row).key == "SEND_TO") lines_ = ahead;
         Block made{static_cast<std::size_t>(count), lines_};
         for (std::size_t i = 0; i < made.count; ++i) {

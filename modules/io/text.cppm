@@ -11,18 +11,17 @@ module;
 #include <system_error>
 #include <utility>
 #include <vector>
-/// Helpers that all formats share: words of text, memory limits, refused cells, tags, names, losses.
+/// Helpers of all formats.
 module camber.io:text;
 import camber.core;
 import :meshes;
 
-/// Words and numbers of text files.
 namespace camber {
 
 [[nodiscard]] constexpr bool is_blank(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 [[nodiscard]] constexpr bool ends_word(char c) { return is_blank(c) || c == '#'; }
 
-/// Walks the words of ASCII text between blanks and comments (`#` to the end of the line).
+/// Words of ASCII text, between blanks and comments (`#` to the end of the line).
 struct Words {
     const char* at;
     const char* end;
@@ -42,7 +41,6 @@ struct Words {
     inline void pass() {
         while (at != end && !ends_word(*at)) ++at;
     }
-    /// The next word, or an empty one at the end.
     [[nodiscard]] inline std::string_view next() {
         if (!find()) return {};
         const char* const begin = at;
@@ -55,10 +53,9 @@ struct Words {
     [[nodiscard]] inline bool at_word_end() const { return at == end || ends_word(*at); }
 };
 
-/// `name: line N` of a place in a text.
 [[nodiscard]] std::string line_place(std::string_view name, std::string_view text, const char* at);
 
-/// Reads a number that the plain way cannot: a leading +, Fortran's exponent D, magnitudes beyond those of double.
+/// Accepts a leading +, Fortran's exponent D, magnitudes outside the range of double.
 [[nodiscard]] bool read_unusual_real(std::string_view word, double& value);
 
 [[nodiscard]] inline bool read_number(Words& words, std::int64_t& value) {
@@ -79,15 +76,13 @@ struct Words {
     return read_unusual_real(words.next(), value);
 }
 
-/// What a file with compressed data may still be unpacked to, in bytes of memory. Deflate makes a thousand bytes out of
-/// one where all are alike; meshes come to about seven (a grid of a box, as regular as they get, with types and
-/// references that are all the same), so a hundred times the file is no mesh. Small files have 64 MiB: they cost nobody
-/// anything.
+/// Memory limit in bytes for unpacked data: 100 times the file size, at least 64 MiB. Deflate reaches a ratio of 1000
+/// on constant data; meshes reach about 7 (regular grid of a box, constant types and references).
 class UnpackedBudget {
   public:
     explicit constexpr UnpackedBudget(std::size_t file_bytes) : left_(most(file_bytes)) {}
 
-    /// So many numbers of so many bytes each; false: more than is left.
+    /// False if it exceeds the rest.
     [[nodiscard]] constexpr bool take(std::uint64_t count, std::uint64_t bytes_each = sizeof(double)) {
         if (bytes_each > 0 && count > left_ / bytes_each) return false;
         left_ -= count * bytes_each;
@@ -103,12 +98,11 @@ class UnpackedBudget {
     std::uint64_t left_;
 };
 
-/// What is to be done about cells that are not held.
 inline constexpr const char* simplices_remedy =
     "give a mesh of edges, triangles and tetrahedra of degree 1 or 2; \"camber info FILE\" counts its cells and tells "
     "what splits them";
 
-/// Counts what a file holds and Camber cannot, kind by kind in the order of their first mention.
+/// Unsupported items by kind, in order of first occurrence.
 class Refused {
   public:
     /// `kind`: in the plural.
@@ -125,18 +119,17 @@ class Refused {
     }
 
     [[nodiscard]] bool any() const { return !kinds_.empty(); }
-    /// All of them, by kind.
     [[nodiscard]] std::vector<CellCount> counts() const {
         std::vector<CellCount> counts(kinds_);
         if (others_ > 0) counts.push_back({"of other kinds", others_});
         return counts;
     }
 
-    /// Nothing where they are only counted; else an error of kind unsupported that names them all, if there are any.
+    /// With `Unheld::count` no error; else as below.
     [[nodiscard]] Outcome<Done> verdict(std::string where, Unheld unheld) const {
         return unheld == Unheld::count ? Outcome<Done>(Done{}) : verdict(std::move(where));
     }
-    /// An error of kind unsupported that names them all, if there are any.
+    /// Error of kind unsupported that names all kinds, if there are any.
     [[nodiscard]] Outcome<Done> verdict(std::string where) const {
         if (kinds_.empty()) return Done{};
         std::string text;
@@ -149,13 +142,13 @@ class Refused {
     }
 
   private:
-    /// A damaged file may have any number of kinds.
+    /// Limits the list for damaged files.
     static constexpr std::size_t max_kinds = 64;
     std::size_t others_ = 0;
     std::vector<CellCount> kinds_;
 };
 
-/// The first of the rows at fault, whatever thread finds it.
+/// The first faulty row, for any number of threads.
 class FirstFault {
   public:
     void note(std::size_t row) {
@@ -172,18 +165,17 @@ class FirstFault {
 
 inline constexpr std::uint32_t no_row = std::numeric_limits<std::uint32_t>::max();
 
-/// The rows in the order of their tags, those of one tag in the order they have; none at all where they are in it. At
-/// most `max_entities` of them. Takes no memory for tags that do not occur.
+/// Rows in tag order, stable for equal tags; empty if already in order. Precondition: at most `max_entities` rows.
+/// Sparse tags need no memory for gaps.
 [[nodiscard]] Buffer<std::uint32_t> rows_by_tag(std::span<const std::uint64_t> tags);
 
-/// Finds rows by tags, whatever these are: next to each other, with gaps, or scattered.
+/// Finds rows by contiguous, sparse or scattered tags.
 class TagIndex {
   public:
     TagIndex() = default;
-    /// Of ascending tags, which must outlive it; row i is `rows[i]`, or i where there are no rows.
+    /// `ascending` must outlive the index; row i is `rows[i]`, or i if `rows` is empty.
     TagIndex(std::span<const std::uint64_t> ascending, Buffer<std::uint32_t> rows);
 
-    /// The row, or `no_row`.
     [[nodiscard]] std::uint32_t find(std::uint64_t tag) const {
         if (tags_.empty() || tag < tags_.front() || tag > tags_.back()) return no_row;
         const std::size_t offset = tag - tags_.front();
@@ -200,29 +192,29 @@ class TagIndex {
     std::span<const std::uint64_t> tags_;
     Buffer<std::uint32_t> rows_;
     bool contiguous_ = false;
-    Buffer<std::uint32_t> table_;  ///< by tags from the first; where most of them occur
+    Buffer<std::uint32_t> table_;  ///< by tag minus first tag, for dense tags
 };
 
-/// What a format has a place for, of what meshes have beside nodes, simplices and references.
+/// Mesh data that a format can hold, besides nodes and simplices.
 struct Holds {
     bool groups = false;        ///< names of references
-    bool entities = false;      ///< the entities that simplices lie on
-    bool associations = false;  ///< the entities that vertices lie on, and where
+    bool entities = false;      ///< of simplices
+    bool associations = false;  ///< entities and parameters of vertices
     bool corners = false, ridges = false, required = false;
     bool directions = false;    ///< normals and tangents
     bool feature_edges = true;  ///< simplices of dimension 1 in a 3D mesh
     bool point_references = true;
 };
 
-/// A sentence for each kind of things that the mesh has and the format of that name does not hold, with their number.
+/// A notice for each kind of data that the format cannot hold, with the number of items.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_held(const LinearMesh<D>& mesh, Holds holds, std::string_view format);
 
-/// For formats with one name a reference: the simplices that are in further groups, by these.
+/// For formats with one name for each reference: simplices in further groups.
 template <int D>
 [[nodiscard]] std::vector<Notice> not_in_further_groups(const LinearMesh<D>& mesh, std::string_view format);
 
-/// Whether fields have a row for each node, or cell, of the mesh that they are written with. Errors: usage.
+/// Checks that fields have a row for each node or cell. Errors: usage.
 template <int D>
 [[nodiscard]] Outcome<Done> check_rows(const MeshFields& fields, std::size_t nodes, std::size_t cells) {
     for (const MeshField& field : fields) {
@@ -236,48 +228,43 @@ template <int D>
     return Done{};
 }
 
-// Names of fields and groups as formats have them: legal, and each one's own.
+// Legal and unique names of fields and groups in a format.
 
-/// What a format requires of names.
 struct NameRule {
-    std::string (*legal)(std::string_view name);  ///< the nearest name of letters that the format has
+    std::string (*legal)(std::string_view name);  ///< nearest legal name
     std::size_t longest = std::string::npos;      ///< in bytes
-    std::vector<std::string> reserved = {};       ///< names of what is no field or group
-    std::string_view unnamed = "unnamed";         ///< the name of what has none
+    std::vector<std::string> reserved = {};       ///< used for other data
+    std::string_view unnamed = "unnamed";         ///< for an empty name
 };
 
-/// A name, and the endings with which the file lists it: of a vector by its components several.
+/// Endings: one for each component that the file lists.
 struct ListedName {
     std::string name;
     std::vector<std::string> endings{{}};
 };
 
-/// A name for each, as the rule has it, so that nothing is listed twice. Names that the rule has stay, the first of
-/// equal ones; the others lose what is not legal, and end in _2, _3 and so on where another has their name.
+/// Legal names stay, the first of equal ones; others lose illegal characters and end in _2, _3 … if the name is in use.
+/// No listed name occurs twice.
 [[nodiscard]] std::vector<std::string> legal_names(std::span<const ListedName> names, const NameRule& rule);
 
-/// The name with `_` for control characters and for bytes that are no UTF-8.
+/// Control characters and invalid UTF-8 bytes become `_`.
 [[nodiscard]] std::string readable_name(std::string_view name);
-/// The name on one line, with ' for ".
+/// One line, with ' for ".
 [[nodiscard]] std::string quotable_name(std::string_view name);
 
-/// The rules of a format for its fields.
 struct FieldNames {
     NameRule at_nodes, at_cells;
-    std::vector<std::string> (*endings)(FieldKind kind) = nullptr;  ///< none: each field is listed once
+    std::vector<std::string> (*endings)(FieldKind kind) = nullptr;  ///< null: fields are listed once
 };
-/// The fields with their names in the format.
 [[nodiscard]] MeshFields with_legal_names(const MeshFields& fields, const FieldNames& rules);
-/// A notice of the names that become others.
 [[nodiscard]] std::vector<Notice> renamed_fields(const MeshFields& fields, const FieldNames& rules,
                                                  std::string_view format);
 
-/// The groups with their names in the format: names that differ within a dimension stay different.
+/// Different names within a dimension stay different.
 [[nodiscard]] Column<Group> with_legal_names(const Column<Group>& groups, const NameRule& rule);
 
-/// An old name and the new one; the same where it stays.
 using Renaming = std::pair<std::string, std::string>;
-/// A notice of those that change: "VTU has other names for 2 fields: …".
+/// For example "VTU has other names for 2 fields: …".
 [[nodiscard]] std::vector<Notice> note_renamed(std::string_view format, std::string_view kind,
                                                const std::vector<Renaming>& names);
 [[nodiscard]] std::vector<Notice> renamed_groups(const Column<Group>& groups, const Column<Group>& in_file,

@@ -1,4 +1,4 @@
-// Numbers of arrays of VTK files: those of legacy files, and conversions to references and values of fields.
+// Reads number arrays of legacy VTK files and converts them to references and field values.
 module;
 #include <algorithm>
 #include <bit>
@@ -53,7 +53,7 @@ Outcome<vtu::Numbers> text_numbers(Source& source, std::uint64_t n) {
     return numbers;
 }
 
-/// They follow the end of this line, the most significant byte first.
+/// The numbers begin after this line, most significant byte first.
 template <class T>
 Outcome<vtu::Numbers> binary_numbers(Source& source, std::uint64_t n) {
     source.line();
@@ -123,7 +123,7 @@ namespace {
 
 constexpr std::size_t row_grain = 4096;
 
-/// Rows of ours: row `order[i]` of the file's (without an order, row i), its component k at `places[k]`.
+/// Row i is row `order[i]` of the file (without an order, row i), its component k is at `places[k]`.
 template <class To, class From>
 Outcome<Column<To>> placed(const Buffer<From>& from, const Column<std::uint32_t>* order, const std::vector<int>& places,
                            const Execution& execution) {

@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::string_view magic = "# vtk DataFile Version";
 
-/// A name as it was before VTK made blanks and signs %20 and so on.
+/// VTK writes blanks and special characters as %20 and so on.
 std::string decoded(std::string_view word) {
     std::string text;
     for (std::size_t i = 0; i < word.size(); ++i) {
@@ -37,7 +37,7 @@ std::string decoded(std::string_view word) {
     return text;
 }
 
-/// Reads a file from its begin to its end into what a VTU file has: arrays of points and cells.
+/// Parses a file into the structure of a VTU file.
 class Parser {
   public:
     Parser(std::span<const std::byte> bytes, std::string_view name)
@@ -69,7 +69,7 @@ class Parser {
         const std::string version(source_.word());
         has_offsets_ = version.starts_with("5");
         source_.line();
-        source_.line();  // a title of any kind
+        source_.line();  // title line
         const std::string kind = lower(source_.word());
         if (kind != "ascii" && kind != "binary") return source_.wrong("the third line is neither ASCII nor BINARY");
         source_.binary = kind == "binary";
@@ -107,7 +107,7 @@ class Parser {
         });
     }
 
-    /// Each cell with the number of its points before them.
+    /// Each cell: the number of points, then the points.
     Outcome<Done> cells_by_counts() {
         const auto n = source_.count(), size = source_.count();
         if (!n || !size || *n > *size) return source_.wrong("the numbers of CELLS are missing or malformed");
@@ -135,7 +135,7 @@ class Parser {
         return Done{};
     }
 
-    /// Where each cell begins and the last ends, and the points of all; since version 5.
+    /// Begin of each cell and end of the last, then the points; since version 5.
     Outcome<Done> cells_by_offsets() {
         const auto n = source_.count(), size = source_.count();
         if (!n || !size) return source_.wrong("the numbers of CELLS are missing or malformed");
@@ -171,7 +171,7 @@ class Parser {
         return Done{};
     }
 
-    /// Names of components and the like, to the next empty line.
+    /// For example component names; ends at the next empty line.
     Outcome<Done> skip_metadata() {
         source_.line();
         while (source_.at < source_.text.size() && !source_.line().empty()) {
@@ -200,7 +200,7 @@ class Parser {
         return Done{};
     }
 
-    /// An array by its kind; the tables of colours that some have are passed by.
+    /// Skips colour tables.
     Outcome<Done> attribute(const std::string& key) {
         const std::string name = decoded(source_.word());
         if (key == "lookup_table") {

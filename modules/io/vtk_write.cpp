@@ -22,11 +22,10 @@ namespace vtk {
 
 namespace {
 
-/// VTK's word for a number.
 template <class T>
 constexpr std::string_view type_name = std::is_same_v<T, double> ? "double" : "int";
 
-/// As VTK writes names: without blanks.
+/// Names have no blanks.
 std::string encoded(std::string_view name) {
     constexpr std::string_view digits = "0123456789ABCDEF";
     std::string text;
@@ -49,7 +48,6 @@ constexpr std::int32_t cell_type(int degree) {
     return degree == 1 ? linear[K - 1] : quadratic[K - 1];
 }
 
-/// Makes one file.
 template <class Mesh>
 class Writer {
   public:
@@ -83,7 +81,7 @@ class Writer {
         return check_rows<D>(fields_, grid_.nodes(), rows(Centring::cell));
     }
 
-    /// Numbers of all cells, and the number of its nodes before each.
+    /// Nodes of all cells, and a node count for each.
     [[nodiscard]] std::size_t entries() const {
         const std::size_t of_edges = linear_.edges.size() * (1 + G::template width<1>);
         return linear_.elements.size() * (1 + G::template width<D>)+linear_.facets.size() *
@@ -96,7 +94,7 @@ class Writer {
         chunks_.push_back(std::move(bytes));
     }
 
-    /// n rows of so many numbers, value(row, column) each; a line of text a row.
+    /// value(row, column); in text one line a row.
     template <class T, class Value>
     Outcome<Done> numbers(std::size_t n, std::size_t width, const Value& value) {
         constexpr std::size_t grain = 4096;
@@ -111,7 +109,7 @@ class Writer {
             },
             grain);
     }
-    /// An array, which in binary ends with a line of its own.
+    /// A line ends the array in binary files.
     template <class T, class Value>
     Outcome<Done> array(std::size_t n, std::size_t width, const Value& value) {
         return numbers<T>(n, width, value).map([&](Done done) {
@@ -171,7 +169,6 @@ class Writer {
         text("CELL_TYPES " + std::to_string(n) + "\n");
         return of_cells([]<int K>(const Simplices<K>&, std::size_t) { return cell_type<K>(G::degree); });
     }
-    /// A whole number of each cell.
     Outcome<Done> of_cells(const auto& value) {
         return array<std::int32_t>(cells_of(linear_), 1,
                                    [&](std::size_t c, std::size_t) { return at_cell(linear_, c, value); });

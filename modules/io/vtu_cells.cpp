@@ -23,7 +23,7 @@ auto damaged(const File& file, std::size_t at, std::string what) {
     return fail(ErrorKind::input, std::move(what), place(file, at), {}, "the file is damaged, or joined of two");
 }
 
-/// VTK's types of cells that Camber holds, with their nodes at each degree (0: none of that degree).
+/// Number of nodes at each degree (0: not available).
 struct Kind {
     std::uint64_t type;
     int dimension;
@@ -40,7 +40,7 @@ const Kind* find_kind(std::uint64_t type) {
     return nullptr;
 }
 
-/// What messages call cells of other types.
+/// Name in messages.
 std::string plural_of(std::uint64_t type) {
     constexpr std::array<std::pair<std::uint64_t, std::string_view>, 34> names{{{0, "empty cells"},
                                                                                 {4, "poly lines"},
@@ -81,7 +81,7 @@ std::string plural_of(std::uint64_t type) {
     return "cells of VTK's type " + std::to_string(type);
 }
 
-/// An array of whole numbers as T; what T cannot hold is `otherwise`.
+/// Values outside of T become `otherwise`.
 template <class T>
 Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& execution) {
     return std::visit(
@@ -93,7 +93,7 @@ Outcome<Buffer<T>> whole(const Numbers& numbers, T otherwise, const Execution& e
         numbers);
 }
 
-/// Each piece counts its points, and the entries of its connectivity, from 0.
+/// Each piece counts points and connectivity entries from 0.
 void join_pieces(const File& file, Buffer<std::uint64_t>& ends, Buffer<std::uint32_t>& connectivity) {
     std::uint64_t cell = 0, entry = 0, point = 0;
     for (const PieceSize& piece : file.pieces) {
@@ -119,7 +119,7 @@ Outcome<Buffer<T>> read_whole(const File& file, std::string_view name, std::uint
     return damaged(file, 0, "Cells have no array " + std::string(name));
 }
 
-/// What VTK marks of cells that belong to another piece; nothing where it marks none.
+/// Marks of cells of other pieces; empty if there are none.
 Outcome<Buffer<std::uint8_t>> read_ghosts(const File& file, const Execution& execution) {
     for (const DataArray& array : file.cell_data) {
         if (array.name != ghost_array || array.components != 1 || !is_number(array)) continue;
@@ -130,7 +130,7 @@ Outcome<Buffer<std::uint8_t>> read_ghosts(const File& file, const Execution& exe
     return Buffer<std::uint8_t>{};
 }
 
-/// Where each cell begins, from where each ends. They must not go back, and end where the connectivity does.
+/// Ends must not decrease, and the last one must be the size of the connectivity.
 Outcome<Buffer<std::uint64_t>> starts_of(const File& file, const Buffer<std::uint64_t>& ends, std::size_t entries,
                                          std::size_t at) {
     Buffer<std::uint64_t> starts(ends.size() + 1);
@@ -147,7 +147,6 @@ Outcome<Buffer<std::uint64_t>> starts_of(const File& file, const Buffer<std::uin
     return starts;
 }
 
-/// Sorts cells into kinds.
 class Sorter {
   public:
     Sorter(const File& file, std::size_t at, Buffer<std::uint8_t> ghosts)
@@ -235,7 +234,7 @@ Outcome<Buffer<Vec<3>>> read_points(const File& file, const Execution& execution
     const DataArray& array = file.point_arrays.front();
     const auto numbers = read_array(file, array, file.points, execution);
     if (!numbers) return fail(numbers.error());
-    // A product of a number that is not to be trusted would overflow.
+    // Division, because a product with an unchecked number may overflow.
     if (array.components != 3 || size_of(*numbers) % 3 != 0 || size_of(*numbers) / 3 != file.points)
         return damaged(file, array.at,
                        "the Piece has " + std::to_string(file.points) + " points, but " +

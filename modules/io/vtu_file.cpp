@@ -30,7 +30,7 @@ namespace {
 
 constexpr const char* cut_off = "it seems to be cut off";
 constexpr std::string_view blanks = " \t\r\n";
-/// An offset that no file has.
+/// An impossible offset.
 constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 
 auto fail_at(const File& file, std::size_t at, std::string what, std::string remedy = {}) {
@@ -40,7 +40,7 @@ auto refuse_at(const File& file, std::size_t at, std::string what, std::string r
     return fail(ErrorKind::unsupported, std::move(what), place(file, at), {}, std::move(remedy));
 }
 
-/// Raw data are no XML: takes them out of the text, which is then whole without them.
+/// Removes raw data, which is not XML, from the text.
 Outcome<std::string> cut(File& file) {
     const std::string_view text(reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size());
     const std::size_t element = text.find("<AppendedData");
@@ -57,7 +57,7 @@ Outcome<std::string> cut(File& file) {
     return std::string(text.substr(0, tag_end + 1)) + "</AppendedData></VTKFile>";
 }
 
-/// What a file of any number of arrays has; a node costs twenty times the bytes that it is written in.
+/// A parsed node needs twenty times the bytes of its text.
 constexpr std::ptrdiff_t max_tags = 200'000;
 
 Outcome<std::shared_ptr<pugi::xml_document>> parsed(const File& file, const std::string& xml) {
@@ -75,7 +75,7 @@ std::size_t at(const pugi::xml_node& node) {
     return static_cast<std::size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
 }
 
-/// A whole number of an attribute; none: it is not there, or none.
+/// None if missing or not an integer.
 std::optional<std::uint64_t> number(const pugi::xml_node& node, const char* name) {
     const std::string_view text = node.attribute(name).as_string();
     std::uint64_t value = 0;
@@ -92,7 +92,6 @@ std::optional<Compressor> compressor_of(std::string_view name) {
     return std::nullopt;
 }
 
-/// Byte order, headers, compressor.
 Outcome<Done> read_head(File& file, const pugi::xml_node& root) {
     const auto word = [&](const char* name, const char* otherwise) {
         return std::string(root.attribute(name).as_string(otherwise));
@@ -136,7 +135,7 @@ std::vector<DataArray> arrays_in(const pugi::xml_node& section) {
     return arrays;
 }
 
-/// Arrays of the first piece with those of the others that have the same name; such as a piece lacks are left out.
+/// Links arrays of the same name in the next piece; drops arrays that this piece lacks.
 void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
     std::erase_if(arrays, [&](DataArray& array) {
         const auto same = std::find_if(more.begin(), more.end(), [&](const DataArray& a) {
@@ -144,7 +143,7 @@ void join_arrays(std::vector<DataArray>& arrays, std::vector<DataArray> more) {
         });
         if (same == more.end()) return true;
         array.of_other_pieces.push_back(std::move(*same));
-        same->name = std::string(1, '\0');  // each is taken once
+        same->name = std::string(1, '\0');  // prevents a second match
         return false;
     });
 }
@@ -173,7 +172,7 @@ Outcome<Done> read_piece(File& file, const pugi::xml_node& piece) {
     return Done{};
 }
 
-/// Pieces behind one another; those without anything are passed by, if they are not all.
+/// Skips empty pieces unless all are empty.
 Outcome<Done> read_pieces(File& file, const pugi::xml_node& root) {
     const pugi::xml_node grid = root.child("UnstructuredGrid");
     file.arrays_of_the_whole = arrays_in(grid.child("FieldData")).size();
@@ -204,7 +203,7 @@ std::string place(const File& file, std::size_t at) {
 }
 
 std::string_view type_of_file(std::span<const std::byte> bytes) {
-    constexpr std::size_t soon = 4096;  // after a declaration and comments
+    constexpr std::size_t soon = 4096;  // allows a declaration and comments before
     constexpr std::string_view name = "type=";
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), std::min(bytes.size(), soon));
     const std::size_t first = text.find_first_not_of("\xEF\xBB\xBF \t\r\n");
@@ -214,7 +213,7 @@ std::string_view type_of_file(std::span<const std::byte> bytes) {
     const std::string_view head = text.substr(tag, text.find('>', tag) - tag);
     for (std::size_t at = head.find(name); at != std::string_view::npos; at = head.find(name, at + 1)) {
         const std::size_t begin = at + name.size() + 1;
-        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size()) continue;  // header_type
+        if (blanks.find(head[at - 1]) == std::string_view::npos || begin >= head.size()) continue;  // skips header_type
         return head.substr(begin, head.find(head[begin - 1], begin) - begin);
     }
     return {};
@@ -234,7 +233,7 @@ Outcome<File> open_file(std::span<const std::byte> bytes, std::string_view name)
     });
 }
 
-// VTK's compressors: each block by itself.
+// VTK's compressors: each block is compressed separately.
 
 namespace {
 
@@ -254,7 +253,7 @@ bool by_lz4(std::span<const std::byte> packed, std::span<std::byte> to) {
 }
 
 bool by_lzma(std::span<const std::byte> packed, std::span<std::byte> to) {
-    // A dictionary of what is written at most: a damaged header asks for any memory.
+    // Memory limit for the dictionary: a damaged header may request any size.
     std::uint64_t memory = std::uint64_t{256} << 20U;
     std::size_t read = 0, written = 0;
     const lzma_ret status =

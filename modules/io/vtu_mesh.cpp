@@ -1,4 +1,4 @@
-// Makes a mesh of the arrays of a VTU file.
+// Builds a mesh from the arrays of a VTU file.
 module;
 #include <algorithm>
 #include <array>
@@ -22,14 +22,14 @@ namespace camber::vtu {
 
 namespace {
 
-/// Where references of cells are looked for, in this order: names without capitals and signs.
+/// Known cell arrays of references by priority, in lower case without punctuation.
 constexpr std::array<std::string_view, 26> names_of_references{
     "reference", "meditref",   "gmshphysical", "cellentityids",  "materialid",     "materialids", "material",
     "matid",     "attribute",  "attributes",   "region",         "regionid",       "regionids",   "regions",
     "subdomain", "subdomains", "domain",       "physical",       "physicalid",     "physicalids", "celltags",
     "facettags", "celltag",    "blockid",      "elementblockid", "gmshgeometrical"};
 
-/// As names of arrays are compared with these.
+/// Form of names in this list.
 std::string plain_name(std::string_view name) {
     std::string plain;
     for (const char c : name) {
@@ -43,7 +43,6 @@ auto damaged(const File& file, std::size_t at, std::string what) {
     return fail(ErrorKind::input, std::move(what), place(file, at), {}, "the file is damaged, or joined of two");
 }
 
-/// The rows of an array of points or cells, as many as there are of these.
 Outcome<Numbers> read_rows(const File& file, const DataArray& array, std::size_t rows, const Execution& execution) {
     auto numbers = read_array(file, array, rows, execution);
     if (!numbers) return numbers;
@@ -65,7 +64,7 @@ std::optional<FieldKind> kind_with(std::size_t components) {
     }
 }
 
-/// Counts arrays that are left out, and names the first of them.
+/// Dropped arrays, with the first name.
 struct LeftOut {
     const char* why;
     std::size_t count = 0;
@@ -83,7 +82,7 @@ struct LeftOut {
     }
 };
 
-/// Without those whose name a later one has too: it takes their place, as in VTK.
+/// A later array replaces one of the same name, as in VTK.
 std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, LeftOut& repeated) {
     std::map<std::string_view, const DataArray*> last;
     for (const DataArray& array : arrays) last.insert_or_assign(array.name, &array);
@@ -96,7 +95,6 @@ std::vector<const DataArray*> last_of_names(std::span<const DataArray> arrays, L
     return kept;
 }
 
-/// Makes the mesh of one file, part by part.
 class MeshReader {
   public:
     MeshReader(const File& file, const DecodeOptions& options, const Execution& execution)
@@ -124,7 +122,7 @@ class MeshReader {
     }
 
   private:
-    /// Pieces have points of their own where they meet.
+    /// Pieces duplicate their common points.
     Outcome<Done> join_pieces() {
         std::vector<std::size_t> ends;
         ends.reserve(file_.pieces.size());
@@ -186,7 +184,7 @@ class MeshReader {
         return Done{};
     }
 
-    /// By the file's cells; zeros where no array is one of references.
+    /// One a file cell; zeros without an array of references.
     Outcome<Buffer<Reference>> references_of_cells(std::span<const DataArray* const> arrays) {
         if (!options_.reference_array.empty()) return asked_references(arrays);
         for (const std::string_view name : names_of_references)
@@ -205,7 +203,7 @@ class MeshReader {
         return Buffer<Reference>(file_.cells, 0);
     }
 
-    /// Those of the array that the caller names. Errors: input (there is none of whole numbers of 32 bits).
+    /// The array that the caller names. Errors: input (no such array of 32-bit integers).
     Outcome<Buffer<Reference>> asked_references(std::span<const DataArray* const> arrays) {
         std::string names;
         for (const DataArray* const array : arrays) {
@@ -230,7 +228,7 @@ class MeshReader {
         });
     }
 
-    /// The array that Camber writes says nothing new; another one of that name is somebody's field.
+    /// Camber's own array is redundant; other content of that name is dropped with a notice.
     Outcome<Done> dimensions(const DataArray& array) {
         auto numbers = whole_scalars(array, file_.cells);
         if (!numbers) return fail(std::move(numbers.error()));
@@ -242,7 +240,7 @@ class MeshReader {
         return Done{};
     }
 
-    /// None, and that is told, where they are no whole numbers.
+    /// None, with a notice, if values are not integers.
     Outcome<std::optional<Buffer<Reference>>> whole_scalars(const DataArray& array, std::size_t rows) {
         const auto none = [&]() -> std::optional<Buffer<Reference>> {
             if (array.name == "reference" || array.name == "entity") taken_names_.add(array.name);

@@ -36,7 +36,6 @@ void swap_bytes(std::span<std::byte> bytes, std::size_t size) {
                      bytes.begin() + static_cast<std::ptrdiff_t>(i + size));
 }
 
-/// The next number of a header.
 std::optional<std::uint64_t> next_word(const File& file, Bytes& bytes) {
     auto taken = bytes.take(file.word);
     if (!taken) return std::nullopt;
@@ -61,11 +60,11 @@ constexpr std::string_view name_of(Compressor compressor) {
 }
 
 struct Block {
-    std::size_t begin = 0, packed = 0;  ///< among the compressed bytes
-    std::size_t to = 0, size = 0;       ///< among the others
+    std::size_t begin = 0, packed = 0;  ///< in the compressed bytes
+    std::size_t to = 0, size = 0;       ///< in the uncompressed bytes
 };
 
-/// A compressor makes nothing larger than this many times.
+/// Maximum ratio.
 constexpr std::uint64_t max_expansion(Compressor compressor) {
     switch (compressor) {
         case Compressor::lz4: return 255;
@@ -74,7 +73,7 @@ constexpr std::uint64_t max_expansion(Compressor compressor) {
     }
 }
 
-/// What a header says of its blocks; none: it is cut off, or more than the bytes behind it can hold.
+/// None if truncated or more than the remaining bytes can hold.
 std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     const auto count = next_word(file, bytes);
     if (!count) return std::nullopt;
@@ -96,7 +95,7 @@ std::optional<std::vector<Block>> read_blocks(const File& file, Bytes& bytes) {
     return blocks;
 }
 
-/// `most`: bytes that the counts of the file leave room for.
+/// `most`: bytes according to the counts of the file.
 Outcome<Buffer<std::byte>> unpacked(const File& file, const DataArray& array, Bytes& bytes, std::uint64_t most,
                                     const Execution& execution) {
     const auto blocks = read_blocks(file, bytes);
@@ -140,19 +139,18 @@ Outcome<Buffer<std::byte>> binary(const File& file, const DataArray& array, Byte
                                                : plain(file, array, bytes);
 }
 
-/// Where the data of an array begin that is not text; none: nowhere.
+/// Binary data of an array; none if it does not exist.
 std::optional<Bytes> bytes_of(const File& file, const DataArray& array) {
     if (array.format == "binary") return Bytes(array.text, Encoding::base64);
     if (array.format != "appended" || array.offset > file.appended.size()) return std::nullopt;
     return Bytes(file.appended.substr(array.offset), file.encoding);
 }
 
-/// The bytes of an array in the file, its header among them, and those that it is uncompressed to: none where it is not
-/// compressed.
+/// Stored bytes including the header; uncompressed bytes, none without compression.
 struct Sizes {
     std::uint64_t stored = 0, unpacked = 0;
 };
-/// None: its header is damaged.
+/// None if the header is damaged.
 std::optional<Sizes> sizes_of(const File& file, Bytes bytes) {
     if (file.compressor == Compressor::none) {
         const auto size = next_word(file, bytes);
@@ -207,7 +205,7 @@ Outcome<Numbers> text_of(const File& file, const DataArray& array) {
     return numbers;
 }
 
-/// a·b, or the largest number.
+/// The largest number on overflow.
 std::uint64_t saturated_product(std::uint64_t a, std::uint64_t b) {
     constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
     return b != 0 && a > most / b ? most : a * b;
@@ -245,7 +243,7 @@ const NumberType* type_of(const DataArray& array) {
     return found == number_types.end() ? nullptr : &*found;
 }
 
-/// What arrays may still take.
+/// Remaining bytes.
 struct Budget {
     std::uint64_t left;
     UnpackedBudget unpacked;
@@ -259,7 +257,7 @@ Outcome<Done> check_size(const File& file, const DataArray& array, Budget& budge
     if (!size) return damaged(file, array, "its header is wrong, or its data end too soon");
     if (size->stored > budget.left) return damaged(file, array, "it and those before it have more bytes than the file");
     budget.left -= size->stored;
-    // Small numbers are held as wide ones.
+    // Small number types are stored as wide ones in memory.
     if (budget.unpacked.take(size->unpacked / type->bytes)) return Done{};
     return fail(ErrorKind::input,
                 "the array " + array.name + ": it and those before it would be uncompressed to more than " +
@@ -268,7 +266,7 @@ Outcome<Done> check_size(const File& file, const DataArray& array, Budget& budge
                 place(file, array.at), {}, "the file is damaged; if it is whole, write it uncompressed");
 }
 
-/// Numbers of one type behind one another.
+/// Precondition: equal types.
 void append(Numbers& all, const Numbers& more) {
     std::visit(
         [&]<class T>(Buffer<T>& numbers) {

@@ -26,15 +26,15 @@ namespace camber::vtu {
 
 namespace {
 
-/// Large enough to compress well, small enough to keep all threads busy; a multiple of every number's size.
+/// Compresses well and uses all threads; a multiple of every number's size.
 constexpr std::size_t block_bytes = std::size_t{1} << 17U;
-/// Mantissas hardly compress: on curved meshes with fields the default level is half as fast and saves 1 % more.
+/// Mantissas hardly compress: on curved meshes with fields the default level takes twice the time and saves 1 %.
 constexpr int compression_level = 1;
 
 Buffer<std::byte> compressed(std::span<const std::byte> bytes) {
     uLongf size = compressBound(static_cast<uLong>(bytes.size()));
     Buffer<std::byte> out(size);
-    // The one way to fail with a buffer of that size.
+    // With this buffer size, lack of memory is the only possible failure.
     if (compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
                   static_cast<uLong>(bytes.size()), compression_level) != Z_OK)
         throw std::bad_alloc();
@@ -156,7 +156,7 @@ constexpr std::uint8_t cell_type(int degree, VtuCells cells) {
     return cells == VtuCells::quadratic ? quadratic[K - 1] : lagrange[K - 1];
 }
 
-/// Makes the parts of one file; each returns its XML.
+/// Functions write parts of one file and return their XML.
 template <class Mesh>
 class Writer {
   public:
@@ -215,7 +215,7 @@ class Writer {
         return data("CellData", *references + *dimensions + *entities, Centring::cell);
     }
 
-    /// Nothing where no entity is known.
+    /// Empty if no entity is known.
     Outcome<std::string> entities() {
         const auto known = [](const auto& simplices) {
             return std::any_of(simplices.entities.begin(), simplices.entities.end(),
@@ -267,7 +267,7 @@ class Writer {
         return grid_.nodes() <= most && connectivity_size() <= most ? cells<std::int32_t>() : cells<std::int64_t>();
     }
 
-    /// Entries of the connectivity before the first element, facet, feature edge, and after the last.
+    /// Connectivity entries before elements, facets and feature edges, and all.
     [[nodiscard]] std::array<std::size_t, 4> starts() const {
         using G = Grid<Mesh>;
         const std::size_t facets = linear_.elements.size() * G::template width<D>;

@@ -12,7 +12,6 @@ module;
 #include <type_traits>
 #include <utility>
 #include <vector>
-/// Writers of rows and arrays: text, ASCII GMF, MSH, appended arrays of VTU.
 module camber.io:writers;
 import camber.core;
 import :gmf;
@@ -22,10 +21,10 @@ import :text;
 
 namespace camber {
 
-/// Room for the longest integer or shortest-digits real (−1.2345678901234567e−308) and a blank.
+/// Longest integer or shortest round-trip real (−1.2345678901234567e−308), and a blank.
 inline constexpr std::size_t word_room = 26;
 
-/// Writes `value` and a separator to where there is room; returns the end.
+/// Returns the end. The buffer must have `word_room` bytes.
 template <class Number>
 [[nodiscard]] inline char* write_word(char* to, Number value, char separator) {
     to = std::to_chars(to, to + word_room - 1, value).ptr;
@@ -33,7 +32,7 @@ template <class Number>
     return to + 1;
 }
 
-/// For the next `words` of so many in all: their part of what `execution` tells of; `written` counts on.
+/// Progress range of the next `words` of `all` words; adds them to `written`.
 [[nodiscard]] inline Execution next_part(const Execution& execution, std::size_t words, std::size_t& written,
                                          std::size_t all) {
     if (all == 0) return without_progress(execution);
@@ -42,10 +41,9 @@ template <class Number>
     return part_of(execution, from, share(written += words));
 }
 
-/// A text in chunks.
 class TextWriter {
   public:
-    /// `words`: in all lines, for the progress, which is not told where it is not known.
+    /// `words`: in all lines, for the progress; 0: no progress reports.
     explicit TextWriter(const Execution& execution, std::size_t words = 0) : execution_(execution), words_(words) {}
 
     void put(std::string_view text) {
@@ -54,7 +52,7 @@ class TextWriter {
         chunks_.push_back(std::move(bytes));
     }
 
-    /// n lines of at most so many numbers by write(line number, where) → end, in parallel.
+    /// Writes n lines of at most `words` words by write(line number, where) → end, in parallel.
     Outcome<Done> lines(std::size_t n, std::size_t words, const auto& write) {
         constexpr std::size_t grain = 4096;
         const std::size_t before = chunks_.size();
@@ -84,10 +82,10 @@ class TextWriter {
 
 namespace camber::gmf {
 
-/// A sink that makes an ASCII file: a row a line, reals with the fewest digits that give them back.
+/// A sink for ASCII files: one row a line, shortest round-trip reals.
 class AsciiWriter {
   public:
-    /// `words`: in the rows of all blocks, for the progress.
+    /// `words`: in all rows, for the progress.
     AsciiWriter(int version, std::size_t words, const Execution& execution) : text_(execution, words) {
         text_.put("MeshVersionFormatted " + std::to_string(version) + "\n");
     }
@@ -104,7 +102,7 @@ class AsciiWriter {
         return text_.lines(n, RowType::words, [&](std::size_t i, char* to) { return write_row(to, row(i)); });
     }
 
-    /// A count, integers on one line (field types), and rows of `width` reals.
+    /// Count, integers on one line (field types), rows of `width` reals.
     Outcome<Done> solution(std::size_t rows, std::span<const std::int32_t> header, std::span<const double> values) {
         std::string text = "\n" + std::string(name_of(Keyword::sol_at_vertices)) + "\n" + std::to_string(rows) + "\n";
         for (const std::int32_t word : header) text += std::to_string(word) + " ";
@@ -146,7 +144,7 @@ class AsciiWriter {
 
 namespace camber::msh {
 
-/// A row of a table: whole numbers, then reals.
+/// Integers, then reals.
 template <class Integer, std::size_t Integers, std::size_t Reals>
 struct Row {
     static constexpr std::size_t words = Integers + Reals;
@@ -156,7 +154,7 @@ struct Row {
     std::array<double, Reals> reals = {};
 };
 
-/// Makes an MSH file: numbers are words of text, or in binary files int32, uint64 and double of this machine's order.
+/// Numbers are words of text, or int32, uint64 and double in native byte order in binary files.
 class Sink {
   public:
     Sink(MshEncoding encoding, const Execution& execution)
@@ -164,15 +162,14 @@ class Sink {
 
     [[nodiscard]] bool binary() const { return binary_; }
 
-    /// Text in either kind of file.
+    /// Text also in binary files.
     void text(std::string_view text) { pending_ += text; }
 
-    /// Numbers one after the other.
     template <class... Numbers>
     void words(Numbers... numbers) {
         (append(numbers), ...);
     }
-    /// After words: the end of their line, if this is a text.
+    /// In text files only.
     void end_line() {
         if (!binary_) pending_.back() = '\n';
     }
@@ -182,7 +179,7 @@ class Sink {
         end_line();
     }
 
-    /// n rows by row(i), in parallel.
+    /// Rows row(i), in parallel.
     template <class RowType>
     [[nodiscard]] Outcome<Done> rows(std::size_t n, const auto& row) {
         flush();
@@ -243,15 +240,14 @@ class Sink {
     bool binary_;
     const Execution& execution_;
     std::string pending_;
-    TextWriter text_;  ///< of a text
-    Chunks packed_;    ///< of a binary file
+    TextWriter text_;  ///< text files only
+    Chunks packed_;
 };
 
 }  // namespace camber::msh
 
 namespace camber::vtu {
 
-/// VTK's name of a number.
 template <class T>
 inline constexpr std::string_view type_name = [] {
     if constexpr (std::is_same_v<T, double>) return std::string_view("Float64");
@@ -260,19 +256,19 @@ inline constexpr std::string_view type_name = [] {
     if constexpr (std::is_same_v<T, std::uint8_t>) return std::string_view("UInt8");
 }();
 
-/// The name of an array and those of its components; none for a scalar.
+/// No components for a scalar.
 struct ArrayName {
     std::string name;
     std::vector<std::string> components = {};
 };
 
-/// The appended data of a VTU file: arrays behind one another, each a header (blocks, bytes of a block, bytes of a last
-/// and shorter one or 0, compressed bytes of each; all UInt64) and its blocks, each compressed by itself.
+/// Appended data of a VTU file. Each array has a header (number of blocks, bytes of a block, bytes of a last shorter
+/// block or 0, compressed bytes of each; all UInt64) and its blocks, compressed separately.
 class AppendedArrays {
   public:
     explicit AppendedArrays(const Execution& execution) : execution_(execution) {}
 
-    /// Appends n numbers, value(i) each, called in parallel; the DataArray element that stands for them.
+    /// Appends n numbers value(i), called in parallel; returns the DataArray element.
     template <class T, class Value>
     [[nodiscard]] Outcome<std::string> add(const ArrayName& name, std::size_t n, Value&& value) {
         const auto fill = [&](std::size_t first, std::size_t last, std::byte* to) {
@@ -284,7 +280,7 @@ class AppendedArrays {
         return append(type_name<T>, name, n, sizeof(T), fill);
     }
 
-    /// The file: this XML up to the data, then the data, then the end of the XML.
+    /// Concatenates the XML, the data and the end of the XML.
     [[nodiscard]] Chunks finish(std::string_view xml) &&;
 
   private:
@@ -297,17 +293,17 @@ class AppendedArrays {
     std::size_t bytes_ = 0;
 };
 
-/// The components that VTK wants of a field, by where they stand in a row of ours; −1: zero.
+/// Index of each VTK component in a row of the field; −1: zero.
 struct Components {
     std::vector<std::string> names;
     std::vector<int> sources;
 };
 [[nodiscard]] Components components_of(FieldKind kind, int dimension);
 
-/// Names of fields in VTK's files: none is empty, nor that of an array with another meaning; of XML.
+/// Not empty, no reserved array name, legal in XML.
 [[nodiscard]] FieldNames field_names();
 
-/// A text for an XML attribute.
+/// For XML attributes.
 [[nodiscard]] std::string escaped(std::string_view text);
 
 }  // namespace camber::vtu

@@ -20,7 +20,7 @@ namespace xdmf {
 
 namespace {
 
-/// XDMF's numbers of simplices of degree 1 in mixed grids; lines have the number of their nodes behind it.
+/// Type numbers in mixed grids; for lines the number of nodes follows.
 template <int K>
 constexpr std::size_t mixed_type = K == 1   ? 2
                                    : K == 2 ? 4
@@ -28,13 +28,13 @@ constexpr std::size_t mixed_type = K == 1   ? 2
 template <int K>
 constexpr std::size_t head_words = K == 1 ? 2 : 1;
 
-/// The name of simplices of degree 2 where they are alone.
+/// Types of degree 2 in uniform grids.
 template <int K>
 constexpr std::string_view curved_type = K == 1   ? "Edge_3"
                                          : K == 2 ? "Triangle_6"
                                                   : "Tetrahedron_10";
 
-/// The components of a field, by where they stand in a row of ours; −1: zero.
+/// Index of each component in a row of the field; −1: zero.
 std::vector<int> sources_of(FieldKind kind, int dimension) {
     if (kind != FieldKind::symmetric_tensor) return vtu::components_of(kind, dimension).sources;
     if (dimension == 2) return {0, 1, -1, 1, 2, -1, -1, -1, -1};
@@ -80,7 +80,7 @@ class Writer {
     [[nodiscard]] std::size_t rows(Centring centring) const {
         return centring == Centring::node ? grid_.nodes() : cells_of(linear_);
     }
-    /// Of degree 2 the simplices of the highest dimension that there are, one kind alone.
+    /// Degree 2 is written with one kind of simplices only.
     [[nodiscard]] bool has_elements() const { return linear_.elements.size() > 0; }
     [[nodiscard]] std::size_t cells() const {
         if constexpr (G::degree == 1)

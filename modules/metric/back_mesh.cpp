@@ -1,4 +1,4 @@
-// Makes back meshes, straight and of surfaces, and samples them.
+// Back meshes on straight meshes and standalone surface meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -17,8 +17,8 @@ namespace camber {
 
 namespace {
 
-/// Beyond the boundary the field is constant along the line to the nearest point: only the part of its gradient along
-/// the face (or edge, or vertex) on which that point lies remains.
+/// Beyond the boundary the field is constant along the line to the nearest point: keeps only the gradient along the
+/// face, edge or vertex of that point.
 template <int D>
 LogGradient<D> along_support(const LogGradient<D>& g, const StraightBack<D>& back, const Location<D>& location) {
     const auto& v = back.mesh.elements.vertices[location.element];
@@ -26,7 +26,6 @@ LogGradient<D> along_support(const LogGradient<D>& g, const StraightBack<D>& bac
     int n = 0;
     for (int i = 0; i <= D; ++i)
         if (location.xi[i] > 0) support[n++] = back.mesh.points[v[i]];
-    // Orthonormal directions of the support by Gram–Schmidt.
     std::array<Vec<D>, D> basis{};
     int rank = 0;
     for (int i = 1; i < n && rank < D; ++i) {
@@ -99,7 +98,7 @@ Outcome<Done> check_rows(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& 
 
 }  // namespace
 
-// det J ∇ξ_a are cofactors, and nothing is divided by. Slim elements are measured with care (see ElementFrame).
+// det J ∇ξ_a are cofactors, so no division is needed.
 template <int D>
 WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e) {
     const auto& v = back.mesh.elements.vertices[e];
@@ -194,7 +193,7 @@ Outcome<BackMesh<D>> make_back_mesh(const LinearMesh<D>& mesh, const Incidence<E
 template <int D>
 void StraightBack<D>::sample_values(std::span<const Vec<D>> points, ElementId hint,
                                     std::span<FieldSample<D>> out) const {
-    // Most points are in the element of the one before: its frame is made once.
+    // Most points lie in the element of the previous point.
     std::optional<ElementFrame<D>> frame;
     ElementId framed;
     const auto find = [&](const Vec<D>& p) {
@@ -243,7 +242,6 @@ template <int D>
 BackSector<D> StraightBack<D>::sector(ElementId e, VertexId a, VertexId b) const {
     const auto gradients = barycentric_gradients(mesh, e);
     BackSector<D> sector{gradient_in(e), {}};
-    // The coordinates of the vertices that are not on the edge rise from its walls inwards.
     int n = 0;
     for (int i = 0; i <= D; ++i)
         if (const VertexId v = mesh.elements.vertices[e][i]; v != a && v != b && n < D - 1)
@@ -269,7 +267,6 @@ TriangleFrame triangle_frame(const std::array<Vec<3>, 3>& p) {
 
 namespace {
 
-/// The nearest point of a triangle, in its barycentric coordinates.
 std::array<double, 3> nearest_in(const std::array<Vec<3>, 3>& p, const Vec<3>& x) {
     const Vec<3> u = p[1] - p[0];
     const Vec<3> v = p[2] - p[0];
@@ -303,7 +300,8 @@ double distance_squared(const std::array<Vec<3>, 3>& p, const Vec<3>& x) {
 
 Location<3> SurfaceBack::locate(const Vec<3>& p, ElementId hint) const {
     const auto to = [&](std::size_t f) { return distance_squared(triangle_corners(mesh, f), p); };
-    // The hint bounds the search, with room for triangles as near as it: which is found does not depend on it.
+    // The hint only bounds the search. The slack admits triangles at the same distance, so the result does not depend
+    // on the hint.
     const double within = hint.valid() && hint.index() < mesh.facets.size()
                               ? to(hint.index()) * (1 + 1e-9) + std::numeric_limits<double>::min()
                               : std::numeric_limits<double>::infinity();
@@ -362,7 +360,7 @@ void SurfaceBack::see(std::span<const BackEdge> edges, std::span<EdgeEnds<3>> ou
     }
 }
 
-/// The wall is the plane through the edge across the triangle; there is none the other way.
+/// The first wall is the plane through the edge, normal to the triangle. The second one does not exist.
 BackSector<3> SurfaceBack::sector(ElementId e, VertexId a, VertexId b) const {
     const auto& v = mesh.facets.vertices[e.index()];
     const TriangleFrame frame = triangle_frame(triangle_corners(mesh, e.index()));
@@ -413,7 +411,6 @@ Outcome<SurfaceBack> make_surface_back(const LinearMesh<3>& mesh, Column<LogMetr
 
 namespace {
 
-/// log M of a triangle; of one without area nothing.
 Sym<3> natural_log(const std::array<Vec<3>, 3>& p, const TriangleFrame& frame) {
     const auto flat = [&](const Vec<3>& x) { return Vec<2>{{dot(x, frame.tangents[0]), dot(x, frame.tangents[1])}}; };
     const Sym<2> in_plane = natural_log_metric<2>({Vec<2>{}, flat(p[1] - p[0]), flat(p[2] - p[0])}).l;

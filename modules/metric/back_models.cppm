@@ -16,14 +16,14 @@ namespace camber {
 template <int D>
 using Barycentrics = std::array<double, D + 1>;
 
-/// The barycentric coordinates of an element as functions: u_i(x) with Σ u_i = 1 and u_i(vertex j) = δ_ij.
+/// Barycentric coordinates as functions: u_i(x) with Σ u_i = 1 and u_i(vertex j) = δ_ij.
 export template <int D>
 struct ElementFrame {
-    std::array<Vec<D>, D + 1> p;         ///< the corners
+    std::array<Vec<D>, D + 1> p;         ///< corners
     std::array<Vec<D>, D + 1> gradient;  ///< ∇u_i; they sum to zero
-    int base = 0;                        ///< the vertex that points are measured from
+    int base = 0;                        ///< origin of differences
     double determinant = 0;              ///< ± D! times the volume
-    double condition_squared = 0;        ///< of what multiplies rounding errors in u
+    double condition_squared = 0;        ///< square of the amplification of rounding errors in u
 
     ElementFrame(const LinearMesh<D>& mesh, ElementId e) {
         const auto& v = mesh.elements.vertices[e];
@@ -61,16 +61,16 @@ struct ElementFrame {
         u[base] = rest;
         return u;
     }
-    /// Points this near outside of the element (barycentric) count as in it: what rounding may do to the coordinates of
-    /// a point of the element, so that a point on a face is in one of its two elements at least.
+    /// Barycentric distance at which outside points still count as inside. It covers rounding: a point on a face is in
+    /// at least one of its elements.
     [[nodiscard]] double tolerance() const {
         return condition_squared < 1e4 ? 1e-12 : std::min(1e-14 * std::sqrt(condition_squared), 1e-4);
     }
 
   private:
-    /// The sides of a needle are all but parallel, and their cross products rounding errors. So the longest side's part
-    /// is taken off the others first (a shear, which keeps the determinant): what is left is the needle's thickness, to
-    /// the digits that the coordinates have.
+    /// A needle's sides are almost parallel: their cross products would be rounding errors. A shear, which preserves
+    /// the determinant, first removes their component along the longest side. The rest is the needle's thickness, as
+    /// exact as the coordinates.
     void measure_slim() {
         const auto [from, to] = longest_side();
         base = from;
@@ -112,7 +112,6 @@ struct ElementFrame {
     }
 };
 
-/// The corners of a face of an element.
 template <int D>
 std::array<Vec<D>, D> face_points(const LinearMesh<D>& mesh, const ElementFace& face) {
     std::array<Vec<D>, D> p;
@@ -121,16 +120,15 @@ std::array<Vec<D>, D> face_points(const LinearMesh<D>& mesh, const ElementFace& 
     return p;
 }
 
-/// The back mesh that is straight, with all that location needs.
 template <int D>
 class StraightBack final : public BackModel<D> {
   public:
     LinearMesh<D> mesh;
-    Column<LogMetric<D>> log_metrics;        ///< at the vertices
-    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted means over the balls: they do not jump; or none
+    Column<LogMetric<D>> log_metrics;
+    Column<LogGradient<D>> nodal_gradients;  ///< volume-weighted ball means; may be empty
     Neighbours<D> neighbours;
     Column<ElementFace> boundary;
-    BoxTree<D> boundary_tree;  ///< boxes of `boundary`
+    BoxTree<D> boundary_tree;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
     void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
@@ -144,20 +142,20 @@ class StraightBack final : public BackModel<D> {
     [[nodiscard]] BackVertex<D> vertex(VertexId v) const override { return {mesh.points[v], log_metrics[v]}; }
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
-    /// ∂ log M in one element, where it is constant: ∂_i log M = Σ_j ∂_i u_j log M_j.
+    /// ∂_i log M = Σ_j ∂_i u_j log M_j, constant in an element.
     [[nodiscard]] LogGradient<D> gradient_in(ElementId e) const;
-    /// log M = Σ ξ_i log M_i (paper §1.2), and its gradients, as they are sampled at points with that location.
+    /// log M = Σ ξ_i log M_i (paper §1.2) and its gradients, as sampled.
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> gradient_at(const Location<D>& location) const;
     [[nodiscard]] LogGradient<D> recovered_gradient_at(const Location<D>& location) const;
 };
 
-/// With what location needs, but no gradients at the vertices. Errors: those of make_back_mesh.
+/// Leaves out the vertex gradients. Errors: those of `make_back_mesh`.
 template <int D>
 [[nodiscard]] Outcome<StraightBack<D>> make_straight_back(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                           Column<LogMetric<D>> log_metrics, const Execution& execution);
 
-/// The gradient in an element times its volume, and the volume (both D! times).
+/// Gradient times volume, and volume (both times D!).
 template <int D>
 struct WeightedGradient {
     LogGradient<D> gradient{};
@@ -166,15 +164,13 @@ struct WeightedGradient {
 template <int D>
 [[nodiscard]] WeightedGradient<D> weighted_gradient(const StraightBack<D>& back, ElementId e);
 
-/// The gradients of a straight back mesh, of each vertex the mean over its ball, weighted by volume. Errors: memory,
-/// stopped.
+/// Volume-weighted ball means of the gradients. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogGradient<D>>> mean_gradients(const StraightBack<D>& back,
                                                              const Incidence<ElementId>& balls,
                                                              const Execution& execution);
 
-/// A triangle's unit tangents (the first along its first edge) and normal, and the gradients of its barycentric
-/// coordinates; all 0 where it has no area.
+/// Unit tangents (the first along the first edge), normal and barycentric gradients of a triangle; all 0 without area.
 struct TriangleFrame {
     std::array<Vec<3>, 2> tangents{};
     Vec<3> normal{};
@@ -188,15 +184,14 @@ struct TriangleFrame {
     return {mesh.points[v[0]], mesh.points[v[1]], mesh.points[v[2]]};
 }
 
-/// The back mesh of a surface alone: log-metrics at its vertices, linear in each triangle; a point of space has the
-/// values of the nearest point of the triangles, so that the field is constant along their normals, and its gradient
-/// has no part there.
+/// Back mesh of a standalone surface mesh: log-metrics linear in triangles. Points take the values of the nearest
+/// triangle point, so gradients are tangential.
 class SurfaceBack final : public BackModel<3> {
   public:
     LinearMesh<3> mesh;
     Column<LogMetric<3>> log_metrics;
-    Column<LogGradient<3>> nodal_gradients;  ///< area-weighted means over the balls; or none
-    BoxTree<3> tree;                         ///< of the triangles
+    Column<LogGradient<3>> nodal_gradients;  ///< area-weighted ball means; may be empty
+    BoxTree<3> tree;
 
     [[nodiscard]] Location<3> locate(const Vec<3>& p, ElementId hint) const override;
     void sample_values(std::span<const Vec<3>> points, ElementId hint, std::span<FieldSample<3>> out) const override;
@@ -212,32 +207,30 @@ class SurfaceBack final : public BackModel<3> {
     [[nodiscard]] LogGradient<3> gradient_in(ElementId triangle) const;
 };
 
-/// Without gradients at the vertices where they are not asked for. Errors: a column of another size; stopped.
+/// Errors: not one row per vertex; stopped.
 [[nodiscard]] Outcome<SurfaceBack> make_surface_back(const LinearMesh<3>& mesh, Column<LogMetric<3>> log_metrics,
                                                      const Execution& execution);
 
-/// The natural metric of a surface alone at its vertices, the log-Euclidean mean over the triangles around, weighted by
-/// area: in a triangle's plane the metric for which its edges have length 1; along its normal the geometric mean of the
-/// two sizes there, for nothing of the mesh tells another. Vertices without triangles get the identity metric.
+/// Vertex metrics of a standalone surface mesh: area-weighted log-Euclidean means of the triangles' natural metrics.
+/// The normal size is undefined, so it is the geometric mean of the in-plane sizes. Vertices without triangles get the
+/// identity metric.
 [[nodiscard]] Outcome<Buffer<LogMetric<3>>> natural_surface_log_metrics(const LinearMesh<3>& mesh,
                                                                         const Execution& execution);
 
-/// A place in the reference mesh, and the map there.
 template <int D>
 struct Bent {
     Vec<D> point;     ///< x
     Mat<D> jacobian;  ///< F = ∂x/∂X
 };
 
-/// The back mesh of degree 2: a straight one, its reference, and the displacement of the nodes.
+/// Back mesh of a quadratic mesh, by its straight reference.
 template <int D>
 class CurvedBack final : public BackModel<D> {
   public:
     StraightBack<D> reference;
     EdgeSet<D> edges;
     Column<Vec<D>> displacements;  ///< u_e
-    /// At the vertices, means over the balls of what the elements see: the gradient of log(Fᵀ M F), linear in each,
-    /// brought into space by the map there; or none.
+    /// Ball means of the gradients of log(Fᵀ M F), linear in each element, transformed to space; may be empty.
     Column<LogGradient<D>> relative_gradients;
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override;
@@ -256,9 +249,10 @@ class CurvedBack final : public BackModel<D> {
     [[nodiscard]] Bent<D> at(const Location<D>& location) const;
 };
 
-/// A K-simplex of degree 2 in D dimensions, from its vertex 0:
-///   F(ξ) − P_0 = Σ_i ξ_i d_i + Σ_e 4 ξ_i ξ_j u_e,  d_i = P_i − P_0,  u_e = how far e's node is off its chord's middle.
-/// Only differences of stored numbers occur, so errors are relative to the element and not to its place.
+/// Quadratic K-simplex in D dimensions, relative to its vertex 0:
+///     F(ξ) − P_0 = Σ_i ξ_i d_i + Σ_e 4 ξ_i ξ_j u_e, d_i = P_i − P_0,
+/// u_e the offset of an edge node from the chord's middle. Only differences of stored numbers occur, so errors are
+/// relative to the element's size.
 template <int K, int D>
 struct CurvedSimplex {
     Vec<D> origin;
@@ -279,7 +273,7 @@ struct CurvedSimplex {
         for (int a = 0; a < K; ++a) columns[a] = partial[a + 1] - partial[0];
         return columns;
     }
-    /// ∂²F/∂ξ_a ∂ξ_b, a, b = 1 … K, which is constant.
+    /// ∂²F/∂ξ_a ∂ξ_b, a, b = 1 … K, constant.
     [[nodiscard]] std::array<std::array<Vec<D>, K>, K> second() const {
         std::array<std::array<Vec<D>, K + 1>, K + 1> h{};
         for (int e = 0; e < edges_per_simplex<K>; ++e) {
@@ -291,8 +285,8 @@ struct CurvedSimplex {
             for (int b = 0; b < K; ++b) out[a][b] = h[a + 1][b + 1] - h[a + 1][0] - h[0][b + 1];
         return out;
     }
-    /// The blossom: F(ξ) − P_0 = blossom(ξ, ξ), linear in each. At the corners of a part of the simplex it has the
-    /// part's Bézier points.
+    /// Blossom of F − P_0: bilinear, F(ξ) − P_0 = blossom(ξ, ξ). At the corners of a subsimplex it gives its Bézier
+    /// points.
     [[nodiscard]] Vec<D> blossom(const std::array<double, K + 1>& a, const std::array<double, K + 1>& b) const {
         Vec<D> p;
         for (int i = 1; i <= K; ++i) p += (0.5 * (a[i] + b[i])) * d[i];
@@ -302,7 +296,7 @@ struct CurvedSimplex {
         }
         return p;
     }
-    /// A box of the Bézier points, and of what rounding may have done to them.
+    /// Bounding box of the Bézier points, enlarged by rounding.
     [[nodiscard]] Box<D> box() const {
         Box<D> box;
         for (int i = 0; i <= K; ++i) box.include(origin + d[i]);
@@ -319,7 +313,6 @@ struct CurvedSimplex {
     }
 };
 
-/// The simplex of these corners and nodes.
 template <int K, int D>
 [[nodiscard]] CurvedSimplex<K, D> curved_simplex(const std::array<Vec<D>, K + 1>& corners,
                                                  const std::array<Vec<D>, edges_per_simplex<K>>& nodes) {
@@ -333,7 +326,6 @@ template <int K, int D>
     return s;
 }
 
-/// Element e of the mesh.
 template <int D>
 [[nodiscard]] CurvedSimplex<D, D> curved_element(const QuadraticMesh<D>& mesh, ElementId e) {
     std::array<Vec<D>, D + 1> corners;
@@ -343,7 +335,7 @@ template <int D>
     return curved_simplex<D, D>(corners, nodes);
 }
 
-/// The curved face of an element, with the corners of `face_opposite`.
+/// Corners are ordered as in `face_opposite`.
 template <int D>
 [[nodiscard]] CurvedSimplex<D - 1, D> curved_face(const QuadraticMesh<D>& mesh, const ElementFace& face) {
     const auto local = face_opposite<D>(static_cast<int>(face.opposite));
@@ -366,7 +358,6 @@ template <int D>
     return {element.derivatives(xi)};
 }
 
-/// ξ with ξ_0 made of the others.
 template <int K>
 [[nodiscard]] std::array<double, K + 1> moved(const std::array<double, K + 1>& xi, const Vec<K>& step) {
     std::array<double, K + 1> out{};
@@ -376,15 +367,15 @@ template <int K>
     return out;
 }
 
-/// A solution of F(ξ) = P_0 + r, near which it is known to be.
+/// Approximate solution of F(ξ) = P_0 + r.
 template <int D>
 struct Root {
     Barycentrics<D> xi{};
     bool is_proven = false;
-    double radius = 0;      ///< exactly one solution lies within it of ξ, by the largest of ξ_1 … ξ_D
-    double uniqueness = 0;  ///< and there is no other within this
+    double radius = 0;      ///< of a ball (maximum norm of ξ_1 … ξ_D) with exactly one solution
+    double uniqueness = 0;  ///< of a ball without another solution
 
-    /// How far below zero a coordinate may be of a point of the element: what rounding may have done to it.
+    /// Rounding of a coordinate of a point of the element.
     [[nodiscard]] double tolerance() const {
         constexpr double least = 1e-12;
         return D * radius > least ? D * radius : least;
@@ -397,30 +388,28 @@ struct Root {
     }
 };
 
-/// What is known of ξ as a solution, with an approximate inverse of the Jacobian: Kantorovich's theorem, in coordinates
-/// in which a thin element that bends away by many thicknesses looks round.
+/// Proves ξ by Kantorovich's theorem with an approximate inverse Jacobian, in coordinates in which thin, strongly bent
+/// elements are well proportioned.
 template <int D>
 [[nodiscard]] Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi,
                                   const Mat<D>& inverse);
 
-/// Where Newton's method from ξ ends; where it does not, its first iterate: the element's linear map there.
+/// Result of Newton's method; without convergence its first iterate.
 template <int D>
 struct RootIterate {
     Barycentrics<D> xi{};
-    Mat<D> inverse;  ///< of the Jacobian a step before
+    Mat<D> inverse;  ///< of the previous step's Jacobian
     bool has_converged = false;
 };
 template <int D>
 [[nodiscard]] RootIterate<D> newton(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
-/// The same with its proof.
 template <int D>
 [[nodiscard]] Root<D> newton_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& from);
 
-/// False where all Bézier points of the element lie on one side of the point: a quick look.
+/// Fast test: false if all Bézier points lie on one side of the point.
 template <int D>
 [[nodiscard]] bool may_hold(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
-/// Whether a point lies in an element.
 enum class Membership { inside, not_inside, undecided };
 template <int D>
 struct Found {
@@ -428,19 +417,17 @@ struct Found {
     Root<D> root;
 };
 
-/// By bisection of the element: of each part either all Bézier points lie on one side of the point in some direction,
-/// or Newton's method finds a solution from its centre; one outside whose ball of uniqueness holds the part leaves none
-/// in it.
+/// Bisects the element. Discards parts whose Bézier points lie on one side of the point, or that lie in the uniqueness
+/// ball of a proven outside solution. Newton's method starts from the parts' centres.
 template <int D>
 [[nodiscard]] Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r);
 
-/// The back mesh of make_nodal_back_mesh.
 template <int D>
 class NodalBack final : public BackModel<D> {
   public:
     CurvedLocator<D> places;
     NodalLogs<D> logs;
-    Column<LogGradient<D>> recovered;  ///< at the vertices: means over the balls, by volume
+    Column<LogGradient<D>> recovered;  ///< volume-weighted ball means
 
     [[nodiscard]] Location<D> locate(const Vec<D>& p, ElementId hint) const override { return places.locate(p, hint); }
     void sample_values(std::span<const Vec<D>> points, ElementId hint, std::span<FieldSample<D>> out) const override;
@@ -456,12 +443,11 @@ class NodalBack final : public BackModel<D> {
     [[nodiscard]] BackSector<D> sector(ElementId e, VertexId a, VertexId b) const override;
 
     [[nodiscard]] LogMetric<D> value_at(const Location<D>& location) const;
-    /// ∂ log M in space, as the element has it at ξ.
+    /// ∂ log M in space, in element e at ξ.
     [[nodiscard]] LogGradient<D> gradient_at(ElementId e, const std::array<double, D + 1>& xi) const;
 };
 
-/// The boundary point that is nearest to p: its face, its coordinates there, and whether p is seen to lie beyond it
-/// (where it is within the face, and p on the outer side).
+/// Nearest boundary point. `is_beyond` requires it to be inside the face, and p on the outer side.
 template <int D>
 struct NearestOnCurved {
     ElementFace face;
@@ -471,25 +457,24 @@ struct NearestOnCurved {
 template <int D>
 [[nodiscard]] NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D>& p);
 
-/// How the nearest point of a face moves with p, in its ξ_1 … ξ_{D−1}: ∂ξ/∂p, a row each, zero for what does not move
-/// since the point is on the face's boundary.
+/// ∂ξ/∂p of the nearest point of a face, one row for each of ξ_1 … ξ_D. On the face's boundary the point moves along
+/// that boundary only.
 template <int D>
 [[nodiscard]] std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Location<D>& location,
                                                      const Vec<D>& p);
 
 }  // namespace camber
 
-/// What is known of a point before it is looked for.
 namespace camber {
 
-/// A hint comes of whatever mesh: one that is no element of this is none.
+/// Rejects hints out of range, which may belong to another mesh.
 template <int D>
 [[nodiscard]] ElementId element_or_none(const LinearMesh<D>& mesh, ElementId hint) {
     return hint.valid() && hint.index() < mesh.elements.size() ? hint : ElementId{};
 }
 
-/// A point that is a vertex of the element to the last bit is there. Vertices of a mesh are asked for in the field that
-/// lives on it; at walls rounding would put half of them beyond.
+/// Returns the vertex bitwise equal to p, if any. Fields are often sampled at their own vertices; at boundaries
+/// rounding would put half of them outside.
 template <int D>
 [[nodiscard]] std::optional<Location<D>> at_vertex_of(const LinearMesh<D>& mesh, ElementId e, const Vec<D>& p) {
     if (!e.valid()) return {};
@@ -503,24 +488,21 @@ template <int D>
     return {};
 }
 
-/// F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v of an element; `gradients`: barycentric_gradients.
+/// F = I + 4 Σ_j u_vj ⊗ ∇ξ_j at the corner v; `gradients`: `barycentric_gradients`.
 template <int D>
 [[nodiscard]] Mat<D> jacobian_at_corner(const CurvedBack<D>& back, ElementId e, VertexId v,
                                         const std::array<Vec<D>, D + 1>& gradients);
 
-/// Relative gradients of a curved back mesh (see CurvedBack): of each vertex the mean over its ball, weighted by
-/// volume, of the gradients of log(Fᵀ M F), linear in the elements, each brought into space by the map at its corner.
-/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogGradient<D>>> relative_gradients(const CurvedBack<D>& back,
                                                                  const Incidence<ElementId>& balls,
                                                                  const Execution& execution);
 
-/// Elements whose parts are in memory at a time: enough for many threads, few enough for a processor's own cache.
+/// Elements per block: enough for many threads, few enough for a core's cache.
 inline constexpr std::size_t ball_block = 8192;
 
-/// Of the balls that touch the elements [first, last), those whose first one there is `e`: visit(v, others) with their
-/// elements there, by rising number.
+/// Calls `visit(v, elements)` for corners v whose first ball element in [first, last) is `e`; `elements` is the ball
+/// within that range, ascending.
 template <int D>
 void visit_balls_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, ElementId e, std::size_t first,
                     std::size_t last, const auto& visit) {
@@ -537,16 +519,14 @@ void visit_balls_of(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls
     }
 }
 
-/// Which corner of an element v is.
 template <std::size_t N>
 [[nodiscard]] std::size_t corner_of(const std::array<VertexId, N>& corners, VertexId v) {
     return static_cast<std::size_t>(std::find(corners.begin(), corners.end(), v) - corners.begin());
 }
 
-/// Sums over the balls of vertices: make(begin, end, parts) says what the elements [begin, end) have to add at each of
-/// their corners; add(v, each_part) adds some of them to the sum of vertex v: each_part(f) calls f(part) by rising
-/// element, and a vertex is one thread's at a time. Block by block, so that what all elements have to add is never in
-/// memory.
+/// Sums element contributions over vertex balls, in blocks to limit memory. `make(begin, end, parts)` computes those of
+/// elements [begin, end) at their corners. `add(v, each_part)` adds some to vertex v: `each_part(f)` calls `f(part)` by
+/// ascending element. A vertex is used by one thread at a time.
 template <class Part, int D>
 [[nodiscard]] Outcome<Done> sum_over_balls(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                            const Execution& execution, const auto& make, const auto& add) {

@@ -1,4 +1,4 @@
-// Samples the field of a curved mesh, and computes the gradients that its edges see.
+// Fields of curved meshes: sampling, and gradients at edges.
 module;
 #include <algorithm>
 #include <array>
@@ -14,11 +14,10 @@ namespace camber {
 
 namespace {
 
-/// Newton's method ends with a step that is less than this of the element (barycentric): what is left is its square.
+/// Final Newton step (barycentric); the remaining error is its square.
 constexpr double small_step = 1e-5;
 constexpr int max_steps = 10;
 
-/// a + b ⊗ c.
 template <int D>
 void add_outer(Mat<D>& a, const Vec<D>& b, const Vec<D>& c) {
     for (int i = 0; i < D; ++i) a.column[i] += c[i] * b;
@@ -29,7 +28,7 @@ void add(Mat<D>& sum, const Mat<D>& a) {
     for (int i = 0; i < D; ++i) sum.column[i] += a.column[i];
 }
 
-/// A gradient in the reference as one in space: ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
+/// ∂_i = Σ_j (F⁻¹)_ji ∂_Xj.
 template <int D>
 LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) {
     const Mat<D> back = inverse(jacobian);
@@ -39,18 +38,17 @@ LogGradient<D> in_space(const LogGradient<D>& gradient, const Mat<D>& jacobian) 
     return out;
 }
 
-/// The point of the reference mesh that has this location.
 template <int D>
 Vec<D> reference_point(const CurvedBack<D>& back, const Location<D>& location) {
     const auto& v = back.reference.mesh.elements.vertices[location.element];
-    // From a corner and not from the origin, which may be far away.
+    // Measured from a corner, since the origin may be far away.
     const Vec<D>& from = back.reference.mesh.points[v[0]];
     Vec<D> p = from;
     for (int i = 1; i <= D; ++i) p += location.xi[i] * (back.reference.mesh.points[v[i]] - from);
     return p;
 }
 
-/// The step's largest part in the barycentric coordinates of an element.
+/// Largest component of a step in barycentric coordinates.
 template <int D>
 double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>& step) {
     double most = 0;
@@ -58,7 +56,7 @@ double share_of_element(const std::array<Vec<D>, D + 1>& gradients, const Vec<D>
     return most;
 }
 
-/// Σ 4 ξ_i ξ_j u_e in the middle of an element: where stacks of thin ones move together, nearly that of its neighbours.
+/// Σ 4 ξ_i ξ_j u_e at the centre; in stacks of thin elements close to the neighbours' values.
 template <int D>
 Vec<D> displacement_at_centre(const CurvedBack<D>& back, ElementId e) {
     Vec<D> sum;
@@ -175,7 +173,7 @@ template <int D>
 Outcome<BackMesh<D>> make_curved_back_mesh(QuadraticMesh<D> mesh, const Incidence<ElementId>& balls,
                                            Column<LogMetric<D>> log_metrics, const Execution& execution,
                                            KeptGradients kept) {
-    // A surface is near its triangles, and its field does not change along their normals.
+    // A surface is close to its triangles, and its field is constant along their normals.
     if (is_surface_alone(mesh.linear)) return make_back_mesh(mesh.linear, balls, std::move(log_metrics), execution);
     auto displacements = map_each(part_of(execution, 0, 0.03), mesh.edges.size(), [&](std::size_t e) {
         const auto& [a, b] = mesh.edges.vertices[e];
@@ -208,13 +206,12 @@ namespace {
 template <int D>
 using GradientPack = std::array<SymPack<D>, D>;
 
-/// What an element has to add at a corner to the mean there.
 template <int D>
 using Part = WeightedGradient<D>;
 template <int D>
 using Parts = std::array<Part<D>, D + 1>;
 
-/// D! times the volume; what is lost in slim elements does not count in a mean.
+/// D! times the volume. Cancellation in thin elements does not matter for a mean.
 template <int D>
 double volume_of(const LinearMesh<D>& mesh, ElementId e) {
     const auto& v = mesh.elements.vertices[e];
@@ -223,13 +220,11 @@ double volume_of(const LinearMesh<D>& mesh, ElementId e) {
     return std::abs(det(sides));
 }
 
-/// In an element without curves the gradient is the field's own, and the map the identity.
 template <int D>
 void add_straight(const CurvedBack<D>& back, ElementId e, Parts<D>& parts) {
     parts.fill(weighted_gradient(back.reference, e));
 }
 
-/// The eigen systems of log-metrics.
 template <int D>
 Outcome<Buffer<EigenSystem<D>>> eigen_systems(const Column<LogMetric<D>>& field, const Execution& execution) {
     return guarded([&]() -> Outcome<Buffer<EigenSystem<D>>> {
@@ -256,14 +251,12 @@ Outcome<Buffer<EigenSystem<D>>> eigen_systems(const Column<LogMetric<D>>& field,
     });
 }
 
-/// A field, and its eigen systems: an element asks for those of its corners, a vertex has many.
 template <int D>
 struct DecomposedField {
     const CurvedBack<D>& back;
     std::span<const EigenSystem<D>> systems;
 };
 
-/// An element with curves, as the kernel takes it.
 template <int D>
 struct BentElement {
     std::array<Vec<D>, D + 1> gradients;
@@ -330,7 +323,7 @@ template <int D>
     return r;
 }
 
-/// A gradient in the reference as one in space: the derivatives by F⁻ᵀ, the tensors turned from M̂'s frame into M's.
+/// To space: derivatives by F⁻ᵀ, tensors from the frame of M̂ to that of M.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline GradientPack<D> brought(const GradientPack<D>& gradient,
                                                                  const MatPack<D>& jacobian, const MatPack<D>& axes) {
@@ -347,7 +340,6 @@ template <int D>
     return out;
 }
 
-/// Of eight elements at a time, what each has to add at its corners.
 template <int D>
 [[gnu::always_inline]] inline void parts_of_pack(std::span<const BentElement<D>> elements, std::size_t begin,
                                                  const auto& parts_of) {
@@ -404,7 +396,7 @@ template <int D>
 void make_parts(const DecomposedField<D>& field, std::size_t begin, std::size_t end, std::span<Parts<D>> parts) {
     const CurvedBack<D>& back = field.back;
     std::vector<BentElement<D>> elements;
-    std::vector<std::size_t> places;  // of these in `parts`
+    std::vector<std::size_t> places;
     elements.reserve(end - begin);
     places.reserve(end - begin);
     for (std::size_t e = begin; e < end; ++e) {

@@ -1,4 +1,4 @@
-// Locates points in curved meshes.
+// Location of points in curved meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -56,7 +56,7 @@ Outcome<CurvedLocator<D>> make_curved_locator(QuadraticMesh<D> mesh, const Incid
 
 namespace {
 
-/// Newton's method ends below this step: what is left is its square.
+/// Final Newton step; the remaining error is its square.
 constexpr double small_step = 1e-6;
 constexpr int max_steps = 12;
 
@@ -67,7 +67,7 @@ double largest(const Vec<D>& v) {
     return most;
 }
 
-/// A bound of the rounding error of r − F(ξ) in each coordinate of space: of a sum of that many products.
+/// Rounding bound of r − F(ξ), for each coordinate of space.
 template <int D>
 Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Barycentrics<D>& xi) {
     Vec<D> bound;
@@ -84,13 +84,13 @@ Vec<D> rounding(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Baryc
     return bound;
 }
 
-/// Coordinates z of steps from ξ, δ = B z, in which the element looks round: along the normal of its thinnest direction
-/// a thickness is 1, and along the layer what bends away by no more than that.
+/// Step coordinates z, δ = B z, in which the element is well proportioned. Across its thinnest direction the unit is
+/// the thickness. Along the layer the unit is at most the length over which it bends by that.
 template <int D>
 struct Scaled {
     Mat<D> b;                      ///< ∂ξ/∂z, about J⁻¹ Q W
-    Mat<D> p;                      ///< W⁻¹ Qᵀ, of the residual
-    std::array<Mat<D>, D> second;  ///< of coordinate k of W⁻¹ Qᵀ F: its derivatives by z_a and z_b
+    Mat<D> p;                      ///< W⁻¹ Qᵀ, applied to the residual
+    std::array<Mat<D>, D> second;  ///< [k]: second derivatives of coordinate k of W⁻¹ Qᵀ F by z
 };
 template <int D>
 Mat<D> frame_along(const Vec<D>& direction) {
@@ -119,7 +119,7 @@ Scaled<D> scaled_at(const CurvedSimplex<D, D>& element, const Mat<D>& inverse) {
         if (norm_squared(row) > norm_squared(steepest)) steepest = row;
     }
     const Mat<D> q = frame_along<D>(steepest);
-    const Mat<D> steps = inverse * q;  // δ of a unit of length along each axis
+    const Mat<D> steps = inverse * q;
     const auto second = element.second();
     const auto bend = [&](const Vec<D>& x, const Vec<D>& y) {
         Vec<D> sum;
@@ -130,7 +130,7 @@ Scaled<D> scaled_at(const CurvedSimplex<D, D>& element, const Mat<D>& inverse) {
     Vec<D> w;
     w[0] = 1 / norm(steepest);
     for (int k = 1; k < D; ++k) {
-        const double whole = 1 / largest(steps.column[k]);  // the element's length along the axis
+        const double whole = 1 / largest(steps.column[k]);  // length of the element along the axis
         const double off = std::abs(dot(q.column[0], bend(whole * steps.column[k], whole * steps.column[k])));
         w[k] = off > w[0] ? whole * std::sqrt(w[0] / off) : whole;
     }
@@ -158,7 +158,6 @@ double largest_row(const Mat<D>& m) {
     return most;
 }
 
-/// A part of the reference simplex by its corners.
 template <int D>
 struct Part {
     std::array<Barycentrics<D>, D + 1> corners{};
@@ -177,7 +176,6 @@ struct Part {
             return true;
         });
     }
-    /// Halves at the longest edge.
     [[nodiscard]] std::array<Part, 2> halves() const {
         int from = 0, to = 1;
         double longest = -1;
@@ -199,8 +197,8 @@ struct Part {
     }
 };
 
-/// Directions in which a part of an element with the inverse Jacobian A may lie beside a point: the normals of its
-/// faces, and, since in a thin one they all look the same way, those across its edges within the layer.
+/// Candidate separating directions: face normals and, since these almost coincide in a thin element, directions across
+/// its edges within the layer. `a`: inverse Jacobian.
 template <int D>
 auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     std::array<Vec<D>, D + 1 + (D == 2 ? 1 : edges_per_simplex<D>)> out{};
@@ -223,7 +221,7 @@ auto directions_of(const Mat<D>& a, const Mat<D>& jacobian) {
     return out;
 }
 
-/// Whether all Bézier points of a part lie on one side of the point in one of some directions.
+/// True if a direction separates the point from all Bézier points.
 template <int D>
 bool misses(const CurvedSimplex<D, D>& element, const Vec<D>& r, const Part<D>& part, const Mat<D>& a,
             const Mat<D>& jacobian) {
@@ -255,7 +253,7 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
     const Scaled<D> s = scaled_at<D>(element, inverse);
     const Vec<D> residual = s.p * (r - element.point(xi));
     const Vec<D> error = rounding<D>(element, r, xi);
-    // T(z) = z + P (r − F(ξ + B z)) maps a ball of radius ρ into itself where Y + Z1 ρ + Z2 ρ²/2 ≤ ρ, and contracts.
+    // T(z) = z + P (r − F(ξ + B z)) maps a ball of radius ρ into itself if Y + Z1 ρ + Z2 ρ²/2 ≤ ρ, and contracts.
     Mat<D> product = s.p * (jacobian * s.b);
     double y = 0, z2 = 0;
     for (int k = 0; k < D; ++k) {
@@ -268,7 +266,7 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
         y = std::max(y, y_k);
         z2 = std::max(z2, z2_k);
     }
-    // What rounding may have done to P J B and to the second derivatives, whose terms may cancel: to a few digits.
+    // Bounds the rounding of P J B and of the second derivatives, whose terms may cancel.
     constexpr double epsilon = 16 * D * D * std::numeric_limits<double>::epsilon();
     double terms = 0;
     for (int k = 0; k < D; ++k)
@@ -283,7 +281,7 @@ Root<D> proven_root(const CurvedSimplex<D, D>& element, const Vec<D>& r, const B
     z2 = (1 + epsilon) * z2 + blur * largest_row<D>(s.b);
     const double slope = 1 - z1, discriminant = slope * slope - 2 * (1 + epsilon) * y * z2;
     if (!(slope > 0) || !(discriminant > 0)) return root;
-    constexpr double inflated = 1 + 1e-9;  // the rounding of these lines
+    constexpr double inflated = 1 + 1e-9;  // rounding of the lines below
     root.is_proven = true;
     root.radius = inflated * 2 * y / (slope + std::sqrt(discriminant)) * largest_row<D>(s.b);
     const double unique = (slope + std::sqrt(discriminant)) / (inflated * z2);
@@ -341,7 +339,7 @@ Found<D> find_in_element(const CurvedSimplex<D, D>& element, const Vec<D>& r) {
         const bool has_inverse = std::ranges::all_of(a.column, [](const Vec<D>& c) { return is_finite(c); });
         if (misses<D>(element, r, part, has_inverse ? a : Mat<D>::identity(), jacobian)) continue;
         Root<D> root;
-        // What Newton's method finds from a part's centre it mostly finds from those of its halves.
+        // Newton's method mostly finds the same from the centres of halves.
         if (part.depth % 3 == 0) root = newton_root<D>(element, r, part.centre());
         if (root.is_inside()) return {Membership::inside, root};
         if (root.is_proven && part.is_within(root.xi, root.uniqueness)) continue;
@@ -372,8 +370,8 @@ Location<D> at_root(ElementId e, const Root<D>& root) {
     return {.element = e, .xi = root.xi, .placement = Placement::inside};
 }
 
-/// Walks across the curved face that p lies farthest behind, by what Newton's method says of ξ, until p is in an
-/// element for certain. When that leads out of the mesh, or takes too long, it is lost.
+/// Walks across the face with the lowest Newton ξ until p is proven inside; `lost` outside the mesh or after too many
+/// steps.
 template <int D>
 Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start) {
     Location<D> seen{
@@ -387,8 +385,8 @@ Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start)
         if (root.has_converged && *std::ranges::min_element(root.xi) > -near)
             if (const auto proven = proven_root<D>(element, r, root.xi, root.inverse); proven.is_inside())
                 return at_root(at, proven);
-        // Behind a boundary face the other faces that hide p are tried: the mesh need not be convex. And never back at
-        // once: what lies beyond an element is a guess there.
+        // The mesh need not be convex, so other faces that hide p are tried at the boundary. The previous element is
+        // excluded, because ξ outside an element is only an extrapolation.
         ElementId next;
         double least = 0;
         for (int i = 0; i <= D; ++i) {
@@ -403,7 +401,6 @@ Location<D> walk(const CurvedLocator<D>& back, const Vec<D>& p, ElementId start)
     return seen;
 }
 
-/// A look at all elements whose boxes hold p: by Newton's method from their centres, then by bisection of each.
 template <int D>
 struct Looked {
     Location<D> location;
@@ -456,8 +453,7 @@ Location<D> CurvedLocator<D>::locate(const Vec<D>& p, ElementId hint) const {
         return looked.is_found ? looked.location : near;
     }
     const NearestOnCurved<D> nearest = nearest_on_boundary(back, p);
-    // A ball around p that reaches to its nearest boundary point holds no boundary: p is beyond it if it looks so
-    // there.
+    // The ball around p up to its nearest boundary point contains no boundary, so `is_beyond` decides.
     if (nearest.is_beyond) return on_face<D>(nearest, Placement::outside);
     const Looked<D> looked = look_at_all(back, p);
     if (looked.is_found) return looked.location;

@@ -27,10 +27,10 @@ using Lanes = std::array<double, pack_size>;
     std::memcpy(lanes.data(), &p, sizeof p);
     return lanes;
 }
-/// In one order, whatever the instructions.
+/// Fixed order, independent of the instruction set.
 double sum(const Lanes& x) { return ((x[0] + x[1]) + (x[2] + x[3])) + ((x[4] + x[5]) + (x[6] + x[7])); }
 
-/// slopes<D>[e][k]: component k of 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j) of edge i–j at the points of the rule.
+/// slopes<D>[e][k]: 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j)_k of edge i–j at the rule's points.
 template <int D>
 constexpr auto slopes = [] {
     std::array<std::array<Lanes, D>, edges_per_simplex<D>> table{};
@@ -44,11 +44,10 @@ constexpr auto slopes = [] {
     return table;
 }();
 
-/// What A comes to at the points of the rule.
 template <int D>
 struct Sampled {
     MatPack<D> a;
-    Pack det{}, square{}, distortion{};  ///< det A, tr(AᵀA), η of |det A|
+    Pack det{}, square{}, distortion{};  ///< det A, tr(AᵀA), η for |det A|
 };
 
 template <int D>
@@ -85,7 +84,7 @@ template <int D>
 struct Mean {
     double quality = 0, distortion = 0;
 };
-/// What the mean is made of, a point a lane: the weighted η, and whether det J has one sign.
+/// Weighted η, one point per lane, and the sign of det J if constant.
 struct WeightedDistortion {
     Lanes weighted{};
     bool is_positive = false, is_negative = false;
@@ -94,7 +93,7 @@ template <int D>
 [[gnu::always_inline]] inline WeightedDistortion weighted_distortion(const Sampled<D>& s) {
     return {stored(loaded(distortion_rule<D>.weights) * s.distortion), !any(!(s.det > 0)), !any(!(s.det < 0))};
 }
-/// See CurvedQuality.
+/// See `CurvedQuality`.
 Mean mean_of(const WeightedDistortion& of) {
     if (!of.is_positive && !of.is_negative) return {};
     const double mean = sum(of.weighted);
@@ -140,7 +139,7 @@ template <int D>
 CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                                  Instructions set) {
     WeightedDistortion of;
-    std::array<std::array<Lanes, D>, D> by_straight{};                   // [c][k]: of J's entry, a point a lane
+    std::array<std::array<Lanes, D>, D> by_straight{};                   // [c][k]: by J, one point per lane
     std::array<std::array<Lanes, D>, edges_per_simplex<D>> by_offset{};  // [e][c]
     with_instructions(set, [&]() __attribute__((always_inline)) {
         const Sampled<D> s = sampled<D>(nodes, metric);
@@ -179,7 +178,7 @@ CurvedQualityGradient<D> curved_quality_gradient(const QuadraticNodes<D>& nodes,
     const Mean mean = mean_of(of);
     CurvedQualityGradient<D> out{mean.quality, {}};
     if (mean.quality == 0) return out;
-    const double scale = -mean.quality / mean.distortion;  // of 1/η̄, with its sign: −sign/η̄²
+    const double scale = -mean.quality / mean.distortion;  // derivative of the signed quality: −sign/η̄²
     for (int c = 0; c < D; ++c)
         for (int k = 0; k < D; ++k) {
             const double x = scale * sum(by_straight[c][k]);
@@ -213,7 +212,7 @@ double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& ver
 
 namespace {
 
-/// e^P for entries ≥ 0 by scaling and squaring: sums of what is not negative, so each entry keeps its digits.
+/// Scaling and squaring. All terms are nonnegative, so each entry is accurate.
 template <int D>
 Mat<D> exponential_of_nonnegative(Mat<D> p) {
     double largest = 0;
@@ -232,12 +231,12 @@ Mat<D> exponential_of_nonnegative(Mat<D> p) {
     return sum;
 }
 
-/// A part of the element, seen where the metric at its middle is the identity: M_mid = frameᵀ frame.
+/// Part of the element in the frame with identity metric at its centre: M_mid = frameᵀ frame.
 template <int D>
 struct SeenPart {
-    std::array<Mat<D>, D + 1> jacobians;  ///< frame J W⁻¹ at its corners, between which it is linear
+    std::array<Mat<D>, D + 1> jacobians;  ///< frame J W⁻¹ at the corners; linear between them
     std::array<Sym<D>, D + 1> logs;       ///< log M along the axes of M_mid
-    Vec<D> log_values;                    ///< of M_mid
+    Vec<D> log_values;                    ///< log-eigenvalues of M_mid
 };
 template <int D>
 using Corners = std::array<Barycentric<D>, D + 1>;
@@ -260,8 +259,8 @@ SeenPart<D> seen(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vert
     return part;
 }
 
-/// On the part |M| ≤ this, entry by entry, in the frame: |e^L| ≤ e^P where |L_ab| ≤ P_ab for a ≠ b and L_aa ≤ P_aa (add
-/// a constant to the diagonals and compare the series), and L is a mean of those at the corners.
+/// Entrywise bound of |M| in the frame: |e^L| ≤ e^P if |L_ab| ≤ P_ab for a ≠ b and L_aa ≤ P_aa (shift the diagonals and
+/// compare the series). L is a mean of corner values.
 template <int D>
 Sym<D> largest_metric(const SeenPart<D>& part) {
     Mat<D> p;
@@ -281,7 +280,7 @@ Sym<D> largest_metric(const SeenPart<D>& part) {
     return m;
 }
 
-/// The largest Bézier coefficient of a bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ in the frame.
+/// Largest Bézier coefficient of a bound of tr(AᵀA) = Σ_ab M_ab S_ab, S = (J W⁻¹)(J W⁻¹)ᵀ.
 template <int D>
 double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
     double largest = 0;
@@ -294,7 +293,7 @@ double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
                 for (int b = 0; b <= a; ++b) {
                     double s = 0;
                     for (int k = 0; k < D; ++k) s += (x(a, k) * y(b, k) + x(b, k) * y(a, k)) / 2;
-                    // S_aa is nowhere negative, its coefficients may be.
+                    // S_aa ≥ 0 everywhere, but its coefficients may be negative.
                     square += metric(a, b) * (a == b ? s : 2 * std::abs(s));
                 }
             largest = std::max(largest, square);
@@ -302,7 +301,7 @@ double largest_square(const SeenPart<D>& part, const Sym<D>& metric) {
     return largest;
 }
 
-/// The least Bézier coefficient of det: the mean over the orders of the corners of each multi-index.
+/// Smallest Bézier coefficient of det: means over all orders of each multi-index's corners.
 template <int D>
 double min_determinant(const SeenPart<D>& part) {
     const auto& m = part.jacobians;
@@ -327,7 +326,7 @@ double min_determinant(const SeenPart<D>& part) {
     return least;
 }
 
-/// How much A and M change along an edge of the part, relative to A and to M_mid.
+/// Change of A and M along an edge, relative to A and M_mid.
 template <int D>
 double change_along(const SeenPart<D>& part, int i, int j) {
     double of_a = 0, size = 0, of_m = 0;
@@ -337,7 +336,7 @@ double change_along(const SeenPart<D>& part, int i, int j) {
             const double y = part.jacobians[j](a, b);
             of_a += (x - y) * (x - y);
             size += x * x + y * y;
-            // By the derivative of exp, see spd.
+            // Derivative of exp, see module partition spd.
             const double half = (part.log_values[a] - part.log_values[b]) / 2;
             const double change =
                 (part.logs[i](a, b) - part.logs[j](a, b)) * (std::abs(half) < 1e-4 ? 1 : sinh(half) / half);
@@ -386,7 +385,7 @@ LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
     const auto look = [&](const Barycentric<D>& at) {
         found.attained = std::min(found.attained, quality_at<D>(nodes, vertices, at));
     };
-    std::array<Part<D>, max_bisections + 1> parts;  // a heap, the lowest bound first
+    std::array<Part<D>, max_bisections + 1> parts;  // heap, the lowest bound first
     std::size_t n = 0;
     const auto higher = [](const Part<D>& a, const Part<D>& b) { return a.bound > b.bound; };
     const auto add = [&](const Corners<D>& corners) {
@@ -401,7 +400,7 @@ LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetric
     add(whole);
     const int most = std::min(effort.bisections, max_bisections);
     for (int i = 0; i < most; ++i) {
-        // Where 1/η ≤ 0 somewhere there is no bound to be had.
+        // If 1/η ≤ 0 somewhere, no bound exists.
         if (found.attained <= 0 || parts[0].bound >= std::min(effort.enough, effort.share * found.attained)) break;
         std::pop_heap(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(n), higher);
         const Part<D> part = parts[--n];

@@ -1,5 +1,4 @@
-// camber.metric: a metric field with a point of small sizes, graded so that sizes grow slowly, and scaled to a number
-// of triangles.
+// Example of camber.metric: a metric field is graded and scaled to a number of triangles.
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -10,7 +9,7 @@ import camber.metric;
 
 using namespace camber;
 
-/// The unit square in n × n cells of two triangles: the mesh that carries the field.
+/// Returns the unit square in n × n cells of two triangles, the mesh of the field.
 static LinearMesh<2> square(std::size_t n) {
     Buffer<Vec<2>> points;
     Buffer<SimplexVertices<2>> triangles;
@@ -34,8 +33,8 @@ static Outcome<bool> example(const Execution& execution) {
     const LinearMesh<2> mesh = square(20);
     const auto edges = unique_edges(mesh, execution);
     if (!edges) return fail(edges.error());
-    // Fields hold log M: LogMetric and Metric are two types, and only logarithms are interpolated. One vertex requests
-    // a size of 0.002 along x, all others 0.1.
+    // Fields store log M: `LogMetric` and `Metric` are two types, and only logarithms are interpolated. One vertex
+    // requests a size of 0.002 along x, all others 0.1.
     auto logs = map_each(execution, mesh.points.size(), [&](std::size_t v) {
         return log_metric_of_sizes<2>({{v == 0 ? 0.002 : 0.1, 0.1}}, Mat<2>::identity());
     });
@@ -50,7 +49,6 @@ static Outcome<bool> example(const Execution& execution) {
     if (!reached) return fail(reached.error());
     if (!around) return fail(around.error());
 
-    // A back mesh is the field between the vertices.
     const auto back = make_back_mesh(mesh, *around, *scaled, execution);
     if (!back) return fail(back.error());
     const auto near = sample_value(*back, Vec<2>{{0.01, 0.01}}, ElementId(std::size_t{0}));

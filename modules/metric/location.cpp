@@ -1,4 +1,4 @@
-// Locates points in straight back meshes.
+// Location of points in straight back meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -23,8 +23,7 @@ int lowest(const Barycentrics<D>& xi) {
 constexpr int short_walk = 64;
 constexpr unsigned long_walk = 100000;
 
-/// Walks across the face that x lies farthest behind (in barycentric coordinates) until no face hides x. When that
-/// leads out of the mesh, or round in circles, it is lost.
+/// Walks across the face with the lowest ξ until no face hides x; `lost` outside the mesh or after too many steps.
 template <int D>
 Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) {
     Location<D> seen{
@@ -35,7 +34,7 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
         const ElementFrame<D> frame(back.mesh, at);
         const Barycentrics<D> xi = frame.barycentrics(x);
         if (xi[lowest<D>(xi)] >= -frame.tolerance()) return {at, xi, Placement::inside};
-        // Behind a boundary face the other faces that hide x are tried: the mesh need not be convex.
+        // The mesh need not be convex, so at a boundary face the other faces that hide x are tried.
         ElementId next;
         double least = 0;
         for (int i = 0; i <= D; ++i) {
@@ -48,14 +47,14 @@ Location<D> walk(const StraightBack<D>& back, const Vec<D>& x, ElementId start) 
     return seen;
 }
 
-/// Walks along the segment from `from`, a point of `start`, to x. Where the segment lies in the mesh that arrives, but
-/// for rounding: then the element that x is least outside of is returned as lost.
+/// Walks along the segment from `from` in `start` to x. If the segment is in the mesh, only rounding prevents arrival.
+/// Then returns the element with the largest minimum ξ as `lost`.
 template <int D>
 Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Vec<D>& x, ElementId start) {
     Location<D> best{.element = start, .xi = {}, .placement = Placement::lost};
     double best_lowest = -std::numeric_limits<double>::infinity();
     ElementId at = start;
-    ElementId passed;  // at the last power of two: where straight elements are tangled the way goes in circles (Brent)
+    ElementId passed;  // at the last power of two: detects cycles among tangled straight elements (Brent)
     for (unsigned step = 0; step < long_walk && at.valid() && at != passed; ++step) {
         if (std::has_single_bit(step)) passed = at;
         const ElementFrame<D> frame(back.mesh, at);
@@ -71,7 +70,7 @@ Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Ve
         double first = std::numeric_limits<double>::infinity();
         for (int i = 0; i <= D; ++i) {
             if (!(xi[i] < -frame.tolerance())) continue;
-            const double t = xi_from[i] / (xi_from[i] - xi[i]);  // where the segment crosses the face
+            const double t = xi_from[i] / (xi_from[i] - xi[i]);
             if (t >= first) continue;
             first = t;
             next = back.neighbours[at][i];
@@ -81,7 +80,7 @@ Location<D> walk_along(const StraightBack<D>& back, const Vec<D>& from, const Ve
     return best;
 }
 
-/// The nearest point of a segment (D = 2) or triangle (D = 3), in its barycentric coordinates.
+/// Nearest point of a segment or triangle, in barycentric coordinates.
 inline std::array<double, 2> nearest_in_face(const std::array<Vec<2>, 2>& p, const Vec<2>& x) {
     const Vec<2> e = p[1] - p[0];
     const double t = std::clamp(dot(x - p[0], e) / norm_squared(e), 0.0, 1.0);
@@ -92,7 +91,7 @@ inline std::array<double, 3> nearest_in_face(const std::array<Vec<3>, 3>& p, con
     const Vec<3> u = p[1] - p[0];
     const Vec<3> v = p[2] - p[0];
     const Vec<3> r = x - p[0];
-    // By the normal: in a needle the Gram determinant u² v² − (u·v)² would lose its digits twice over.
+    // With the normal, since the Gram determinant u² v² − (u·v)² of a needle would lose its digits twice.
     const Vec<3> n = cross(u, v);
     const double b = dot(cross(r, v), n) / norm_squared(n);
     const double c = dot(cross(u, r), n) / norm_squared(n);
@@ -125,12 +124,12 @@ NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<
     const auto nearest = back.boundary_tree.nearest(x, [&](std::size_t f) {
         const auto p = face_points<D>(back.mesh, back.boundary[f]);
         const auto xi = nearest_in_face(p, x);
-        // From a corner of the face and not from the origin, which may be far away.
+        // Measured from a corner of the face, since the origin may be far away.
         Vec<D> r = x - p[0];
         for (int i = 1; i < D; ++i) r -= xi[i] * (p[i] - p[0]);
         return norm_squared(r);
     });
-    // No distance compares with NaN (of lengths whose squares overflow): then any face will do.
+    // Comparisons with NaN (squares of lengths overflow) are false, so any face is taken.
     const ElementFace face = back.boundary[nearest.item < back.boundary.size() ? nearest.item : 0];
     const auto p = face_points<D>(back.mesh, face);
     NearestOnBoundary<D> found{face, nearest_in_face(p, x), p[0]};
@@ -138,9 +137,8 @@ NearestOnBoundary<D> nearest_on_boundary(const StraightBack<D>& back, const Vec<
     return found;
 }
 
-/// The element around the nearest boundary point (around the face, edge or vertex on which that lies) that x is seen
-/// through from there, or none: then x is outside. The face found does not tell alone: where the nearest point is on an
-/// edge or a vertex, several faces share it, and some may look the wrong way.
+/// Returns the element around the nearest boundary point's support (face, edge or vertex) that sees x; none if x is
+/// outside. One face is not sufficient: several faces share an edge or vertex, and some may be oriented away.
 template <int D>
 ElementId element_towards(const StraightBack<D>& back, const NearestOnBoundary<D>& nearest, const Vec<D>& x) {
     const auto& corner = back.mesh.elements.vertices[nearest.face.element];
@@ -196,12 +194,12 @@ Location<D> StraightBack<D>::locate(const Vec<D>& p, ElementId hint) const {
     const Location<D> near = walk(back, p, start);
     if (near.placement == Placement::inside || boundary.empty() || !is_finite(p)) return near;
     const NearestOnBoundary<D> nearest = nearest_on_boundary(back, p);
-    // A ball around p that reaches to its nearest boundary point holds no boundary: seen from there nothing hides p.
+    // The ball around p up to its nearest boundary point contains no boundary, so nothing hides p.
     const ElementId seen = element_towards(back, nearest, p);
     if (!seen.valid()) return on_face<D>(nearest);
     const Location<D> far = walk_along(back, nearest.point, p, seen);
     if (far.placement == Placement::inside) return far;
-    // Beyond the boundary by no more than rounding, which made it look inside.
+    // Outside by no more than the rounding that made it look inside.
     if (far.xi[lowest<D>(far.xi)] > -1e-6) return clamped<D>(far);
     Location<D> lost = on_face<D>(nearest);
     lost.placement = Placement::lost;

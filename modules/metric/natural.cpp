@@ -1,4 +1,4 @@
-// Computes natural metrics of meshes, straight and curved.
+// Natural metrics of straight and curved meshes.
 module;
 #include <algorithm>
 #include <array>
@@ -25,7 +25,7 @@ Corners<D> corners_of(const LinearMesh<D>& mesh, std::size_t e) {
     return p;
 }
 
-/// D! times the volume, with its sign.
+/// D! times the signed volume.
 template <int D>
 double determinant(const Corners<D>& p) {
     Mat<D> sides;
@@ -33,7 +33,7 @@ double determinant(const Corners<D>& p) {
     return det(sides);
 }
 
-/// What an element has to add at a corner to N means there. One that is flat has no metric, and less than no volume.
+/// Contribution of an element to N means at a corner; flat elements have no metric and negative volume.
 template <int D, int N>
 struct Part {
     std::array<Sym<D>, N> weighted;
@@ -43,7 +43,7 @@ template <int D, int N>
 using Parts = std::array<Part<D, N>, D + 1>;
 constexpr double no_say = -1;
 
-/// Of each vertex the means of what the elements around it have to add: make(begin, end, parts), as in sum_over_balls.
+/// Means at the vertices; `make` as in `sum_over_balls`.
 template <int D, int N>
 Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls,
                                                    const Execution& execution, const auto& make) {
@@ -74,7 +74,7 @@ Outcome<std::array<Buffer<LogMetric<D>>, N>> means(const LinearMesh<D>& mesh, co
     });
 }
 
-/// An element as the kernel takes it: the nodes of its edges by how far they are from the middles of their chords.
+/// Element with the offsets of its edge nodes from the chords' middles.
 template <int D>
 struct CurvedElement {
     Corners<D> corners;
@@ -95,7 +95,6 @@ CurvedElement<D> curved_element(const QuadraticMesh<D>& mesh, std::size_t e) {
 template <int D>
 using CornerPacks = std::array<VecPack<D>, D + 1>;
 
-/// D! times the volume, with its sign.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline Pack determinant(const CornerPacks<D>& p) {
     MatPack<D> sides;
@@ -104,7 +103,7 @@ template <int D>
     return det(sides);
 }
 
-/// The element's corners as the tangents of its edges at corner v tell them, and whether they are others.
+/// Corners implied by the edge tangents at corner v; `are_bent`: lanes where they differ.
 template <int D>
 struct Tangents {
     CornerPacks<D> corners;
@@ -123,7 +122,7 @@ template <int D>
     return tangents;
 }
 
-/// Writes n lanes of a log-metric times the volume into the n-th means' parts at a corner.
+/// Writes a log-metric times the volume into mean `which` at a corner.
 template <int D, int N>
 [[gnu::always_inline]] inline void put(const SymPack<D>& log_metric, Pack volume, std::size_t begin, int corner,
                                        int which, std::span<Parts<D, N>> parts) {
@@ -141,8 +140,7 @@ template <int D, int N>
 
 enum Which : std::uint8_t { straight, curved };
 
-/// Of eight elements at a time, what each has to add at its corners. The metric at a corner is near the straight
-/// element's, whose singular vectors the search for its own begins with.
+/// Corner contributions of eight elements; iterations start from the straight element's singular vectors.
 template <int D>
 [[gnu::always_inline]] inline void parts_of_pack(std::span<const CurvedElement<D>> elements, std::size_t begin,
                                                  const Mat<D>& reference, std::span<Parts<D, 2>> parts) {

@@ -1,4 +1,4 @@
-// Makes metric fields with logs at all nodes of a curved mesh, samples them and computes their complexity.
+// Metric fields with logs at all nodes of a curved mesh.
 module;
 #include <array>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace camber {
 
 namespace {
 
-/// ∂ log M/∂ξ_a, a = 1 … D, with ξ_0 = 1 − Σ ξ_a.
+/// ∂ log M/∂ξ_a with ξ_0 = 1 − Σ ξ_a.
 template <int D>
 std::array<Sym<D>, D> reference_gradient(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const auto& v = back.places.mesh.linear.elements.vertices[e];
@@ -39,7 +39,7 @@ LogGradient<D> in_space(const std::array<Sym<D>, D>& gradient, const std::array<
     return out;
 }
 
-/// ∂ξ_a/∂x, a row each.
+/// ∂ξ_a/∂x, one per row.
 template <int D>
 std::array<Vec<D>, D> inverse_rows(const NodalBack<D>& back, ElementId e, const Barycentrics<D>& xi) {
     const Mat<D> a = inverse(jacobian_at(curved_element(back.places.mesh, e), xi));
@@ -65,7 +65,7 @@ Outcome<Buffer<LogGradient<D>>> recovered_gradients(const NodalBack<D>& back, co
             const LogGradient<D> gradient = back.gradient_at(e, corner);
             bool is_number = volume > 0;
             for (const Sym<D>& g : gradient) is_number = is_number && std::isfinite(norm(g));
-            if (!is_number) continue;  // where the corner has no tangents the others speak
+            if (!is_number) continue;  // a corner without tangents is ignored
             for (int i = 0; i < D; ++i) sum[i] += volume * gradient[i];
             weight += volume;
         }
@@ -218,7 +218,7 @@ namespace {
 
 constexpr int points_a_direction = 5;
 
-/// A point of the reference simplex and its weight: Gauss's rule of the cube, folded (Duffy).
+/// Gauss rule of the cube, mapped to the simplex (Duffy).
 template <int D>
 struct Weighted {
     Barycentrics<D> xi{};
@@ -232,7 +232,7 @@ auto folded_rule() {
     for (std::size_t m = 0; m < rule.size(); ++m) {
         Weighted<D>& point = rule[m];
         point.weight = 1;
-        double left = 1;  // what the coordinates before leave
+        double left = 1;  // 1 minus the coordinates so far
         std::size_t digits = m;
         for (int a = 1; a <= D; ++a, digits /= n) {
             const double t = line.t[digits % n];

@@ -1,4 +1,4 @@
-// Finds the nearest point of a curved boundary.
+// Nearest points of curved boundaries.
 module;
 #include <algorithm>
 #include <array>
@@ -12,14 +12,13 @@ namespace camber {
 
 namespace {
 
-/// A point of a simplex, and its squared distance from another.
 template <int K>
 struct Nearest {
     std::array<double, K + 1> xi{};
     double distance_squared = std::numeric_limits<double>::infinity();
 };
 
-/// a⁻¹ b for a symmetric K × K matrix, K = 1, 2; not finite where it is singular.
+/// a⁻¹ b for symmetric a; not finite if a is singular.
 inline Vec<1> solved(const Sym<1>& a, const Vec<1>& b) { return {{b[0] / a(0, 0)}}; }
 inline Vec<2> solved(const Sym<2>& a, const Vec<2>& b) {
     const double det = a(0, 0) * a(1, 1) - a(1, 0) * a(1, 0);
@@ -30,7 +29,7 @@ inline bool is_definite(const Sym<2>& a) {
     return a(0, 0) > 0 && a(0, 0) * a(1, 1) - a(1, 0) * a(1, 0) > 1e-10 * a(0, 0) * a(1, 1);
 }
 
-/// ∂²(|F − r|²/2): TᵀT + (F − r)·F'', T the tangents; where that is not definite, TᵀT.
+/// Hessian of |F − r|²/2: TᵀT + (F − r)·F'', T the tangents; TᵀT if that is not definite.
 template <int K, int D>
 Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<D>, K>& tangents, const Vec<D>& off) {
     const auto second = s.second();
@@ -43,7 +42,7 @@ Sym<K> curvature_of_distance(const CurvedSimplex<K, D>& s, const std::array<Vec<
     return is_definite(all) ? all : metric;
 }
 
-/// Newton's method for the nearest point from `nearest`, in the simplex's inside; it never gets farther.
+/// Newton's method inside the simplex; the distance never grows.
 template <int K, int D>
 void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest) {
     for (int step = 0; step < 30; ++step) {
@@ -54,14 +53,14 @@ void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest)
         const Vec<K> move = solved(curvature_of_distance<K, D>(s, tangents, off), slope);
         if (!is_finite(move)) return;
         const auto whole = moved<K>(nearest.xi, move);
-        // Near the end distances tell no more than half the digits of ξ, and Newton's steps all of them.
+        // Near the end, distances resolve only half the digits of ξ; Newton steps resolve all.
         constexpr double small = 1e-4, smallest = 1e-9;
         if (norm(move) < small && std::ranges::all_of(whole, [](double u) { return u >= 0; })) {
             nearest = {whole, norm_squared(s.point(whole) - r)};
             if (norm(move) < smallest) return;
             continue;
         }
-        // Back into the simplex along the step, then shorter until it gains.
+        // Shorten the step to stay in the simplex, then until the distance decreases.
         double share = 1;
         for (int i = 0; i <= K; ++i)
             if (whole[i] < 0) share = std::min(share, nearest.xi[i] / (nearest.xi[i] - whole[i]));
@@ -78,7 +77,6 @@ void descend(const CurvedSimplex<K, D>& s, const Vec<D>& r, Nearest<K>& nearest)
     }
 }
 
-/// From the nearest of some points of the curve.
 template <int D>
 Nearest<1> nearest_in(const CurvedSimplex<1, D>& s, const Vec<D>& r) {
     Nearest<1> best;
@@ -105,7 +103,7 @@ inline Nearest<2> nearest_in(const CurvedSimplex<2, 3>& s, const Vec<3>& r) {
         }
     Nearest<2> within = best;
     descend<2, 3>(s, r, within);
-    // The edges by themselves: a descent that meets one stays there.
+    // The edges are searched separately: a descent that meets one stays there.
     for (int e = 0; e < edges_per_simplex<2>; ++e) {
         const auto [i, j] = local_edges<2>[e];
         CurvedSimplex<1, 3> edge;
@@ -120,7 +118,7 @@ inline Nearest<2> nearest_in(const CurvedSimplex<2, 3>& s, const Vec<3>& r) {
     return within;
 }
 
-/// Whether all of the simplex is farther than this: a ball around its corners' centre.
+/// Test with a ball around the centre of the corners.
 template <int K, int D>
 bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_squared) {
     Vec<D> centre;
@@ -132,10 +130,10 @@ bool is_farther(const CurvedSimplex<K, D>& s, const Vec<D>& r, double distance_s
     return gap > 0 && gap * gap > distance_squared;
 }
 
-/// Whether p is on the outer side of its nearest face, where ξ_opposite falls, and over the inside of it.
+/// True for p outside the face (negative ξ_opposite) and above its interior.
 template <int D>
 bool looks_outward(const CurvedLocator<D>& back, const NearestOnCurved<D>& nearest, const Vec<D>& p) {
-    // Where several faces meet, some may look the wrong way.
+    // At an edge or vertex some faces may be oriented away from p.
     for (const double u : nearest.xi)
         if (!(u > 1e-9)) return false;
     Barycentrics<D> xi{};
@@ -163,7 +161,7 @@ NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D
         return here.distance_squared;
     });
     NearestOnCurved<D> nearest;
-    // No distance compares with NaN (of lengths whose squares overflow): then any face will do.
+    // Comparisons with NaN (squares of lengths overflow) are false, so any face is taken.
     nearest.face = back.boundary[found.item < back.boundary.size() ? found.item : 0];
     const auto face = curved_face(back.mesh, nearest.face);
     nearest.xi = nearest_in(face, p - face.origin).xi;
@@ -173,7 +171,6 @@ NearestOnCurved<D> nearest_on_boundary(const CurvedLocator<D>& back, const Vec<D
 
 template <int D>
 std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Location<D>& location, const Vec<D>& p) {
-    // The support: the corners of the element whose coordinates are not zero, a face, an edge or a vertex of it.
     std::array<int, D + 1> support{};
     int n = 0;
     for (int i = 0; i <= D; ++i)
@@ -187,7 +184,6 @@ std::array<Vec<D>, D> slide_along_face(const CurvedLocator<D>& back, const Locat
     const auto column = [&](int i) { return i == 0 ? Vec<D>{} : columns[i - 1]; };
     const auto bend = [&](int i, int j) { return i == 0 || j == 0 ? Vec<D>{} : second[i - 1][j - 1]; };
     const auto solve = [&]<int K>() {
-        // Directions of the support: from its first corner to the others.
         const int o = support[0];
         std::array<Vec<D>, K> t;
         Sym<K> metric, all;

@@ -24,9 +24,9 @@ Outcome<Column<LogMetric<D>>> as_column(Outcome<Buffer<LogMetric<D>>> buffer) {
     return Column<LogMetric<D>>(std::move(*buffer));
 }
 
-/// exp[x_0, …, x_n], the divided difference: n! times it is the mean of exp over the simplex of the values. Values that
-/// are apart by the recurrence, which is stable there; near ones by the series
-/// e^m Σ_k h_k(x − m)/(k + n)!, with m their mean and h_k the complete homogeneous symmetric polynomials.
+/// Divided difference exp[x_0, …, x_n]; n! times it is the mean of exp over the simplex of the values. Above a spread
+/// of 1 the recurrence is stable; below, the series e^m Σ_k h_k(x − m)/(k + n)! is used (m: mean, h_k: complete
+/// homogeneous symmetric polynomials).
 template <std::size_t M>
 double exp_divided(std::array<double, M> x) {
     std::sort(x.begin(), x.end());
@@ -41,7 +41,7 @@ double exp_divided(std::array<double, M> x) {
     }
     double mean = 0;
     for (const double v : x) mean += v / static_cast<double>(M);
-    // h_k of the first j values, for rising j: h_k(j) = h_k(j − 1) + x_j h_{k−1}(j).
+    // h_k of the first j values: h_k(j) = h_k(j − 1) + x_j h_{k−1}(j).
     constexpr std::size_t terms = 18;
     std::array<double, terms> h{};
     h[0] = 1;
@@ -57,7 +57,7 @@ double exp_divided(std::array<double, M> x) {
     return exp(mean) * sum;
 }
 
-/// The same of packs: by the series where all lanes are near.
+/// The series for packs: requires close values in each lane.
 template <std::size_t M>
 [[nodiscard, gnu::always_inline]] inline Pack exp_divided(const std::array<Pack, M>& x) {
     Pack mean = packed(0);
@@ -94,7 +94,6 @@ DensityElement<D> density_element(const LinearMesh<D>& mesh, const Column<LogMet
     return element;
 }
 
-/// Adds the complexities of up to eight elements, one after the other.
 template <int D>
 void add_complexities(std::span<const DensityElement<D>> elements, double& sum) {
     using Element = DensityElement<D>;
@@ -113,7 +112,7 @@ void add_complexities(std::span<const DensityElement<D>> elements, double& sum) 
     }
 }
 
-/// The log of the square of the largest anisotropy of up to eight.
+/// Log of the largest squared anisotropy of up to eight.
 template <int D>
 double largest_spread(std::span<const LogMetric<D>> field) {
     double most = 0;
@@ -139,11 +138,11 @@ std::string check(const MetricBounds& b) {
     return {};
 }
 
-/// The size of a metric that is out of range, or is no number; none where all are in it.
+/// Returns a size out of range, if any; may be NaN.
 template <int D>
 std::optional<double> size_out_of_range(const LogMetric<D>& log_metric) {
     const double least = -2 * log(max_length), most = -2 * log(min_length);
-    // The norm bounds every eigenvalue; the slack is rounding's, for sizes at the very end.
+    // The norm bounds every eigenvalue. The slack covers rounding at the ends of the range.
     constexpr double slack = 1e-12;
     if (norm(log_metric.l) < std::fmin(-least, most)) return {};
     for (const double x : eigen_system(log_metric.l).values.c)
@@ -220,7 +219,6 @@ double log_density(const LogMetric<3>& log_metric, const TriangleFrame& frame) {
     return log(dot(s, m * s) * dot(t, m * t) - st * st) / 2;
 }
 
-/// Of a surface alone: the same formula in each triangle, of the metric on its plane.
 Outcome<double> surface_complexity(const LinearMesh<3>& mesh, const Column<LogMetric<3>>& field,
                                    const Execution& execution) {
     return reduce_each(
@@ -294,7 +292,6 @@ Outcome<Done> check_gradation_options(const GradationOptions& options) {
     return check_limits(options);
 }
 
-/// The vertices at the other ends of the edges around each vertex, rising.
 template <int D>
 Incidence<VertexId> adjacent(const EdgeSet<D>& edges, std::size_t vertices) {
     Buffer<std::uint32_t> offsets(vertices + 1, 0U);
@@ -313,14 +310,13 @@ Incidence<VertexId> adjacent(const EdgeSet<D>& edges, std::size_t vertices) {
     return {Column<std::uint32_t>(std::move(offsets)), Column<VertexId>(std::move(items))};
 }
 
-/// Whether all that `spanned` asks for is surely asked for by `metric`: its largest eigenvalue below the other's least.
+/// Sufficient: the smallest eigenvalue exceeds the other's largest.
 template <int D>
 bool surely_contained(const EigenSystem<D>& metric, const EigenSystem<D>& spanned) {
     return *std::max_element(spanned.values.c.begin(), spanned.values.c.end()) <=
            *std::min_element(metric.values.c.begin(), metric.values.c.end());
 }
 
-/// One vertex's share of a sweep: its metric, and whether a neighbour's asked for more.
 template <int D>
 struct Swept {
     EigenSystem<D> metric;
@@ -375,12 +371,12 @@ Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& 
     Buffer<Sym<D>> logs_now(n);
     for (std::size_t v = 0; v < n; ++v) logs_now[v] = field[v].l;
     Buffer<std::uint8_t> active(n, std::uint8_t{1});   // changed in the last sweep
-    Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // changed in any
+    Buffer<std::uint8_t> touched(n, std::uint8_t{0});  // changed in any sweep
 
     const auto swept = [&](std::size_t v) {
         Swept<D> out{(*metrics)[v], false};
         for (const VertexId w : around[v]) {
-            // What w spans here depends on both, since it turns along.
+            // The metric spanned by w depends on both ends, because axes turn.
             if (active[w.index()] == 0 && active[v] == 0) continue;
             const auto spanned =
                 spanned_metric<D>((*metrics)[w.index()], turn_between(logs_now[w.index()], logs_now[v]),

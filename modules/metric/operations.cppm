@@ -26,9 +26,9 @@ template <int D>
     return j;
 }
 
-/// The natural (mesh-implied) metric of a straight simplex, for which all its edges have length 1: M = B^{-T} B^{-1}
-/// with B = J J_ref^{-1}. From the singular values of B: log M = −2 log σ, so that needles and pancakes keep their
-/// digits. Orientation does not matter; a flat simplex gives infinities.
+/// Natural metric of a straight simplex, in which its edges have length 1: M = B^{-T} B^{-1}, B = J J_ref^{-1}.
+/// Computed from singular values, log M = −2 log σ: accurate for needles. Independent of orientation; infinite for flat
+/// simplices.
 template <int D>
 [[nodiscard]] inline LogMetric<D> natural_log_metric(const std::array<Vec<D>, D + 1>& p) {
     Mat<D> j;
@@ -38,10 +38,8 @@ template <int D>
     return {composed(s)};
 }
 
-/// The natural metric of a mesh at its vertices: the log-Euclidean mean over the ball, weighted by the volume of the
-/// elements; elements of zero volume have none, and no say. Vertices without other elements get the identity metric.
-/// Of a surface alone that of the triangles in their planes, and their geometric mean along the normals.
-/// Errors: memory, stopped.
+/// Volume-weighted log-Euclidean ball means of natural metrics, without flat elements. Vertices without others get the
+/// identity metric. Standalone surfaces: see `natural_surface_log_metrics`. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LogMetric<D>>> natural_log_metrics(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
@@ -51,106 +49,95 @@ template <int D>
 struct NaturalLogMetrics {
     Buffer<LogMetric<D>> straight, curved;
 };
-/// Of a mesh of degree 2, with straight edges and with its own. The latter: at a vertex each element counts as the
-/// straight one with its tangents there, P_k − P_v + 4 u_vk (u: how far a node is from the middle of its chord), whose
-/// natural metric is F⁻ᵀ M_K F⁻¹ with F the Jacobian of the curved element over the straight one. Weighted by the
-/// volume of the straight elements. An element that is turned over or flattened to less than a twentieth there counts
-/// as if it were straight.
+/// Natural metrics of a quadratic mesh, with straight and with its own edges. At vertex v a curved element counts as
+/// the straight one with its tangents, P_k − P_v + 4 u_vk (u: offset of a node from the chord's middle). Its natural
+/// metric is F⁻ᵀ M_K F⁻¹, F the Jacobian of the curved over the straight element. Weights are straight volumes.
+/// Elements inverted there, or below a twentieth of their volume, count as straight.
 template <int D>
 [[nodiscard]] Outcome<NaturalLogMetrics<D>> curved_natural_log_metrics(const QuadraticMesh<D>& mesh,
                                                                        const Incidence<ElementId>& balls,
                                                                        const Execution& execution);
 
-/// How many digits the numbers of a tensor file hold.
 enum class TensorPrecision { four_bytes, eight_bytes };
 
-/// Logs of a file's tensors, and how many of them rounding had made indefinite.
 template <int D>
 struct TensorLogs {
     Buffer<LogMetric<D>> log_metrics;
-    std::size_t floored = 0;  ///< tensors with an eigenvalue that was within rounding of zero, or below, and was raised
+    std::size_t floored = 0;  ///< tensors with eigenvalues raised, within rounding of zero or below
 };
 
-/// Logs of the metrics of a file: `rows` of sym_size<D> numbers, xx xy yy (xz yz zz). Rounding alone makes strongly
-/// anisotropic ones indefinite. With δ what rounding by the file's reals can do to an eigenvalue (at most a few ε
-/// λ_max, and nothing where the axes are those of the coordinates), eigenvalues from −8 δ to δ are raised to δ and
-/// counted. Errors (entity "metric at vertex N"): NaN or infinite numbers, eigenvalues that are negative beyond
-/// rounding, sizes far beyond the range of lengths (`check_sizes` tells of all), a zero tensor, a row of zeros: such a
-/// tensor is singular, and rounding cannot have made it so.
+/// Logs of a file's metrics: `rows` of sym_size<D> numbers, xx xy yy (xz yz zz). Rounding alone makes strongly
+/// anisotropic tensors indefinite. δ bounds its effect on an eigenvalue: at most a few ε λ_max, zero for axes along the
+/// coordinates. Eigenvalues from −8 δ to δ are raised to δ and counted. Errors (entity "metric at vertex N"):
+/// non-finite numbers; eigenvalues below −8 δ; sizes far out of range (see `check_sizes`); a zero tensor or row, never
+/// due to rounding.
 template <int D>
 [[nodiscard]] Outcome<TensorLogs<D>> log_metrics_of_tensors(std::span<const double> rows, TensorPrecision precision,
                                                             const Execution& execution);
 
 }  // namespace camber
 
-/// Operations on a metric field given by its log-metrics at the vertices of a mesh: pure, one column in, one out.
 export namespace camber {
 
-/// Sizes and anisotropy that a metric may have. Every bound but min_size only makes sizes smaller where it binds, and
-/// max_anisotropy acts last: it shrinks long sizes, never below the short ones.
+/// All bounds but `min_size` only reduce sizes. `max_anisotropy` acts last and shrinks long sizes.
 struct MetricBounds {
     double min_size = 0;                                              ///< model units
     double max_size = std::numeric_limits<double>::infinity();        ///< model units
     double max_anisotropy = std::numeric_limits<double>::infinity();  ///< largest over smallest size, ≥ 1
 };
-/// The metric within the bounds.
 template <int D>
 [[nodiscard]] LogMetric<D> apply_bounds(const LogMetric<D>& log_metric, const MetricBounds& bounds);
 
-/// Errors (usage): a bound that is not positive, min_size above max_size, max_anisotropy below 1; stopped.
+/// Errors (usage): a non-positive bound, min_size above max_size, max_anisotropy below 1; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> apply_bounds(const Column<LogMetric<D>>& field, const MetricBounds& bounds,
                                                          const Execution& execution);
 
-/// The intersection vertex by vertex. Errors (usage): columns of two sizes; stopped.
+/// Intersection at each vertex. Errors (usage): columns of different sizes; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> intersection(const Column<LogMetric<D>>& a, const Column<LogMetric<D>>& b,
                                                          const Execution& execution);
 
-/// That every size is in the range of lengths (`min_length` to `max_length`): squares of a metric's entries are
-/// numbers with all their digits then. Errors (input, entity "metric at vertex N"): a size that is not; stopped.
+/// Checks that sizes are in `min_length` to `max_length`: squared metric entries keep all digits. Errors (input, entity
+/// "metric at vertex N"): a size out of range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_sizes(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// C = ∫ sqrt(det M) of the log-Euclidean field that is linear in each element. There sqrt(det M) is the exponential of
-/// a linear function f = ½ tr log M, whose integral is exact by Hermite and Genocchi: D! |K| exp[f_0, …, f_D], a
-/// divided difference over the vertices' values; so no quadrature is needed. A mesh whose elements are unit for M has
-/// about 6√2 C tetrahedra (4/√3 C triangles). Of a surface alone that of the triangles, with M on their planes. Errors
-/// (usage): a column that is not of this mesh; stopped.
+/// C = ∫ sqrt(det M) of the log-Euclidean field, linear in each element. The integrand is exp of the linear f = ½ tr
+/// log M, so its integral is exactly D! |K| exp[f_0, …, f_D], a divided difference (Hermite–Genocchi). A unit mesh has
+/// about 6√2 C tetrahedra (4/√3 C triangles). Standalone surfaces use M on the triangles' planes. Errors (usage): the
+/// column of another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<double> complexity(const LinearMesh<D>& mesh, const Column<LogMetric<D>>& field,
                                          const Execution& execution);
 
-/// The largest anisotropy of all. Errors: stopped.
+/// Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<double> largest_anisotropy(const Column<LogMetric<D>>& field, const Execution& execution);
 
-/// The field times the constant that gives it the complexity `target`: M ← (target/C)^{2/D} M. Errors (usage): a target
-/// that is not positive, a complexity that is zero or not finite; those of `complexity`.
+/// M ← (target/C)^{2/D} M. Errors (usage): a non-positive target, a zero or infinite complexity; those of `complexity`.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> scale_to_complexity(const LinearMesh<D>& mesh,
                                                                 const Column<LogMetric<D>>& field, double target,
                                                                 const Execution& execution);
 
-/// How a vertex's metric spreads over the space around it (Alauzet, "Size gradation control of anisotropic meshes",
-/// 2010).
+/// Spread of a vertex metric (Alauzet, "Size gradation control of anisotropic meshes", 2010).
 enum class GradationSpace : std::uint8_t {
-    metric,    ///< all sizes grow alike with the distance in the metric: it keeps its anisotropy
-    physical,  ///< each size grows with the distance in space: it tends to isotropy
-    mixed,     ///< the geometric mean of both, by `physical_share`
+    metric,    ///< all sizes grow with the metric distance: preserves anisotropy
+    physical,  ///< each size grows with the distance: tends to isotropy
+    mixed,     ///< geometric mean of both, by `physical_share`
 };
 [[nodiscard]] constexpr auto words(GradationSpace) {
     return words_of(Word{GradationSpace::metric, "metric"}, Word{GradationSpace::physical, "physical"},
                     Word{GradationSpace::mixed, "mixed"});
 }
 
-/// How fast sizes may grow.
 struct GradationOptions {
     GradationSpace space = GradationSpace::mixed;
-    double ratio = 1.5;  ///< β: sizes grow by log β a unit length
+    double ratio = 1.5;  ///< β: sizes grow by log β per unit length
     double physical_share = 0.125;
     int max_sweeps = 1000;
-    /// Ends when no size shrinks by more than this share in a sweep.
+    /// Sweeps end when no size shrinks by more than this fraction.
     double tolerance = 1e-6;
 
     [[nodiscard]] static constexpr auto options() {
@@ -168,47 +155,42 @@ struct GradationOptions {
     friend bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
 
-/// The metric that p spans at q, with the axes of M_p as they turn on the way (`turn`, see turn_between: what is
-/// between M_p and M_q), and sizes
-///     metric    h_i (1 + l_p log β),   l_p = sqrt(pqᵀ M pq), M: M_p turned by half
-///     physical  h_i + |pq| log β
-///     mixed     h_i (1 + |pq|/h_i log β)^s (1 + l_p log β)^{1−s}.
+/// Metric that p spans at q: axes of M_p turned by `turn` (`turn_between` M_p and M_q), sizes
+///     metric: h_i (1 + l_p log β), l_p = sqrt(pqᵀ M pq), M: M_p turned by half
+///     physical: h_i + |pq| log β
+///     mixed: h_i (1 + |pq|/h_i log β)^s (1 + l_p log β)^{1−s}.
 template <int D>
 [[nodiscard]] EigenSystem<D> spanned_metric(const EigenSystem<D>& at_p, const AxesTurn<D>& turn, const Vec<D>& pq,
                                             const GradationOptions& options);
 
-/// The graded metric, and how it was reached.
 template <int D>
 struct Graded {
     Column<LogMetric<D>> log_metrics;
-    int sweeps = 0;           ///< with a change, not counting the last one, which found none
-    bool converged = false;   ///< false when max_sweeps ended it
-    std::size_t changed = 0;  ///< vertices whose metric is not the given one
+    int sweeps = 0;          ///< with changes; excludes the last one
+    bool converged = false;  ///< false if max_sweeps ended it
+    std::size_t changed = 0;
 };
 
-/// Makes sizes grow no faster than the ratio along any edge, whose axes may turn on the way: the metric at each vertex
-/// is intersected with those that its neighbours span there, sweep after sweep, until none changes. A sweep reads only
-/// the last one's values (Jacobi), and a vertex takes its neighbours in the order of their ids, so the result depends
-/// neither on threads nor on an order of edges. Sizes never grow. Errors (usage): a ratio that is not above 1, a share
-/// outside 0 to 1, columns that are not of this mesh; stopped.
+/// Limits the growth of sizes along edges, whose axes may turn: intersects each vertex metric with those that its
+/// neighbours span there, in sweeps, until none changes. Jacobi sweeps with neighbours in id order make results
+/// independent of threads and edge order. Sizes never grow. Errors (usage): ratio not above 1, share outside 0 to 1,
+/// columns of another mesh; stopped.
 template <int D>
 [[nodiscard]] Outcome<Graded<D>> apply_gradation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                  const Execution& execution);
 
-/// How far the growth law is broken: the largest share, as a logarithm, by which a size at one end of an edge exceeds
-/// what the other end spans there. At most 0 where the law holds.
+/// Largest log of the factor by which a size exceeds that spanned along an edge; at most 0 within the growth limit.
 template <int D>
 [[nodiscard]] Outcome<double> gradation_excess(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                const Column<LogMetric<D>>& field, const GradationOptions& options,
                                                const Execution& execution);
 
-/// The surface metric of paper §4.1: thin along the normal at the boundary, isotropic in the volume. Gradation then
-/// carries it into the volume.
+/// Surface metric of paper §4.1: thin along the boundary normal, isotropic in the volume.
 struct SurfaceMetricOptions {
     double tangent_size = 1;            ///< in the tangent plane: λ_min = tangent_size⁻²
-    double normal_size = 0.1;           ///< along the normal: λ_max = normal_size⁻²; the paper takes a tenth
-    std::optional<double> volume_size;  ///< at volume vertices (model units); as tangent_size unless given
+    double normal_size = 0.1;           ///< along the normal: λ_max = normal_size⁻²; 0.1 as in the paper
+    std::optional<double> volume_size;  ///< at volume vertices (model units); default: tangent_size
 
     [[nodiscard]] static constexpr auto options() {
         using S = SurfaceMetricOptions;
@@ -221,13 +203,13 @@ struct SurfaceMetricOptions {
     }
 };
 
-/// Unit normals at the vertices of a mesh: none in the volume, one a smooth side on the boundary, so two at a ridge and
-/// more at a corner. Their orientation does not matter, nor does their order; a zero vector counts as none.
+/// Unit normals at vertices: none in the volume, one per smooth boundary side. Zero vectors, orientation and order are
+/// ignored.
 template <int D>
 using VertexNormals = Incidence<Vec<D>>;
 
-/// exp: R diag(λ_min, λ_min, λ_max) Rᵀ with the last axis along the normal. Where a vertex has several sides their
-/// metrics are intersected, so that all normals are thin. Errors (usage): a size that is not positive; stopped.
+/// exp: R diag(λ_min, λ_min, λ_max) Rᵀ, last axis along the normal; intersected over a vertex's sides. Errors (usage):
+/// a non-positive size; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> surface_log_metrics(const VertexNormals<D>& normals,
                                                                 const SurfaceMetricOptions& options,

@@ -6,7 +6,7 @@ module;
 export module camber.metric:packs;
 import camber.core;
 
-/// Vectors, tensors and matrices of eight edges or points at a time, for kernels (core:tensors).
+/// Tensors of eight items at a time, for kernels (core:tensors).
 namespace camber {
 
 export template <int D>
@@ -32,7 +32,7 @@ struct MatPack {
     [[nodiscard, gnu::always_inline]] inline Pack& operator()(int i, int j) { return column[j][i]; }
 };
 
-/// Entry k of the items from `begin`, one a lane: get(item)[k]; beyond the end, of the last item.
+/// One item per lane from `begin`: get(item)[k]; the last item is repeated.
 export template <class T, class Get>
 [[nodiscard, gnu::always_inline]] inline Pack gathered(std::span<const T> items, std::size_t begin, const Get& get) {
     Pack p{};
@@ -65,7 +65,7 @@ export template <int D, class T, class Get>
     return m;
 }
 
-/// out[begin + lane] = the lane's vector, as far as `out` goes.
+/// out[begin + lane] = vector of the lane, within the size of `out`.
 export template <int D>
 [[gnu::always_inline]] inline void scatter(const VecPack<D>& v, std::size_t begin, std::span<Vec<D>> out) {
     const std::size_t n = std::min<std::size_t>(pack_size, out.size() - begin);
@@ -102,7 +102,6 @@ export template <int D>
     for (int j = 0; j < D; ++j) r.column[j] = times(a, b.column[j]);
     return r;
 }
-/// Determinant of the columns.
 [[nodiscard, gnu::always_inline]] inline Pack det(const MatPack<2>& a) { return a(0, 0) * a(1, 1) - a(1, 0) * a(0, 1); }
 [[nodiscard, gnu::always_inline]] inline Pack det(const MatPack<3>& a) {
     return a(0, 0) * (a(1, 1) * a(2, 2) - a(2, 1) * a(1, 2)) + a(1, 0) * (a(2, 1) * a(0, 2) - a(0, 1) * a(2, 2)) +
@@ -138,14 +137,13 @@ export template <int D>
     return s;
 }
 
-/// The tangent of Jacobi's rotation that makes two columns orthogonal: the smaller root of t² + (difference/product) t
-/// = 1; 0 in other lanes than `lanes`.
+/// Tangent of the rotation that makes two columns orthogonal: smaller root of t² + (difference/product) t = 1; 0
+/// outside `lanes`.
 [[nodiscard, gnu::always_inline]] inline Pack rotation_tangent(Pack difference, Pack product, Mask lanes) {
     const Pack twice = 2 * product;
     const Pack denominator = difference + copysign(sqrt(difference * difference + twice * twice), difference);
     return select(lanes & (denominator != 0), twice / denominator, packed(0));
 }
-/// Columns p, q of m take the rotation.
 export template <int D>
 [[gnu::always_inline]] inline void rotate_columns(MatPack<D>& m, int p, int q, Pack c, Pack s) {
     for (int k = 0; k < D; ++k) {
@@ -170,7 +168,7 @@ export template <int D>
     return m;
 }
 
-/// eigen_system, eight at a time: cyclic Jacobi rotations, each lane until it has converged.
+/// Eight eigensystems by cyclic Jacobi rotations, each lane until convergence.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline EigenPack<D> eigen_system(SymPack<D> a) {
     MatPack<D> r = identity_pack<D>();
@@ -182,7 +180,7 @@ export template <int D>
             all += a(i, i) * a(i, i);
             for (int j = 0; j < i; ++j) off += a(i, j) * a(i, j);
         }
-        // Convergence is quadratic: below 1e-17 |A| the rest is rounding.
+        // Quadratic convergence: below 1e-17 |A| the rest is rounding.
         const Mask lanes = off > 1e-34 * all;
         if (!any(lanes)) break;
         for (int p = 0; p < D - 1; ++p)
@@ -209,14 +207,14 @@ export template <int D>
     return out;
 }
 
-/// The right singular vectors V of A, and A V, whose columns are orthogonal and as long as the singular values:
-/// one-sided Jacobi rotations (Hestenes), by which small ones keep their relative digits.
+/// Right singular vectors V of A, and A V, whose columns have the singular values as lengths. One-sided Jacobi
+/// rotations (Hestenes) keep small ones accurate.
 template <int D>
 struct RightSingularPack {
     MatPack<D> columns;
     MatPack<D> vectors;
 };
-/// From A V₀ and any orthogonal V₀: the nearer that is, the sooner they end.
+/// Starts from A V₀ with any orthogonal V₀; the closer, the faster.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline RightSingularPack<D> right_singular_from(RightSingularPack<D> out) {
     MatPack<D>& w = out.columns;
@@ -227,7 +225,8 @@ template <int D>
                 const Pack alpha = dot(w.column[p], w.column[p]);
                 const Pack beta = dot(w.column[q], w.column[q]);
                 const Pack gamma = dot(w.column[p], w.column[q]);
-                // The product of orthogonal columns is known to a few ulps of theirs: less would never be reached.
+                // Rounding limits the product of orthogonal columns to a few ulps; a lower threshold would never be
+                // reached.
                 const Mask lanes = abs(gamma) > 1e-15 * sqrt(alpha * beta);
                 rotated |= lanes;
                 if (!any(lanes)) continue;
@@ -246,8 +245,7 @@ template <int D>
     return right_singular_from<D>({a, identity_pack<D>()});
 }
 
-/// The natural metric of a simplex, in two steps: Bᵀ = (J J_ref⁻¹)ᵀ, whose right singular vectors are the left ones of
-/// B, and log M = −2 log σ of these; see natural_log_metric. `reference`: J_ref⁻¹.
+/// Bᵀ = (J J_ref⁻¹)ᵀ of `natural_log_metric`; its right singular vectors are the left ones of B. `reference`: J_ref⁻¹.
 template <int D>
 [[nodiscard, gnu::always_inline]] inline MatPack<D> natural_frame(const std::array<VecPack<D>, D + 1>& p,
                                                                   const Mat<D>& reference) {
@@ -266,13 +264,13 @@ template <int D>
     return composed(s.vectors, logs);
 }
 
-/// A metric seen through a map F: log M̂ = log(Fᵀ M F), and O = M^{1/2} F M̂^{-1/2}.
+/// Metric pulled back by F: log M̂ = log(Fᵀ M F), and O = M^{1/2} F M̂^{-1/2}.
 export template <int D>
 struct SeenPack {
     SymPack<D> log_metric;
     MatPack<D> axes;
 };
-/// With Λ^{1/2} Rᵀ F = V Σ Uᵀ (needles keep their digits): M̂ = U Σ² Uᵀ and O = R V Uᵀ. M itself where F is singular.
+/// With Λ^{1/2} Rᵀ F = V Σ Uᵀ (accurate for needles): M̂ = U Σ² Uᵀ, O = R V Uᵀ. M itself for singular F.
 export template <int D>
 [[nodiscard, gnu::always_inline]] inline SeenPack<D> seen_through(const SymPack<D>& log_metric,
                                                                   const EigenPack<D>& metric,

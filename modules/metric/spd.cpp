@@ -15,7 +15,6 @@ namespace camber {
 
 namespace {
 
-/// kernel(begin) for each pack of n items.
 template <class Kernel>
 [[gnu::always_inline]] inline void each_pack(std::size_t n, const Kernel& kernel) {
     for (std::size_t begin = 0; begin < n; begin += pack_size) kernel(begin);
@@ -97,8 +96,7 @@ namespace {
 
 enum class TensorState : std::uint8_t { sound, floored, indefinite, singular, zero, out_of_range, not_finite };
 
-/// Whether a row of the matrix is zero: then so is an eigenvalue, and no rounding of the entries made it so. That any
-/// other matrix is singular cannot be told from rounding.
+/// A zero row makes an eigenvalue exactly zero. Other singular matrices cannot be distinguished from rounding.
 template <int D>
 bool has_zero_row(const Sym<D>& m) {
     for (int i = 0; i < D; ++i) {
@@ -109,7 +107,7 @@ bool has_zero_row(const Sym<D>& m) {
     return false;
 }
 
-/// Whether the sizes are beyond the range of lengths by far: squares of the entries would overflow or vanish.
+/// True if squares of the entries would overflow or vanish.
 template <int D>
 bool is_out_of_range(const Sym<D>& m) {
     double largest = 0;
@@ -118,8 +116,8 @@ bool is_out_of_range(const Sym<D>& m) {
     return largest * (min_length * min_length) > beyond || largest * (max_length * max_length) * beyond < 1;
 }
 
-/// What rounding the entries of M by ε each does to an eigenvalue: ε Σ |r_j| |m_jk| |r_k|, at most ε λ_max D and far
-/// less where the axes are those of the coordinates. What the decomposition itself may do comes on top.
+/// Effect on an eigenvalue of rounding M's entries by ε: ε Σ |r_j| |m_jk| |r_k| ≤ ε λ_max D, far less for axes along
+/// the coordinates. At least the decomposition's error.
 template <int D>
 Vec<D> eigenvalue_rounding(const Sym<D>& m, const EigenSystem<D>& e, double epsilon) {
     Vec<D> rounding;
@@ -159,7 +157,6 @@ TensorState log_of_tensor(std::span<const double> row, double epsilon, LogMetric
     return state;
 }
 
-/// Why a tensor is refused; nothing where it is not.
 std::optional<Error> refusal_of(TensorState state, const Entity& vertex) {
     constexpr auto kind = ErrorKind::input;
     switch (state) {

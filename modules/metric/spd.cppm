@@ -11,14 +11,14 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A = R diag(values) Rᵀ; the columns of R are orthonormal eigenvectors. Values are in no particular order.
+/// A = R diag(values) Rᵀ with orthonormal columns of R; values are unordered.
 template <int D>
 struct EigenSystem {
     Vec<D> values;
     Mat<D> vectors;
 };
 
-/// One Jacobi rotation of rows and columns p, q that zeroes a(p, q); R takes the rotation's columns.
+/// Jacobi rotation that zeroes a(p, q), also applied to R's columns.
 template <int D>
 inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     const double apq = a(p, q);
@@ -44,8 +44,7 @@ inline void jacobi_rotate(Sym<D>& a, Mat<D>& r, int p, int q) {
     }
 }
 
-/// Eigenvalues and eigenvectors of a symmetric matrix by cyclic Jacobi rotations: unlike closed forms it keeps its
-/// digits at near-equal eigenvalues. Backward error a few ulps of |A|.
+/// Cyclic Jacobi rotations, accurate at near-equal eigenvalues unlike closed forms. Backward error: a few ulps of |A|.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> eigen_system(Sym<D> a) {
     Mat<D> r = Mat<D>::identity();
@@ -57,7 +56,7 @@ template <int D>
             all += a(i, i) * a(i, i);
             for (int j = 0; j < i; ++j) off += a(i, j) * a(i, j);
         }
-        // Convergence is quadratic: below 1e-17 |A| the rest is rounding.
+        // Quadratic convergence: below 1e-17 |A| the rest is rounding.
         if (off <= 1e-34 * all) break;
         for (int p = 0; p < D - 1; ++p)
             for (int q = p + 1; q < D; ++q) jacobi_rotate(a, r, p, q);
@@ -67,7 +66,6 @@ template <int D>
     return out;
 }
 
-/// R diag(values) Rᵀ.
 template <int D>
 [[nodiscard]] inline Sym<D> composed(const EigenSystem<D>& e) {
     Sym<D> s;
@@ -80,11 +78,11 @@ template <int D>
     return s;
 }
 
-/// The left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes): small
-/// singular values keep their relative digits, which eigenvalues of A Aᵀ would lose.
+/// Left singular vectors U and singular values of A = U Σ Vᵀ by one-sided Jacobi rotations (Hestenes). Small values
+/// stay accurate, unlike eigenvalues of A Aᵀ.
 template <int D>
 [[nodiscard]] inline EigenSystem<D> left_singular(const Mat<D>& a) {
-    // Orthogonalise the rows of A, that is the columns of Aᵀ: Aᵀ U = V Σ.
+    // Orthogonalise the rows of A: Aᵀ U = V Σ.
     Mat<D> w = transposed(a);
     Mat<D> u = Mat<D>::identity();
     for (int sweep = 0; sweep < 30; ++sweep) {
@@ -94,7 +92,8 @@ template <int D>
                 const double alpha = norm_squared(w.column[p]);
                 const double beta = norm_squared(w.column[q]);
                 const double gamma = dot(w.column[p], w.column[q]);
-                // The product of orthogonal columns is known to a few ulps of theirs: less would never be reached.
+                // Rounding limits the product of orthogonal columns to a few ulps; a lower threshold would never be
+                // reached.
                 if (std::abs(gamma) <= 1e-15 * std::sqrt(alpha * beta)) continue;
                 rotated = true;
                 const double zeta = (beta - alpha) / (2 * gamma);
@@ -117,24 +116,22 @@ template <int D>
     return out;
 }
 
-/// A Riemannian metric at a point: symmetric positive definite, in 1/length². Sizes are h_i = λ_i^{-1/2}.
+/// Riemannian metric: symmetric positive definite, in 1/length². Sizes are h_i = λ_i^{-1/2}.
 template <int D>
 struct Metric {
     Sym<D> m;
     friend bool operator==(const Metric&, const Metric&) = default;
 };
 
-/// log M, any symmetric matrix. Fields are stored and interpolated in this form (paper §1.2, log-Euclidean), and it is
-/// a type of its own so that the two are never mixed.
+/// log M, any symmetric matrix: fields are stored and interpolated in this form (paper §1.2, log-Euclidean).
 template <int D>
 struct LogMetric {
     Sym<D> l;
     friend bool operator==(const LogMetric&, const LogMetric&) = default;
 };
 
-/// log M decomposed, ready to measure with: M = R diag(e^{λ_i}) Rᵀ, with λ_i the log-eigenvalues.
-/// Every evaluation goes by Σ e^{λ_i} (r_i·v)² and never by the entries of M: with v on the long axis those lose all
-/// digits at anisotropy 10^8, the sum none.
+/// Decomposed metric M = R diag(e^{λ_i}) Rᵀ. Lengths are Σ e^{λ_i} (r_i·v)²; the entries of M lose all digits along the
+/// long axis at anisotropy 10^8.
 template <int D>
 struct SpectralMetric {
     Vec<D> log_values;
@@ -146,7 +143,6 @@ struct SpectralMetric {
         for (int i = 0; i < D; ++i) values[i] = exp(e.values[i]);
     }
 
-    /// vᵀ M v.
     [[nodiscard]] inline double length_squared(const Vec<D>& v) const {
         double q = 0;
         for (int i = 0; i < D; ++i) {
@@ -169,20 +165,19 @@ struct SpectralMetric {
     }
 };
 
-/// Φ(a, b) = (e^a − e^b)/(a − b), the first divided difference of exp, without cancellation: e^{(a+b)/2} sinh(δ)/δ with
-/// δ = (a − b)/2.
+/// Φ(a, b) = (e^a − e^b)/(a − b) without cancellation: e^{(a+b)/2} sinh(δ)/δ with δ = (a − b)/2.
 [[nodiscard]] inline double exp_divided_difference(double a, double b) {
     const double delta = (a - b) / 2;
     const double ratio = std::abs(delta) < 1e-4 ? 1 + delta * delta / 6 : sinh(delta) / delta;
     return exp((a + b) / 2) * ratio;
 }
 
-/// The same from e^a and e^b already at hand; no exponential unless the two are near.
+/// For known e^a and e^b; exponentials only if a and b are close.
 [[nodiscard]] inline double exp_divided_difference(double a, double b, double exp_a, double exp_b) {
     return std::abs(a - b) > 0.1 ? (exp_a - exp_b) / (a - b) : exp_divided_difference(a, b);
 }
 
-/// D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ (Daletskii–Krein): how M = exp(L) changes when L moves by E.
+/// Derivative of exp (Daletskii–Krein): D exp(L)[E] = R (Φ ∘ (Rᵀ E R)) Rᵀ.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     Sym<D> inner_part = congruence(transposed(s.vectors), direction);
@@ -192,7 +187,7 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// The adjoint G of L ↦ vᵀ exp(L) v: its change for any ∂L is ⟨G, ∂L⟩, with G = R (Φ ∘ (w wᵀ)) Rᵀ, w = Rᵀ v.
+/// Adjoint G of L ↦ vᵀ exp(L) v, whose change is ⟨G, ∂L⟩: G = R (Φ ∘ (w wᵀ)) Rᵀ, w = Rᵀ v.
 template <int D>
 [[nodiscard]] inline Sym<D> length_squared_adjoint(const SpectralMetric<D>& s, const Vec<D>& v) {
     const Vec<D> w = transposed_times(s.vectors, v);
@@ -204,7 +199,7 @@ template <int D>
     return congruence(s.vectors, inner_part);
 }
 
-/// exp: the metric of a log-metric. Entries of M hold fewer digits than log M: to measure, use SpectralMetric.
+/// Entries of M hold fewer digits than log M: measure with `SpectralMetric`.
 template <int D>
 [[nodiscard]] inline Metric<D> exp(const LogMetric<D>& log_metric) {
     EigenSystem<D> e = eigen_system(log_metric.l);
@@ -212,7 +207,7 @@ template <int D>
     return {composed(e)};
 }
 
-/// log of a metric whose eigenvalues are all positive (not checked here: see log_metrics_of_tensors).
+/// Requires positive eigenvalues (unchecked; see `log_metrics_of_tensors`).
 template <int D>
 [[nodiscard]] inline LogMetric<D> log(const Metric<D>& metric) {
     EigenSystem<D> e = eigen_system(metric.m);
@@ -220,7 +215,7 @@ template <int D>
     return {composed(e)};
 }
 
-/// The log-metric of sizes h_i along the columns of R: λ_i = −2 log h_i.
+/// Log-metric with sizes h_i along the columns of R: λ_i = −2 log h_i.
 template <int D>
 [[nodiscard]] inline LogMetric<D> log_metric_of_sizes(const Vec<D>& sizes, const Mat<D>& axes = Mat<D>::identity()) {
     EigenSystem<D> e{.values = {}, .vectors = axes};
@@ -228,7 +223,7 @@ template <int D>
     return {composed(e)};
 }
 
-/// sqrt(λ_max/λ_min) of M.
+/// sqrt(λ_max/λ_min)
 template <int D>
 [[nodiscard]] inline double anisotropy(const LogMetric<D>& log_metric) {
     const Vec<D> values = eigen_system(log_metric.l).values;
@@ -238,37 +233,34 @@ template <int D>
 
 }  // namespace camber
 
-/// Closed forms for many points or elements at a time, in packs (core:tensors). Spans are of one size; each item has
-/// the same bytes in any company and with any instructions.
+/// Closed forms in packs (core:tensors), for spans of equal sizes. Results are bitwise independent of other items and
+/// of the instruction set.
 export namespace camber {
 
-/// sqrt(vᵀ M v) of each vector in its own metric.
+/// sqrt(vᵀ M v), each in its own metric.
 template <int D>
 void metric_norms(std::span<const LogMetric<D>> metrics, std::span<const Vec<D>> vectors, std::span<double> norms,
                   Instructions set = widest_instructions());
 
-/// natural_log_metric of each simplex.
 template <int D>
 void natural_log_metrics(std::span<const std::array<Vec<D>, D + 1>> simplices, std::span<LogMetric<D>> metrics,
                          Instructions set = widest_instructions());
 
-/// A metric as it is seen through a map: from the map's domain.
+/// Metric pulled back by a map F.
 template <int D>
 struct SeenMetric {
     LogMetric<D> log_metric;           ///< log M̂, M̂ = Fᵀ M F
-    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal: M̂'s frame to M's
+    Mat<D> axes = Mat<D>::identity();  ///< O = M^{1/2} F M̂^{-1/2}, orthogonal: frame of M̂ to frame of M
     friend bool operator==(const SeenMetric&, const SeenMetric&) = default;
 };
-/// Each metric through its Jacobian F; M itself through one that is singular. By singular values, so that needles keep
-/// their digits.
+/// Pulls each metric back by F, using singular values (accurate for needles); M itself for singular F.
 template <int D>
 void see_through(std::span<const LogMetric<D>> metrics, std::span<const Mat<D>> jacobians,
                  std::span<SeenMetric<D>> seen, Instructions set = widest_instructions());
 
-/// Derivatives of exp and log (Daletskii–Krein) in the frame of M's eigenvectors, where they act entry by entry:
-/// (Rᵀ D exp(L)[E] R)_ij = Φ_ij (Rᵀ E R)_ij with Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j), and D log divides by Φ_ij.
-/// Entries of ∂M in other frames hold fewer digits than those of ∂ log M (the small ones drown in λ_max), so at high
-/// anisotropy stay in this frame; `exp_derivative` and `log_derivative` are the same in the coordinates' frame.
+/// Derivatives of exp and log (Daletskii–Krein) in M's eigenvector frame, where they act entrywise: (Rᵀ D exp(L)[E]
+/// R)_ij = Φ_ij (Rᵀ E R)_ij, Φ_ij = (e^{λ_i} − e^{λ_j})/(λ_i − λ_j); D log divides by Φ_ij. At high anisotropy other
+/// frames, like that of `exp_derivative` and `log_derivative`, lose small entries of ∂M below λ_max.
 template <int D>
 [[nodiscard]] inline Sym<D> exp_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -277,7 +269,7 @@ template <int D>
     return direction;
 }
 
-/// (log a − log b)/(a − b) = 1/Φ(log a, log b): well defined and accurate at equal eigenvalues too.
+/// (log a − log b)/(a − b) = 1/Φ(log a, log b), accurate at equal eigenvalues too.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative_in_frame(const SpectralMetric<D>& s, Sym<D> direction) {
     for (int i = 0; i < D; ++i)
@@ -286,14 +278,14 @@ template <int D>
     return direction;
 }
 
-/// D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ: how log M changes when M moves by E; the inverse of exp_derivative. `s` is M
-/// decomposed. Its error is that of E's entries: ε |E|/λ_min in the block of the small eigenvalues.
+/// Inverse of `exp_derivative`: D log(M)[E] = R ((Rᵀ E R) / Φ) Rᵀ; `s`: M decomposed. E's rounding gives ε |E|/λ_min in
+/// the block of small eigenvalues.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const SpectralMetric<D>& s, const Sym<D>& direction) {
     return congruence(s.vectors, log_derivative_in_frame(s, congruence(transposed(s.vectors), direction)));
 }
 
-/// From the entries of M; for metrics of anisotropy up to about 1e7.
+/// Uses the entries of M: for anisotropy up to about 1e7.
 template <int D>
 [[nodiscard]] inline Sym<D> log_derivative(const Metric<D>& metric, const Sym<D>& direction) {
     return log_derivative(SpectralMetric<D>(log(metric)), direction);
@@ -301,31 +293,31 @@ template <int D>
 
 }  // namespace camber
 
-/// High-order log-Euclidean interpolation on a K-simplex of degree N (paper §2.1), for any N and K. Its three forms:
-///   (2) pure Bézier             exp Σ B_α(ξ) log M(P_α)      BezierLogs of the metrics at the control points
-///   (3) pure Lagrange           exp Σ φ_α(ξ) log M(P_α^l)    LagrangeLogs
-///   (4) Bézier-refactored (3)   exp Σ B_α(ξ) log M_α         virtual_logs(LagrangeLogs), the default
-/// (3) and (4) are one field. (2) is another: control points lie off the element, so it sees metrics from elsewhere.
-/// The Lagrange functions go negative, so (3) and (4) are affine means, not convex ones: det M lies between those of
-/// the *virtual* metrics and may overshoot those at the nodes (log-dets 0, 1, 1 along a P2 edge reach 1.125).
+/// High-order log-Euclidean interpolation on a K-simplex of degree N (paper §2.1), in three forms:
+///     (2) pure Bézier: exp Σ B_α(ξ) log M(P_α), BezierLogs of the metrics at the control points
+///     (3) pure Lagrange: exp Σ φ_α(ξ) log M(P_α^l), LagrangeLogs
+///     (4) Bézier-refactored (3): exp Σ B_α(ξ) log M_α, virtual_logs(LagrangeLogs), the default
+/// (3) and (4) are equal. (2) differs: its control points lie off the element. Lagrange functions can be negative, so
+/// (3) and (4) are affine, not convex means. det M is bounded by the *virtual* metrics and may overshoot the nodes
+/// (log-dets 0, 1, 1 along a P2 edge reach 1.125).
 export namespace camber {
 
-/// Log-metrics that Bernstein polynomials weigh, in the order of multi_indices<N, K>: those at the control points for
-/// (2), the virtual ones for (4).
+/// Log-metrics weighted by Bernstein polynomials, in the order of multi_indices<N, K>: at control points for (2),
+/// virtual for (4).
 template <int N, int K, int D>
 struct BezierLogs {
     std::array<LogMetric<D>, node_count<N, K>> logs{};
     friend bool operator==(const BezierLogs&, const BezierLogs&) = default;
 };
 
-/// Log-metrics at the Lagrange nodes F(α/N), which lie on the element, in the order of multi_indices<N, K>.
+/// Log-metrics at the Lagrange nodes F(α/N) on the element, in the order of multi_indices<N, K>.
 template <int N, int K, int D>
 struct LagrangeLogs {
     std::array<LogMetric<D>, node_count<N, K>> logs{};
     friend bool operator==(const LagrangeLogs&, const LagrangeLogs&) = default;
 };
 
-/// The virtual log-metrics log M_α of (4): the Lagrange-to-Bézier transformation applied to the log-metrics.
+/// Virtual log-metrics log M_α of (4), by the Lagrange-to-Bézier transformation.
 template <int N, int K, int D>
 [[nodiscard]] inline BezierLogs<N, K, D> virtual_logs(const LagrangeLogs<N, K, D>& nodes) {
     BezierLogs<N, K, D> out;
@@ -345,7 +337,6 @@ template <int N, int K, int D>
     return out;
 }
 
-/// log M(ξ) of (3).
 template <int N, int K, int D>
 [[nodiscard]] inline LogMetric<D> interpolated(const LagrangeLogs<N, K, D>& nodes, const Barycentric<K>& xi) {
     LogMetric<D> out;
@@ -374,7 +365,7 @@ template <int N, int K, int D>
     return log_gradient(virtual_logs(nodes), xi);
 }
 
-/// ∂M/∂ξ_i = D exp(log M)[∂ log M/∂ξ_i] (Daletskii–Krein). The paper's exp(Q) ∂Q holds only where Q and ∂Q commute.
+/// ∂M/∂ξ_i = D exp(log M)[∂ log M/∂ξ_i]. The paper's exp(Q) ∂Q holds only if Q and ∂Q commute.
 template <class Field>
 [[nodiscard]] inline auto metric_gradient(const Field& field, const auto& xi) {
     auto gradient = log_gradient(field, xi);
@@ -383,14 +374,12 @@ template <class Field>
     return gradient;
 }
 
-/// The intersection of two metrics by simultaneous reduction: the metric of the largest sizes that asks for at least
-/// what both ask for, vᵀMv ≥ vᵀM_i v for every v, exact along the axes that both share.
-///
-/// Entries of M_1⁻¹ M_2 cancel at high anisotropy, so the reduction goes by factors. With M_i = R_i Λ_i R_iᵀ,
-///     C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ,   M = FᵀF,   F = max(1, Σ) Vᵀ Λ_1^{1/2} R_1ᵀ,
-/// and log M = 2 log of the singular values of F. Where one metric asks for more everywhere, it is the result, to the
-/// last bit. Conditioning: metrics of anisotropy a that are turned by δ against one another intersect to sizes smaller
-/// by a share of a δ, so the result is known to a few a ε (1e-9 at anisotropy 1e6).
+/// Intersection by simultaneous reduction: the metric of the largest sizes with vᵀMv ≥ vᵀM_i v for every v, exact along
+/// shared axes. Entries of M_1⁻¹ M_2 cancel at high anisotropy, so factors are used. With M_i = R_i Λ_i R_iᵀ,
+///     C = Λ_2^{1/2} R_2ᵀ R_1 Λ_1^{-1/2} = U Σ Vᵀ, M = FᵀF, F = max(1, Σ) Vᵀ Λ_1^{1/2} R_1ᵀ,
+/// log M = 2 log of F's singular values. A metric that contains the other is returned bitwise. Metrics of anisotropy a
+/// turned by δ intersect to sizes smaller by a fraction a δ, so the result is accurate to a few a ε (1e-9 at anisotropy
+/// 1e6).
 template <int D>
 [[nodiscard]] inline EigenSystem<D> intersection(const EigenSystem<D>& a, const EigenSystem<D>& b) {
     // Cᵀ = Λ_1^{-1/2} R_1ᵀ R_2 Λ_2^{1/2}, whose left singular vectors are V.
@@ -418,8 +407,7 @@ template <int D>
     return {composed(intersection(eigen_system(a.l), eigen_system(b.l)))};
 }
 
-/// By how much `inner` asks for less than `outer` somewhere: the largest ½ log of vᵀM_outer v/vᵀM_inner v, so at most 0
-/// where inner contains all that outer asks for, and log 2 where an edge should be half as long.
+/// Largest ½ log of vᵀM_outer v/vᵀM_inner v: at most 0 if `inner` contains `outer`, log 2 for an edge to be halved.
 template <int D>
 [[nodiscard]] inline double size_excess(const EigenSystem<D>& inner, const EigenSystem<D>& outer) {
     Mat<D> c;
@@ -435,7 +423,7 @@ template <int D>
     return size_excess(eigen_system(inner.l), eigen_system(outer.l));
 }
 
-/// A rotation: in 3D about the vector by its length, in 2D by the first entry; in radians.
+/// Rotation in radians: rotation vector in 3D, first entry in 2D.
 template <int D>
 struct AxesTurn {
     Vec<3> about;
@@ -445,7 +433,6 @@ struct AxesTurn {
             const double c = cos(about[0]), s = sin(about[0]);
             return {{c * v[0] - s * v[1], s * v[0] + c * v[1]}};
         } else {
-            // Rodrigues.
             const double angle = norm(about);
             if (!(angle > 0)) return v;
             const Vec<3> axis = about / angle;
@@ -456,13 +443,11 @@ struct AxesTurn {
     [[nodiscard]] bool is_none() const { return about == Vec<3>{}; }
 };
 
-/// By how much the axes of a metric turn from one place to another: in the frame of the mean of both logs, from the
-/// change ΔL and the difference of log sizes x_ij = λ_i − λ_j, in the plane of axes i and j by
-///
-///   θ_ij = atan(ΔL_ij / x_ij) (1 − e^{−|x_ij|})² / (1 + (θ/0.9)^8),
-///
-/// exact where axes turn in one plane. Nothing where both sizes are alike, since what turns there are no axes, and
-/// beyond about 0.8 radians, where nobody knows which axis became which.
+/// Turn of a metric's axes between two places, in the frame of the mean log. With the change ΔL and x_ij = λ_i − λ_j,
+/// the angle in the plane of axes i and j is
+///     θ_ij = atan(ΔL_ij / x_ij) (1 − e^{−|x_ij|})² / (1 + (θ/0.9)^8),
+/// exact for turns in one plane. Zero for equal sizes, which have no axes, and beyond about 0.8 radians, where axes
+/// cannot be matched.
 template <int D>
 [[nodiscard]] AxesTurn<D> turn_between(const Sym<D>& from, const Sym<D>& to) {
     const Sym<D> change = to - from;
@@ -488,7 +473,6 @@ template <int D>
     return turn;
 }
 
-/// A metric with its axes turned.
 template <int D>
 [[nodiscard]] EigenSystem<D> turned(const EigenSystem<D>& metric, const AxesTurn<D>& turn) {
     if (turn.is_none()) return metric;

@@ -10,20 +10,19 @@ import camber.core;
 import camber.bezier;
 import :spd;
 
-/// How near to unit the edges and elements of a straight mesh are, in a metric that is known at its vertices.
+/// Edge lengths and qualities of straight meshes, for metrics at the vertices.
 export namespace camber {
 
-/// The edges of a unit mesh are between 1/√2 and √2.
+/// Edges of a unit mesh: 1/√2 to √2.
 inline constexpr double shortest_unit_edge = 0.70710678118654752;
 inline constexpr double longest_unit_edge = 1.4142135623730951;
 
-/// A metric ready to measure with: M = rowsᵀ rows, rows sqrt(λ_i) r_iᵀ, so that lengths keep their digits at any
-/// anisotropy (see SpectralMetric).
+/// Metric for measuring: M = rowsᵀ rows, rows sqrt(λ_i) r_iᵀ; accurate at any anisotropy (see SpectralMetric).
 template <int D>
 struct MeasuringMetric {
     std::array<Vec<D>, D> rows{};
-    Vec<D> log_sizes;         ///< eigenvalues of log M, rising
-    double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)): their product over an element is the volume's factor
+    Vec<D> log_sizes;         ///< eigenvalues of log M, ascending
+    double density_root = 0;  ///< (sqrt(det M))^(1/(D + 1)): its product over the vertices scales the volume
 
     MeasuringMetric() = default;
     explicit MeasuringMetric(const LogMetric<D>& log_metric) {
@@ -37,7 +36,6 @@ struct MeasuringMetric {
         log_sizes = e.values;
         std::ranges::sort(log_sizes.c);
     }
-    /// vᵀ M v.
     [[nodiscard]] double length_squared(const Vec<D>& v) const {
         double sum = 0;
         for (const Vec<D>& row : rows) {
@@ -49,8 +47,8 @@ struct MeasuringMetric {
     friend bool operator==(const MeasuringMetric&, const MeasuringMetric&) = default;
 };
 
-/// The length of a straight edge whose ends have lengths a and b of it: ∫ a^(1−t) b^t dt = (a − b)/ln(a/b), sizes
-/// between the ends being geometric means (Alauzet).
+/// Length of a straight edge with lengths a and b in the end metrics: ∫ a^(1−t) b^t dt = (a − b)/ln(a/b) (geometric
+/// sizes, Alauzet).
 [[nodiscard]] inline double logarithmic_mean(double a, double b) {
     const double sum = a + b;
     if (!(sum > 0)) return 0;
@@ -64,10 +62,8 @@ template <int D>
     return logarithmic_mean(std::sqrt(from.length_squared(edge)), std::sqrt(to.length_squared(edge)));
 }
 
-/// How far an element is from the regular simplex in the metric, with the sign of its volume: the power D/2 of
-/// metric_quality, which needs no root of the volume: 36 √12 V/(Σ l²)^(3/2), in 2D 4 √3 A / Σ l². V is the volume by
-/// the geometric mean of the vertices' densities, l² of an edge the mean of its ends'; in a constant metric both are
-/// exact.
+/// metric_quality to the power D/2, with the volume's sign: 36 √12 V/(Σ l²)^(3/2), in 2D 4 √3 A / Σ l². V uses the
+/// geometric mean of vertex densities, l² the mean of the edge's ends; exact in a constant metric.
 template <int D>
 [[nodiscard]] double metric_shape(const std::array<Vec<D>, D + 1>& corners,
                                   const std::array<const MeasuringMetric<D>*, D + 1>& metrics) {
@@ -88,16 +84,14 @@ template <int D>
     return 6 * std::sqrt(12.0) * measure / (squares * std::sqrt(squares));
 }
 
-/// Mean ratio in the metric, with the sign of the volume: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l²; 1 for the regular
-/// simplex. See metric_shape.
+/// Mean ratio with the volume's sign: 12 (3V)^(2/3) / Σ l², in 2D 4 √3 A / Σ l²; 1 for the regular simplex.
 [[nodiscard]] inline double quality_of_shape(double shape, int dimension) {
     return dimension == 2 ? shape : std::copysign(cbrt(shape * shape), shape);
 }
 [[nodiscard]] inline double shape_of_quality(double quality, int dimension) {
     return dimension == 2 ? quality : std::copysign(std::abs(quality) * std::sqrt(std::abs(quality)), quality);
 }
-/// Of a triangle in space, in the metric on its plane, as metric_shape of a tetrahedron: the power 3/2 of its mean
-/// ratio 4 √3 A / Σ l²; the area is the geometric mean of those in the metrics of its vertices.
+/// metric_shape of a triangle in space: 4 √3 A / Σ l² to the power 3/2, A the geometric mean over the vertex metrics.
 [[nodiscard]] inline double triangle_shape(const std::array<Vec<3>, 3>& corners,
                                            const std::array<const MeasuringMetric<3>*, 3>& metrics) {
     double areas = 1, squares = 0;
@@ -120,16 +114,14 @@ template <int D>
     return quality_of_shape(metric_shape<D>(corners, metrics), D);
 }
 
-/// A metric at an end of an edge, as it is given and ready to measure with.
 template <int D>
 struct BentEnd {
     const LogMetric<D>& log_metric;
     const MeasuringMetric<D>& measure;
 };
 
-/// The mean of two metrics whose axes may be turned against each other by an angle α: axes of the mean of both logs,
-/// and of the log sizes the mean of both in their order. The mean of the logs alone damps unlike axes by cos α. Where
-/// that is much (α above 0.6, or axes that are nearly alike and have no order), it is the mean of the logs again.
+/// Mean of metrics with axes turned by α: axes of the mean log, means of the sorted log sizes. The mean log alone damps
+/// anisotropy by cos α; it is used for α above 0.6 and nearly equal sizes, which have no order.
 template <int D>
 [[nodiscard]] EigenSystem<D> frame_mean(const LogMetric<D>& a, const Vec<D>& log_sizes_a, const LogMetric<D>& b,
                                         const Vec<D>& log_sizes_b) {
@@ -150,14 +142,10 @@ template <int D>
     return e;
 }
 
-/// The length of an edge of degree 2 whose node is `offset` from the middle of its chord, in a metric that is known at
-/// its ends, where its axes may be turned against each other: by the speeds l_a = |e + 4d|_a, l_b = |e − 4d|_b at the
-/// ends and l_m = |e|_m in the middle,
-///
-///   (l_a − l_b)/ln(l_a/l_b) + ⅔ (l_m − sqrt(l_a l_b)).
-///
-/// The first part is the length of a straight edge along common axes, for which l_m = sqrt(l_a l_b); the second what
-/// Simpson's rule makes of a middle that is another.
+/// Length of a quadratic edge whose node is `offset` from its chord's middle, for metrics at its ends. With the speeds
+/// l_a = |e + 4d|_a, l_b = |e − 4d|_b at the ends and l_m = |e|_m in the middle,
+///     (l_a − l_b)/ln(l_a/l_b) + ⅔ (l_m − sqrt(l_a l_b)).
+/// The first term is the straight length for common axes, where l_m = sqrt(l_a l_b), the second Simpson's correction.
 template <int D>
 [[nodiscard]] double bent_length(const BentEnd<D>& a, const BentEnd<D>& b, const Vec<D>& chord, const Vec<D>& offset) {
     const double l_a = std::sqrt(a.measure.length_squared(chord + 4.0 * offset));
@@ -174,34 +162,30 @@ template <int D>
 
 }  // namespace camber
 
-/// How far a P2 element is from the regular simplex in a metric, at a point and as a mean, with the mean's gradient.
-///
-/// At a point, A = M^{1/2} J W⁻¹, J the Jacobian of the element and W that of the regular simplex:
-///     distortion η = tr(AᵀA) / (D det(A)^{2/D}) ≥ 1,   quality 1/η, with the sign of det J;
-/// tr(ᵗJ M J) over a power of det(ᵗJ M J), as the paper and MFEM have it, seen from W. Between the vertices log M is
-/// linear in the reference coordinates; of it the shape alone matters (log M less its trace), since η has no scale.
-/// On a straight element in a constant metric η is the same everywhere and 1/η is metric_quality.
+/// Distortion of a P2 element in a metric, at a point and as a mean, with the mean's gradient. A = M^{1/2} J W⁻¹, with
+/// J the Jacobian and W that of the regular simplex;
+///     distortion η = tr(AᵀA) / (D det(A)^{2/D}) ≥ 1, quality 1/η, with the sign of det J,
+/// as in the paper and MFEM, relative to W. log M is linear in ξ; only its traceless part matters, since η is
+/// scale-invariant. On straight elements in a constant metric 1/η is metric_quality.
 export namespace camber {
 
-/// A P2 simplex by its Lagrange nodes: the vertices, then the edges' nodes in the order of `local_edges`.
+/// Lagrange nodes of a P2 simplex: the vertices, then the edge nodes in the order of `local_edges`.
 template <int D>
 using QuadraticNodes = std::array<Vec<D>, quadratic_nodes<D>>;
 template <int D>
 using VertexLogMetrics = std::array<LogMetric<D>, D + 1>;
 
-/// The metric's shape at the points of the rule below: M/det(M)^{1/D} = rootᵀ root, by rows sqrt(λ_i) r_iᵀ. It does
-/// not depend on the nodes: whoever moves nodes under given metrics makes it once.
+/// Scaled metric at the rule's points: M/det(M)^{1/D} = rootᵀ root, rows sqrt(λ_i) r_iᵀ. Independent of the nodes.
 template <int D>
 struct ElementMetric {
-    std::array<std::array<Pack, D>, D> root{};  ///< root[i][c]: coordinate c of row i, a point a lane
+    std::array<std::array<Pack, D>, D> root{};  ///< root[i][c]: coordinate c of row i, one point per lane
 };
 template <int D>
 [[nodiscard]] ElementMetric<D> element_metric(const VertexLogMetrics<D>& vertices,
                                               Instructions set = widest_instructions());
 
-/// Quality of an element: 1 over the mean of η in the reference element by the rule, and the least 1/η at its points.
-/// The mean is 0 where det J is not of one sign at all points (it tends to 0 there), and negative where det J is
-/// negative at all; never NaN.
+/// 1 over the mean of η by the rule, and the minimum of 1/η at its points. The mean is 0 unless det J has one sign at
+/// all points, negative if that is negative; never NaN.
 struct CurvedQuality {
     double mean = 0, least = 0;
     friend bool operator==(const CurvedQuality&, const CurvedQuality&) = default;
@@ -210,8 +194,7 @@ template <int D>
 [[nodiscard]] CurvedQuality curved_quality(const QuadraticNodes<D>& nodes, const ElementMetric<D>& metric,
                                            Instructions set = widest_instructions());
 
-/// The mean, and its derivative by each node while the others and the metrics stay: of a vertex while mid nodes stay.
-/// Zero where the mean is 0.
+/// Mean, and its derivatives by the nodes for fixed metrics and other nodes; zero if the mean is 0.
 template <int D>
 struct CurvedQualityGradient {
     double mean = 0;
@@ -222,13 +205,13 @@ template <int D>
                                                                const ElementMetric<D>& metric,
                                                                Instructions set = widest_instructions());
 
-/// 1/η at a point, with the sign of det J: alone, and as exact as the nodes are. 0 where it has no value.
+/// 1/η at a point, with the sign of det J, without packs; 0 if not finite.
 template <int D>
 [[nodiscard]] double quality_at(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                 const Barycentric<D>& xi);
 
-/// Rules exact to degree 3 with positive weights, one point a lane. Tetrahedra: vertices (1/40) and centroids of faces
-/// (9/40). Triangles: vertices (1/20), middles of edges (2/15) and the centroid (9/20); its second lane has no weight.
+/// Rules exact to degree 3, positive weights, one point per lane. Tetrahedra: vertices (1/40), face centroids (9/40).
+/// Triangles: vertices (1/20), edge midpoints (2/15), centroid (9/20; a second lane has weight 0).
 template <int D>
 struct DistortionRule {
     std::array<std::array<double, pack_size>, D + 1> xi{};  ///< xi[i][point]
@@ -264,7 +247,7 @@ inline constexpr DistortionRule<D> distortion_rule = [] {
 
 namespace camber {
 
-/// Derivatives of the barycentric coordinates by those of the regular simplex: rows of W⁻¹, before them less their sum.
+/// ∇ξ_i in the regular simplex: rows of W⁻¹, preceded by minus their sum.
 template <int D>
 inline constexpr std::array<Vec<D>, D + 1> regular_gradients = [] {
     constexpr double a = std::numbers::inv_sqrt3;
@@ -278,8 +261,7 @@ inline constexpr std::array<Vec<D>, D + 1> regular_gradients = [] {
     return rows;
 }();
 
-/// J W⁻¹ of the straight element; what the edges' offsets from the middles of their chords add is
-/// offset ⊗ 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j).
+/// J W⁻¹ of the straight element. An edge node's offset adds offset ⊗ 4 (ξ_j ∇ξ_i + ξ_i ∇ξ_j).
 template <int D>
 [[nodiscard]] constexpr Mat<D> straight_jacobian(const QuadraticNodes<D>& nodes) {
     Mat<D> a;
@@ -303,7 +285,6 @@ template <int D>
     return a;
 }
 
-/// log M less what scales M: its trace is 0.
 template <int D>
 [[nodiscard]] inline Sym<D> shape_of_log(const LogMetric<D>& log_metric) {
     Sym<D> s = log_metric.l;
@@ -322,15 +303,14 @@ template <int D>
 
 export namespace camber {
 
-/// What is known of the least 1/η (see above) of an element: it is at least `bound` (to rounding), and 1/η is
-/// `attained` at a point that was looked at. The bound is −1, below which no quality is, where det J is not known to
-/// be positive.
+/// The minimum of 1/η is at least `bound` (to rounding); a sampled point has `attained`. The bound is −1, below any
+/// quality, if det J is not proven positive.
 struct LeastQuality {
     double bound = -1, attained = 1;
     friend bool operator==(const LeastQuality&, const LeastQuality&) = default;
 };
 
-/// How long to look: until the bound is `enough`, or `share` of what is attained, or after so many bisections.
+/// Stops at the bound `enough`, at `share` of the attained quality, or after `bisections`.
 struct BoundEffort {
     double enough = 1;
     double share = 0.95;
@@ -338,21 +318,17 @@ struct BoundEffort {
 };
 inline constexpr int max_bisections = 128;
 
-/// Bounds of det A by its Bézier coefficients and of tr(AᵀA) by its own, with the range of the metric, on parts of the
-/// element: the part of the lowest bound is bisected again and again, along the edge on which A and M change most. The
-/// bound converges to the least quality with the size of the parts. On a straight element in a constant metric it is
-/// the quality at once. Bisections beyond `max_bisections` are not made.
+/// Bounds det A and tr(AᵀA) by Bézier coefficients and the range of the metric. Bisects the part with the lowest bound
+/// along the edge on which A and M change most, at most `max_bisections` times. Converges to the minimum quality; exact
+/// at once on straight elements in a constant metric.
 template <int D>
 [[nodiscard]] LeastQuality bound_quality(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& vertices,
                                          const BoundEffort& effort = {});
 
 }  // namespace camber
 
-/// How near to unit the curves and the curved elements of a mesh of degree 2 are, in a metric that is known at its
-/// vertices.
 export namespace camber {
 
-/// Element e by its nodes, and the metric at its vertices.
 template <int D>
 struct ElementInMetric {
     QuadraticNodes<D> nodes;
@@ -372,20 +348,20 @@ template <int D>
     return element;
 }
 
-/// Lengths along the edges, one each (bent_length). Errors: stopped, memory.
+/// bent_length of each edge. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Buffer<double>> bent_lengths(const QuadraticMesh<D>& mesh,
                                                    std::span<const LogMetric<D>> log_metrics,
                                                    const Execution& execution);
 
-/// Lengths along the edges, one each; mean qualities (CurvedQuality) of the elements and bounds of their least.
+/// Edge lengths; mean qualities of the elements and bounds of the minimum.
 struct CurvedMeasures {
     Buffer<double> lengths, qualities;
     Buffer<LeastQuality> least;
 };
 
-/// The bounds are refined where they might be the mesh's lowest: by `bisections` at most, until they are above the
-/// lowest quality attained anywhere or near their own. Errors: stopped, memory.
+/// Refines bounds that may be the mesh's lowest, by at most `bisections`, until they exceed the lowest attained quality
+/// or nearly attain their own. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<CurvedMeasures> measure_curved(const QuadraticMesh<D>& mesh,
                                                      std::span<const LogMetric<D>> log_metrics, int bisections,

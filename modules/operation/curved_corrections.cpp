@@ -22,8 +22,8 @@ namespace camber {
 
 namespace {
 
-/// Whether det J cannot be told from 0 anywhere: at fault (is_flat) whatever numbers with more digits would say, which
-/// are dear. Such are elements whose nodes are all in one wall.
+/// True if rounding hides the sign of all coefficients of det J. Such elements are invalid without costly extended
+/// precision.
 template <int D>
 bool is_flat_to_rounding(const NodalSimplex<D>& element, const LowJacobian& jacobian) {
     if (!(std::abs(jacobian.straight) <= jacobian.error && std::abs(jacobian.lowest) <= jacobian.error)) return false;
@@ -43,7 +43,7 @@ void CurvedNodes<D>::begin_elements() {
     w_.programmes = 0;
 }
 
-/// Where an element is not valid, and one that is replaced is below the bound itself, the lowest bound is enough.
+/// Lowers the bound if an element is invalid and a replaced one is worse.
 template <int D>
 void CurvedNodes<D>::judge_elements() {
     refresh_stale();
@@ -81,7 +81,6 @@ double CurvedNodes<D>::length_to(std::size_t s) const {
                                          end(s) - request_.place, spoke.node - middle(s));
 }
 
-/// First nodes are drawn back as far as they can be, then raised, once.
 template <int D>
 bool CurvedNodes<D>::correct(RejectionReason reason) {
     if (has_raised_) return false;
@@ -190,7 +189,6 @@ bool CurvedNodes<D>::replaces_worse() const {
     return is_worse;
 }
 
-/// Where elements are not valid these alone: shapes come later.
 template <int D>
 bool CurvedNodes<D>::draw_back(RejectionReason reason) {
     bool drawn = false;
@@ -308,8 +306,7 @@ void CurvedNodes<D>::approach() {
     refresh_stale();
 }
 
-/// Distances as both ends of an edge see them, whichever of them is the point: otherwise one would undo what the other
-/// does.
+/// Sums the metrics of both ends, so that it does not matter which is the point.
 template <int D>
 Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics& ends) {
     Sym<D> sum;
@@ -320,7 +317,6 @@ Sym<D> CurvedNodes<D>::distance_seen_along(const EndMetrics& ends) {
     return sum;
 }
 
-/// What keeps the elements at the bound, at the least distance from the places that are wanted.
 template <int D>
 JointProgramme<D> CurvedNodes<D>::approaching_programme() const {
     JointProgramme<D> programme;
@@ -341,7 +337,7 @@ JointProgramme<D> CurvedNodes<D>::approaching_programme() const {
                 is_moved |= unknown != JointProgramme<D>::fixed;
             }
         if (!is_moved) continue;
-        constexpr double margin = 1e-3;  // of certificates, which know the rounding of coefficients
+        constexpr double margin = 1e-3;  // for the rounding of coefficients, which certificates include
         element.bezier = bezier_form(NodalSimplex<D>{cone.nodes});
         element.floor = bound_ * (1 + margin);
         programme.elements.push_back(element);
@@ -356,18 +352,16 @@ bool CurvedNodes<D>::are_elements_good() {
     return true;
 }
 
-// Nodes of a star that bend together, and with those around it: where a long edge's sagitta passes the rows beside it,
-// no node alone makes its elements valid.
+// Joint optimisation of the star's inner nodes and of nodes around it. If the sagitta of a long edge exceeds the
+// adjacent rows, moving one node does not make its elements valid.
 
 namespace {
 
-/// So many inner nodes of a star go together at most: a programme's step costs the square of them.
+/// The cost of a step is quadratic in the number of nodes.
 constexpr std::size_t max_together = 32;
 
-/// The least quality of elements that bend together.
 constexpr double fair_quality = 0.3;
 
-/// The outer face's edges of an element that is joined there.
 template <int D, class Visit>
 void each_outer_edge(int opposite, const Visit& visit) {
     for (int k = 0; k < edges_per_simplex<D>; ++k)
@@ -446,7 +440,7 @@ bool CurvedNodes<D>::gather_outside(ElementId e) {
     return true;
 }
 
-/// By the closed form from the ends; where nodes are searched for, where it is.
+/// The closed-form node, or the current node if the goal searches for nodes.
 template <int D>
 Vec<D> CurvedNodes<D>::wanted_node_of(EdgeId edge) const {
     if (!goal_.wanted.empty()) return goal_.wanted[edge].point;
@@ -460,13 +454,13 @@ Vec<D> CurvedNodes<D>::wanted_node_of(EdgeId edge) const {
     return midpoint(r_.mesh.points[a], r_.mesh.points[b]) + offset[0];
 }
 
-/// Which elements, at the bound, at the least distance of their nodes from where these are wanted.
+/// Minimises the distances of nodes from targets while elements meet their bounds.
 template <int D>
 JointProgramme<D> CurvedNodes<D>::bending_programme() {
     using Programme = JointProgramme<D>;
     Programme programme;
     programme.first_penalty = Programme::strong;
-    constexpr double margin = 1e-3;  // of certificates, which know the rounding of coefficients
+    constexpr double margin = 1e-3;  // for the rounding of coefficients, which certificates include
     std::vector<int> unknown_of(w_.spokes.size(), Programme::fixed);
     w_.short_of_place.clear();
     for (std::uint32_t s = 0; s < w_.spokes.size() && w_.short_of_place.size() < max_together; ++s) {
@@ -535,7 +529,7 @@ void CurvedNodes<D>::bend(const std::vector<Vec<D>>& before, const std::vector<V
     refresh_stale();
 }
 
-/// All elements valid and of a fair shape, or outside as good as they were: what is bent by force is seldom good later.
+/// Elements must be of fair quality, or outside no worse than before: strongly bent elements seldom improve later.
 template <int D>
 bool CurvedNodes<D>::is_bent_well() {
     const double fair = shape_of_quality(fair_quality, D);

@@ -23,10 +23,9 @@ namespace camber {
 
 namespace {
 
-// The curves of a cavity before it is emptied: what it removes as maps x(X) = X + Σ 4 λ_i λ_j d_k from straight shapes
-// to curved ones.
+// Curves of a cavity before the operation: the removed elements as maps x(X) = X + Σ 4 λ_i λ_j d_k from straight to
+// curved shapes.
 
-/// The rows of the inverse times the determinant.
 std::array<Vec<2>, 2> dual(const Mat<2>& m) {
     const auto& [a, b] = m.column;
     return {Vec<2>{{b[1], -b[0]}}, Vec<2>{{-a[1], a[0]}}};
@@ -36,14 +35,13 @@ std::array<Vec<3>, 3> dual(const Mat<3>& m) {
     return {cross(b, c), cross(c, a), cross(a, b)};
 }
 
-/// The removed elements as maps but for those of no straight volume; false, and none, where all of them are straight
-/// but for rounding.
+/// Excludes elements of zero straight volume. Returns false, with no pieces, if all are straight to rounding.
 template <int D>
 bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& elements,
                      std::vector<OldElement<D>>& pieces) {
     pieces.clear();
     const auto is_bent = [&](EdgeId edge) {
-        constexpr double rounding = 1e-14;  // of the chord
+        constexpr double rounding = 1e-14;  // relative to the chord
         const auto& [a, b] = r.mesh.edges[edge];
         const double chord = norm_squared(r.mesh.points[b] - r.mesh.points[a]);
         return norm_squared(offset_of(r.mesh, edge)) > rounding * rounding * chord;
@@ -70,7 +68,7 @@ bool old_elements_of(const Adaptation<D>& r, const std::vector<ElementId>& eleme
     return true;
 }
 
-/// X in the straight shape of a piece.
+/// Barycentric coordinates of X in the straight shape.
 template <int D>
 std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi{};
@@ -82,7 +80,7 @@ std::array<double, D + 1> place_in(const OldElement<D>& piece, const Vec<D>& p) 
     return xi;
 }
 
-/// x(X) by this piece; from outside of it by its nearest place.
+/// x(X); negative barycentric coordinates are set to 0.
 template <int D>
 Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     std::array<double, D + 1> xi = place_in(piece, p);
@@ -96,7 +94,7 @@ Vec<D> old_map(const OldElement<D>& piece, const Vec<D>& p) {
     return out;
 }
 
-/// x(X) by the piece in which X is, or is nearest to being.
+/// x(X) by the piece that is nearest to X.
 template <int D>
 Vec<D> old_map(const std::vector<OldElement<D>>& pieces, const Vec<D>& p) {
     const OldElement<D>* best = nullptr;
@@ -112,15 +110,14 @@ Vec<D> old_map(const std::vector<OldElement<D>>& pieces, const Vec<D>& p) {
     return best == nullptr ? p : old_map(*best, p);
 }
 
-/// Where a simplex of the boundary has a place, so far.
 template <int D>
 struct OldPlace {
     Vec<D> point;
     int rank = 0;
-    /// The least barycentric coordinate: by this it was chosen among those of one rank.
+    /// smallest barycentric coordinate
     double least = -std::numeric_limits<double>::infinity();
 };
-/// x(X) by a K-simplex of the boundary, if that is of a higher rank, or X is nearer to being in it.
+/// Updates `best` if this boundary simplex has a higher rank, or the same and a larger smallest coordinate.
 template <int D, int K>
 void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, edges_per_simplex<K>>& nodes,
              const Vec<D>& p, int rank, OldPlace<D>& best) {
@@ -132,14 +129,14 @@ void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, 
         xi[1] = dot(u, x) / norm_squared(u);
     } else {
         const Vec<D> v = corners[2] - corners[0];
-        const Vec<D> n = cross(u, v);  // products of lengths would lose thin facets
+        const Vec<D> n = cross(u, v);  // products of lengths lose thin facets
         xi[1] = dot(cross(x, v), n) / norm_squared(n);
         xi[2] = dot(cross(u, x), n) / norm_squared(n);
     }
     xi[0] = 1;
     for (int i = 1; i <= K; ++i) xi[0] -= xi[i];
     const double least = *std::ranges::min_element(xi);
-    if (!(rank > best.rank ? std::isfinite(least) : least > best.least)) return;  // no area: not finite
+    if (!(rank > best.rank ? std::isfinite(least) : least > best.least)) return;  // infinite or NaN for zero area
     best = {p, rank, least};
     double sum = 0;
     for (double& c : xi) sum += c = std::max(c, 0.0);
@@ -149,7 +146,6 @@ void look_at(const std::array<Vec<D>, K + 1>& corners, const std::array<Vec<D>, 
     }
 }
 
-/// Not a vertex of the star's boundary.
 constexpr std::uint32_t no_spoke = std::numeric_limits<std::uint32_t>::max();
 
 }  // namespace
@@ -264,7 +260,7 @@ template <int D>
 Vec<D> CurvedNodes<D>::old_place_on_sides(std::size_t s, const Vec<D>& p) const {
     OldPlace<D> best{p};
     const auto [a, b] = request_.halves;
-    // What has the spoke's end, and the edge that is split, has X whatever else lies there too.
+    // A simplex with the spoke's end or the split edge contains X even if others overlap there.
     const auto rank = [&](const auto& simplex) {
         const bool is_split = a.valid() && local_vertex(simplex, a) >= 0 && local_vertex(simplex, b) >= 0;
         return (local_vertex(simplex, vertex(s)) >= 0 ? 1 : 0) + (is_split ? 2 : 0);
@@ -303,7 +299,7 @@ void CurvedNodes<D>::put_on_geometry() {
         const std::optional<Vec<D>> target = target_on_geometry(s);
         if (!target) continue;
         if (request_.share == 1 && !goal_.wanted.empty())
-            spoke.extended = *target;  // to the bit
+            spoke.extended = *target;  // exact target
         else
             spoke.extended += request_.share * (*target - spoke.extended);
         spoke.wanted = spoke.node = spoke.extended;
@@ -386,8 +382,7 @@ void CurvedNodes<D>::search_free() {
     const auto& [options, rules] = *goal_.search;
     w_.searched.clear();
     for (const std::uint32_t s : w_.free) {
-        // From the lower end by coordinates, whichever is the point: where minima are several an edge has one
-        // target.
+        // Searches from the end with lower coordinates, so that an edge with several minima has one target.
         const VertexId v = vertex(s);
         const BackVertex<D> point{request_.place, request_.metric.log_metric};
         const BackVertex<D> other{end(s), r_.vertices.metrics[v].log_metric};

@@ -18,31 +18,29 @@ import :geometry;
 import :operate;
 import :state;
 
-/// What the edges and elements of a star must be: the one judge of them, for straight ones and curved ones.
 namespace camber {
 
 inline constexpr std::size_t no_face = std::numeric_limits<std::size_t>::max();
 
-/// What is wrong with a star, and at which joined face; no_face: at none of them.
+/// A star's fault, and the joined face at which it occurs, or `no_face`.
 struct StarFault {
     RejectionReason reason = RejectionReason::none;
     std::size_t joined = no_face;
-    double worst_shape = std::numeric_limits<double>::infinity();  ///< of the elements, where there is none
+    double worst_shape = std::numeric_limits<double>::infinity();  ///< of the elements, if there is no fault
 };
 
-/// What an element of a star comes to.
 struct ElementState {
     bool is_valid = false, is_flat = false;
-    double shape = 0;           ///< of a valid one
-    bool is_tolerated = false;  ///< not valid, as before
+    double shape = 0;           ///< if the element is valid
+    bool is_tolerated = false;  ///< invalid, as the element that it replaces
 };
 
-/// Whether the edges at the point that a request makes, or moves, are within its limits, as far as they are placed.
+/// True if the edges that the request creates or moves, as far as placed, have lengths within the limits.
 template <class ToPoint, class Nodes>
 [[nodiscard]] bool lengths_fit(std::span<const ToPoint> to_point, bool point_moves, const PatchLimits& limits,
                                const Nodes& nodes) {
     for (std::size_t s = 0; s < to_point.size(); ++s) {
-        if (to_point[s].is_there && !point_moves) continue;  // no edge that is made
+        if (to_point[s].is_there && !point_moves) continue;  // an existing edge
         if (!nodes.is_placed(s)) continue;
         const double length = nodes.length_to(s);
         if (!(length >= limits.shortest && length <= limits.longest)) return false;
@@ -50,7 +48,7 @@ template <class ToPoint, class Nodes>
     return true;
 }
 
-/// volume, height, quality: the first that an element fails at.
+/// The first fault of `volume`, `height`, `quality`.
 template <int D>
 [[nodiscard]] RejectionReason fault_of(const ElementState& e, QualityBar<D>& bar) {
     if (e.is_tolerated) return RejectionReason::none;
@@ -59,8 +57,8 @@ template <int D>
     return bar.is_met(e.shape) ? RejectionReason::none : RejectionReason::quality;
 }
 
-/// The gravest fault of a star's elements; or, of elements that are judged one by one, the first. `faulty`: which have
-/// it, as far as they were judged. `shapes`: of the elements, where there is none.
+/// Returns the gravest fault, or the first if `is_judged_by_element`. `faulty`: checked elements with that fault.
+/// `shapes`: complete only without a fault.
 template <int D, class Nodes>
 [[nodiscard]] StarFault find_faults(std::size_t elements, const Nodes& nodes, QualityBar<D>& bar,
                                     std::vector<std::size_t>& faulty, std::vector<double>& shapes) {
@@ -77,7 +75,7 @@ template <int D, class Nodes>
         }
         if (rank(reason) == rank(found.reason)) faulty.push_back(j);
     };
-    if constexpr (!Nodes::is_judged_by_element) {  // what is not valid first: it needs no shapes
+    if constexpr (!Nodes::is_judged_by_element) {  // validity first: it needs no shapes
         for (std::size_t j = 0; j < elements; ++j)
             if (nodes.is_broken(j)) add(RejectionReason::volume, j);
         if (!faulty.empty()) return found;
@@ -95,7 +93,6 @@ template <int D, class Nodes>
     return found;
 }
 
-/// A request with the mesh, the goal and the limits by which its patch is judged.
 template <int D>
 struct JudgedRequest {
     const Adaptation<D>& mesh;
@@ -104,22 +101,19 @@ struct JudgedRequest {
     const PatchLimits& limits;
 };
 
-// The nodes of a star of degree 2 (paper §3.2).
+// Nodes of a star of degree 2 (paper §3.2).
 
-/// Nodes for the edges of patch.star at its point, into patch.nodes, and what its elements are with them:
-/// 1. Edges that elements or facets outside of the cavity have keep their nodes; those of the boundary have theirs on
-///    the geometry; the others where the metric wants them (accurate_offsets).
-/// 2. An element that is not valid to limits.min_jacobian, or no better than it may be, has its inner nodes drawn
-///    towards the cavity's own curves as they were: the removed elements as a map from their straight shapes to their
-///    curved ones, read at the middle of the new chord. Half of the way, then
-///    all of it. Where nothing bends and nothing else moves, an edge that is split has exactly its halves there.
-/// 3. Where elements are still not valid: one inner edge of them after the other goes where the least Jacobian around
-/// it
-///    is largest, a linear programme (see highest_node), at most limits.programmes of them.
-/// 4. Where that is not enough: the inner edges together (a joint programme), then the nodes of edges of the broken
-///    elements' outer faces along with them, at most limits.bend_around, whose elements outside are judged with the
-///    star's.
-/// 5. Edges along their curves within the bounds of lengths.
+/// Computes the nodes of the edges of `patch.star` at its point (`patch.nodes`) in steps:
+/// 1. Edges shared with elements or facets outside of the cavity keep their nodes. Boundary nodes lie on the geometry.
+///    The metric determines the others (`accurate_offsets`).
+/// 2. Elements below `limits.min_jacobian` or of too low quality have their inner nodes relaxed to the old curves, half
+///    of the way, then fully. The old curves map the middle of the new chord by the removed elements, from straight to
+///    curved shapes. If nothing else bends or moves, halves of a split edge reproduce it exactly.
+/// 3. If elements are still invalid, their inner nodes move one by one to maximise the smallest Jacobian around the
+///    edge, by at most `limits.programmes` linear programs (`highest_node`).
+/// 4. If that fails, one problem moves all inner nodes. A second one also moves at most `limits.bend_around` nodes of
+///    the invalid elements' outer faces, and checks the elements outside with these edges.
+/// 5. Lengths along the curves must be within the limits.
 template <int D>
 class CurvedNodes {
   public:
@@ -134,24 +128,23 @@ class CurvedNodes {
           bar_(bar) {}
 
     static constexpr int degree = 2;
-    /// Validity of all elements first, then heights, then shapes.
+    /// Checks validity of all elements, then heights, then shapes.
     static constexpr bool is_judged_by_element = false;
 
-    /// The nodes of edges inside, which cost little; is_placed then.
+    /// Places the nodes of inner edges, which is cheap.
     void place_inner();
-    /// Those of the others; true where there are any.
+    /// Places the other nodes. True if there are any.
     bool place_others();
     [[nodiscard]] bool is_placed(std::size_t spoke) const { return are_all_placed_ || is_free(spoke); }
-    /// Of the edge from the point to that vertex of the star's boundary, in the metric.
+    /// Metric length of the edge to a boundary vertex.
     [[nodiscard]] double length_to(std::size_t spoke) const;
     void begin_elements();
     void judge_elements();
     [[nodiscard]] bool is_broken(std::size_t joined) const;
     [[nodiscard]] ElementState element(std::size_t joined) const;
-    /// Whether nodes went where that may help.
+    /// Moves nodes to correct a fault. False if no node moved.
     [[nodiscard]] bool correct(RejectionReason reason);
-    /// Nodes that were drawn back go together as near to where they are wanted as their elements stay good: a joint
-    /// programme.
+    /// Moves relaxed nodes together towards their targets while elements stay good.
     void approach();
     void give(Patch<D>& patch) const;
     [[nodiscard]] int programmes() const { return w_.programmes; }
@@ -164,27 +157,26 @@ class CurvedNodes {
     [[nodiscard]] const Vec<D>& end(std::size_t spoke) const { return r_.mesh.points[vertex(spoke)]; }
     [[nodiscard]] Vec<D> middle(std::size_t spoke) const { return midpoint(request_.place, end(spoke)); }
 
-    /// Which edges keep their nodes, and which are of the boundary.
     void begin_spokes();
-    /// x(X) of a place between the origin and v, or of the origin: in an element that holds the point and has v, of
-    /// which X is a part whatever else lies there too, as where straight shapes are inverted. The largest: the others
-    /// may be all but flat. Where there is none, wherever X is.
+    /// x(X) for the origin or a point between it and `v`. Uses the largest removed element at the point with vertex `v`
+    /// (if valid): X belongs to it even where inverted straight elements overlap. Smaller ones may be almost flat.
+    /// Without such an element, X may be anywhere.
     [[nodiscard]] Vec<D> old_place_of(const Vec<D>& p, VertexId v) const;
-    /// The edge from the point to v that the cavity has already; invalid: none.
+    /// The cavity's edge from the point to `v`; invalid if none.
     [[nodiscard]] EdgeId edge_there(VertexId v) const;
-    /// The node of the edge that a vertex which stays where it is has to v in the cavity already.
+    /// The node of that edge, if the point does not move.
     [[nodiscard]] std::optional<Vec<D>> node_there(const Vec<D>& origin, VertexId v) const;
-    /// Half of what the point is off the cavity's old curves goes along, as where it ends.
+    /// Sets `extended`: the old curve plus half of the point's offset from the old curves.
     void extend(std::size_t spoke);
-    /// x(X) of a place on the boundary: by the removed facets of the spoke's surfaces, on a line by its removed edges.
-    /// Elements would do where their straight shapes are sound, but a surface must not leave itself.
+    /// x(X) by removed facets of the spoke's surfaces, or removed edges of its line. Element maps would leave the
+    /// surface where straight shapes are inverted.
     [[nodiscard]] Vec<D> old_place_on_sides(std::size_t s, const Vec<D>& p) const;
     void put_on_geometry();
-    /// Nothing where the geometry has no surface at the spoke, but for embedded lines: these have their curve.
+    /// Empty without a surface at the spoke, except on embedded lines.
     [[nodiscard]] std::optional<Vec<D>> target_on_geometry(std::size_t s) const;
     void put_wanted();
     void take_wanted();
-    /// What has been bent already does not change with the cavity.
+    /// Reuses bent edges, whose nodes do not depend on the cavity.
     void take_bent(const std::vector<BentSpoke<D>>& bent);
     void put_bent(std::size_t spoke, const Vec<D>& offset, double length);
     void bend_free();
@@ -192,40 +184,36 @@ class CurvedNodes {
 
     void begin_cones();
     void put_nodes(Cone<D>& cone) const;
-    /// Verdicts, and whether they are flat, where that is not known.
     void refresh_stale();
     void decide_cone(Cone<D>& cone, const LowJacobian& jacobian) const;
     [[nodiscard]] double shape_of_cone(Cone<D>& cone) const;
     [[nodiscard]] bool replaces_worse_where_invalid() const;
-    /// As of degree 1: somewhere so low, det J by the largest face, that coordinates, which are known to their rounding
-    /// only, do not tell on which side its vertices are.
+    /// True if det J falls below `rounding_floor`, as in degree 1.
     [[nodiscard]] bool is_flat(const NodalSimplex<D>& element, const LowJacobian& jacobian) const;
-    /// Of the element with the same vertices, which the joined face is of.
+    /// True if the limits allow it and the joined face's element, with the same vertices, is invalid.
     [[nodiscard]] bool may_stay_invalid(std::size_t joined) const;
     [[nodiscard]] bool is_good(Cone<D>& cone);
-    /// Whether an element that is removed is below the bound itself.
     [[nodiscard]] bool replaces_worse() const;
-    /// False where no node of a bad element has any way left.
+    /// False if no node of a bad element can relax further.
     [[nodiscard]] bool draw_back(RejectionReason reason);
     void mark_stale();
-    /// Halves of an edge that is split keep its curve.
+    /// Halves of a split edge are not free: they keep its curve.
     [[nodiscard]] bool is_free(std::size_t s) const {
         return w_.spokes[s].kind == EdgeKind::volume && vertex(s) != request_.halves[0] &&
                vertex(s) != request_.halves[1];
     }
-    /// Whether the cavity may do without the element that a new one comes of: cheaper than a programme.
+    /// True if the removed element may leave, which is cheaper than a linear program.
     [[nodiscard]] bool may_leave(std::ptrdiff_t joined) const;
-    /// Whether all elements are valid in the end.
+    /// True if all elements become valid.
     [[nodiscard]] bool raise();
-    /// The same by a joint programme: of the inner edges, and of at most so many edges of the rim.
+    /// Solves one problem for the inner nodes and at most `rim` outer nodes.
     [[nodiscard]] bool bend_together();
     [[nodiscard]] bool bend_together(int rim);
     void gather_rim(int rim);
-    /// False where the element must not change, or is not valid as it is.
+    /// False if it violates `lowest_jacobian`.
     [[nodiscard]] bool gather_outside(ElementId e);
     [[nodiscard]] Vec<D> wanted_node_of(EdgeId edge) const;
     [[nodiscard]] JointProgramme<D> bending_programme();
-    /// The nodes at these offsets from where they were.
     void bend(const std::vector<Vec<D>>& before, const std::vector<Vec<D>>& offsets);
     [[nodiscard]] bool is_bent_well();
     using EndMetrics = std::array<const VertexMetric<D>*, 2>;
@@ -248,8 +236,8 @@ class CurvedNodes {
     Patch<D>& out_;
     double bound_ = 0;
     bool are_all_placed_ = false, has_raised_ = false;
-    bool is_bent_ = false;  ///< anything of the cavity as it was
-    Vec<D> shift_{};        ///< half of what the point is off its curves
+    bool is_bent_ = false;  ///< a removed element is curved
+    Vec<D> shift_{};        ///< half of the point's offset from its curves
     QualityBar<D>& bar_;
 };
 

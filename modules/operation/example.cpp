@@ -1,5 +1,5 @@
-// camber.operation: one operation by itself. The hub of a wheel of ten triangles is asked to go to its place in the
-// metric: what would be made is joined, judged, and put in place.
+// camber.operation: one cavity operation. Moves the hub of a wheel of ten triangles to its centre: joins, checks and
+// commits the new elements.
 #include <cstddef>
 #include <cstdio>
 #include <numbers>

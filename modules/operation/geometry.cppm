@@ -1,4 +1,4 @@
-// Points and facets on the geometry, distances from it, walls, minimum heights.
+// Points and facets on the geometry, distances from it, crossing checks, minimum heights.
 module;
 #include <algorithm>
 #include <array>
@@ -17,7 +17,6 @@ import camber.crossing;
 import camber.surface;
 import :state;
 
-/// Where points of the boundary belong.
 export namespace camber {
 
 template <int D>
@@ -31,13 +30,13 @@ template <int D>
     return {{}, mesh.facets.references[f], corners_of(mesh, f)};
 }
 
-/// Area times normal; 2D: length times normal.
+/// Normal times twice the area (2D: times the length).
 [[nodiscard]] inline Vec<2> facet_normal(const std::array<Vec<2>, 2>& p) {
     return {{p[1][1] - p[0][1], p[0][0] - p[1][0]}};
 }
 [[nodiscard]] inline Vec<3> facet_normal(const std::array<Vec<3>, 3>& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 
-/// The point of an embedded curve next to p, on the surface of the edge's facets, if it has one.
+/// The closest point of the curve, projected to the surface of the edge's facets, if any.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_embedded_curve(const AdaptationGoal<D>& goal, EdgeSite<D> site, Reference reference,
                                                 const Vec<D>& p) {
@@ -47,8 +46,7 @@ template <int D>
     return (*goal.geometry)->on_edge(site, near);
 }
 
-/// The point of the geometry for p, on or near an edge with these facets; p itself without a geometry, or inside. On an
-/// embedded line that of its curve.
+/// Projects p near an edge to the geometry, or an embedded line's curve. Returns p without a geometry or inside.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_edge(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                   EdgeId edge, const std::vector<FacetId>& facets, const Vec<D>& p) {
@@ -64,7 +62,7 @@ template <int D>
     return (*goal.geometry)->on_edge(site, p);
 }
 
-/// The point of the surface for p near a facet; `known`: what a vertex of the facet lies on, if that is known.
+/// `known`: the entity of a vertex of the facet, if known.
 template <int D>
 [[nodiscard]] SurfacePoint<D> on_geometry_at_facet(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f,
                                                    const GeometryEntity& known, const Vec<D>& p) {
@@ -75,8 +73,8 @@ template <int D>
     return (*goal.geometry)->project(hint, p);
 }
 
-/// The geometry's point for a vertex of a surface or a line, with its whole ball: nothing where it has none there.
-/// `known`: what it lies on, if that is known.
+/// Projects a boundary vertex. `around`: its whole ball. `known`: its entity, if known. Empty if the geometry has
+/// nothing there.
 template <int D>
 [[nodiscard]] std::optional<SurfacePoint<D>> foot_of(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh,
                                                      const Cavity<D>& around, VertexId v, const GeometryEntity& known) {
@@ -97,18 +95,18 @@ template <int D>
     return on_geometry_at_facet(goal, mesh, f, known, here);
 }
 
-/// Where a point is that went this share of its way foot: short of it, it has no parameters.
+/// Place after `share` of the way to the foot; without parameters if less than 1.
 template <int D>
 [[nodiscard]] GeometryPlace place_after(double share, const SurfacePoint<D>& foot) {
     return share == 1 ? place_of(foot) : GeometryPlace{foot.entity};
 }
 
-/// Whether a point is at its foot, but for rounding and what projections leave.
+/// True up to rounding and the accuracy of projections.
 template <int D>
 [[nodiscard]] bool is_at_foot(const DynamicMesh<D>& mesh, const Cavity<D>& around, const Vec<D>& here,
                               const Vec<D>& foot) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
-    constexpr double tolerance = 1e-9;  // of the size of facets: projections are so to rounding
+    constexpr double tolerance = 1e-9;  // relative to the facet size; projections are accurate to it
     const auto& [a, b] = around.facets.empty() ? mesh.edges[mesh.lines[around.lines.front()]]
                                                : std::array{mesh.facets.vertices[around.facets.front()][0],
                                                             mesh.facets.vertices[around.facets.front()][1]};
@@ -117,25 +115,24 @@ template <int D>
     return norm(foot - here) <= tolerance * norm(mesh.points[b] - mesh.points[a]) + rounding * largest;
 }
 
-/// How far facets are from the geometry, as the largest share of the longest edge of one: at its middle and those of
-/// its edges. `is_near`: none farther than it may be.
+/// Largest distance of a facet from the geometry relative to its longest edge, sampled at the middles of facet and
+/// edges. `is_near`: within the limit.
 struct FacetDistance {
     double largest = 0;
     bool is_near = true;
 };
 
-/// Of the new facets of a patch, of which none may be farther than `share`, or than the facets that the patch removes
-/// were of theirs; likewise its new edges on embedded lines from their curves. 0 where there is no geometry.
+/// New facets may be as far as `share` or as the farthest removed facet. The same holds for edges on embedded lines.
+/// Returns 0 without a geometry.
 template <int D>
 [[nodiscard]] FacetDistance distance_from_geometry(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                                    const Patch<D>& patch, double share);
 
-/// The distances of a facet from its surface, at its edges and at its middle, as shares of the goal's bound for it
-/// (`distance_bounds`): above 1 the facet is too far. Of degree 2 an edge is sampled at two points, where the error of
-/// a parabola is largest. 0 where the facet has no surface or no bound.
+/// Distances of a facet from its surface divided by its bound (`distance_bounds`); above 1 is too far. Curved edges
+/// have two samples, where a parabola's error is largest. 0 without a surface or bound.
 template <int D>
 struct BoundShares {
-    std::array<double, edges_per_simplex<D - 1>> edges{};  ///< in the order of local_edges
+    std::array<double, edges_per_simplex<D - 1>> edges{};  ///< as in `local_edges`
     double middle = 0;
 
     [[nodiscard]] double largest() const { return std::max(middle, *std::ranges::max_element(edges)); }
@@ -143,11 +140,11 @@ struct BoundShares {
 template <int D>
 [[nodiscard]] BoundShares<D> bound_shares(const Adaptation<D>& r, const AdaptationGoal<D>& goal, FacetId f);
 
-/// The edge of a facet that its shares have at this place; the facet has an element.
+/// The edge at an index of `BoundShares::edges`. Precondition: the facet has an element.
 template <int D>
 [[nodiscard]] EdgeId local_facet_edge(const DynamicMesh<D>& mesh, FacetId f, int e);
 
-/// Whether the new facets of a patch keep the goal's bounds, or exceed them by no more than those that it removes.
+/// True if new facets meet the bounds, or exceed them no more than removed ones.
 template <int D>
 [[nodiscard]] bool keeps_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 
@@ -155,9 +152,9 @@ template <int D>
 
 namespace camber {
 
-// How low an element may be.
+// Minimum heights of elements.
 
-/// (D − 1)! times the largest face's area (2D: the longest side).
+/// (D − 1)! times the largest face area (2D: longest side).
 template <int D>
 [[nodiscard]] double largest_face(const std::array<Vec<D>, D + 1>& corners) {
     double largest = 0;
@@ -170,7 +167,7 @@ template <int D>
     return std::sqrt(largest);
 }
 
-/// 32 roundings of the largest coordinate: what is not higher than that may be on either side.
+/// 32 ε times the largest coordinate.
 template <int D, std::size_t N>
 [[nodiscard]] double rounding_of(const std::array<Vec<D>, N>& corners) {
     constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
@@ -180,15 +177,15 @@ template <int D, std::size_t N>
     return rounding * largest;
 }
 
-/// A determinant that is not above this is that of an element so low that coordinates, which are known to their
-/// rounding only, do not tell on which side its vertices are: height by the largest face.
+/// Rounding bound times largest face. At or below this determinant, rounded coordinates do not determine on which side
+/// the vertices are.
 template <int D>
 [[nodiscard]] double rounding_floor(const std::array<Vec<D>, D + 1>& corners) {
     return rounding_of(corners) * largest_face<D>(corners);
 }
 
-/// Whether a determinant is above that. Most are above what no face exceeds, the square (2D: length) of the diagonal of
-/// the corners' box, and none is looked at.
+/// True above `rounding_floor`. A cheaper upper bound is tried first: the box diagonal squared (2D: its length) as the
+/// face.
 template <int D>
 [[nodiscard]] bool is_above_rounding(double determinant, const std::array<Vec<D>, D + 1>& corners) {
     Vec<D> low = corners[0], high = corners[0];
@@ -202,16 +199,14 @@ template <int D>
            determinant > rounding_floor<D>(corners);
 }
 
-/// The same of a triangle in space.
 [[nodiscard]] inline bool is_flat(const std::array<Vec<3>, 3>& corners) {
     double longest = 0;
     for (const auto& [a, b] : local_edges<2>) longest = std::max(longest, distance(corners[a], corners[b]));
     return !(norm(facet_normal(corners)) > rounding_of(corners) * longest);
 }
 
-// Facets of meshes that change, with the nodes of their edges; of a straight mesh the middles of chords.
+// Facets with the nodes of their edges (chord middles in a straight mesh).
 
-/// The edge of a 2D mesh that a facet is.
 [[nodiscard]] inline EdgeId edge_of_facet(const DynamicMesh<2>& mesh, FacetId f) {
     const ElementId e = mesh.sides[f][0];
     const auto& [a, b] = mesh.facets.vertices[f];
@@ -231,7 +226,7 @@ template <int D>
     return facet;
 }
 
-/// The one that a patch makes of a side of a removed one. `place`: of the patch's point.
+/// The new facet at a side of a removed one. `place`: the patch's point.
 template <int D>
 [[nodiscard]] NodalFacet<D> nodal_facet(const DynamicMesh<D>& mesh, const Patch<D>& patch, const JoinedFacet& joined,
                                         const Vec<D>& place) {
@@ -246,7 +241,7 @@ template <int D>
         return patch.nodes[static_cast<std::size_t>(at)].point;
     };
     if constexpr (D == 3) {
-        // Edge k of local_edges is the one opposite corner k + 2.
+        // Edge k of `local_edges` is opposite corner k + 2.
         for (int k = 0; k < 3; ++k) {
             const int without = (k + 2) % 3;
             facet.nodes[3 + k] = without == opposite ? mesh.nodes[facet_edge(mesh, joined.facet, opposite)].point
@@ -263,36 +258,33 @@ template <int D>
     return patch.point.place ? *patch.point.place : mesh.points[patch.point.vertex];
 }
 
-// Walls do not come to cross each other: neither positive volumes nor positive Jacobians of elements exclude it.
+// Crossing checks of the boundary: positive volumes or Jacobians do not exclude crossings.
 
-/// Updates the boxes of facets after a commit.
 template <int D>
 void follow_walls(FacetGrid<D>& walls, const DynamicMesh<D>& mesh, const IdChanges<FacetId>& facets);
 
-/// The facets that a patch would make; of a surface alone its triangles.
+/// The facets that a patch creates; standalone surface: triangles.
 template <int D>
 [[nodiscard]] std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
-/// True if every facet that a patch removes or makes lies in a plane of coordinates through its point, and every line
-/// on such an axis: in one plane, or in those on both sides of a ridge. Valid elements make facets that, in a plane,
-/// are positive too: each point of it is covered as often as the border winds around it. That border stays, and so no
-/// facet comes where none was, nor covers another.
+/// True if removed and new facets lie in axis-aligned planes through the patch's point, and lines on axes. Valid
+/// elements then exclude crossings: their facets have positive area in the plane, so they cover each point as often as
+/// the border winds around it. The border does not change, so no facet covers a new area or another facet.
 template <int D>
 [[nodiscard]] bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch,
                                     std::span<const NodalFacet<D>> made);
 
-/// True if the facets that a patch makes pass through neither each other nor the mesh's other facets. Curved facets
-/// must be proved to be disjoint, each from itself too; straight ones may touch.
+/// True if new facets cross neither each other nor the mesh. Curved facets must be proved disjoint, each also from
+/// itself; straight ones may touch.
 template <int D>
 [[nodiscard]] bool are_walls_clear(const Adaptation<D>& r, const Patch<D>& patch, std::span<const NodalFacet<D>> made);
 
-/// Facets of the patches of one round, which are planned independently of one another.
+/// Facets of patches of one round, which are planned independently.
 template <int D>
 class NewWalls {
   public:
     void clear();
-    /// Takes the patch's facets, which are clear by themselves (are_walls_clear, or valid elements that keep their
-    /// planes). False if they are not clear of those taken before.
+    /// Adds facets that passed `are_walls_clear` or `keeps_its_planes`. False if they cross earlier ones.
     [[nodiscard]] bool take(const DynamicMesh<D>& mesh, const Patch<D>& patch);
 
   private:
@@ -305,14 +297,14 @@ class NewWalls {
 
 export namespace camber {
 
-// Elements with two facets on one smooth surface: flat where the surface is smooth and the facets small, and folded
-// once they are curved, wherever the nodes of their edges are put.
+// Two-facet elements: elements with two facets on one smooth surface. Small facets make them almost flat, and curving
+// folds them for all positions of the edge nodes.
 
-/// Whether an element has two facets of one reference that meet where the surface does not break.
+/// True if two facets of one reference meet where the surface does not break.
 template <int D>
 [[nodiscard]] bool is_wall_element(const DynamicMesh<D>& mesh, ElementId e);
 
-/// Whether a patch makes more of them than it removes. Not so where there is no geometry, nor of a plane.
+/// True if a patch adds two-facet elements. False without a geometry and on planes.
 template <int D>
 [[nodiscard]] bool adds_wall_elements(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch);
 

@@ -17,7 +17,6 @@ namespace camber {
 
 namespace {
 
-/// Its middle and those of its edges.
 template <int D>
 auto places_on_facet() {
     if constexpr (D == 2)
@@ -27,7 +26,6 @@ auto places_on_facet() {
             {{1.0 / 3, 1.0 / 3, 1.0 / 3}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}};
 }
 
-/// By the shape functions of its nodes.
 template <int D>
 Vec<D> point_of(const NodalFacet<D>& facet, const Barycentric<D - 1>& xi) {
     Vec<D> p;
@@ -36,7 +34,7 @@ Vec<D> point_of(const NodalFacet<D>& facet, const Barycentric<D - 1>& xi) {
     return p;
 }
 
-/// The distance of a facet from its surface by its longest edge; 0 where it has none.
+/// Largest distance from the surface relative to the longest edge; 0 without a surface.
 template <int D>
 double distance_share(const Geometry<D>& geometry, Reference reference, const NodalFacet<D>& bent) {
     FacetSite<D> facet{{}, reference, {}};
@@ -52,7 +50,7 @@ double distance_share(const Geometry<D>& geometry, Reference reference, const No
     return std::ranges::max(distances) / longest;
 }
 
-/// The distance of an edge from its embedded curve by its length, at its quarters.
+/// Largest distance from the curve at quarter points, relative to the edge's length.
 double distance_share(const EmbeddedCurves<3>& curves, Reference reference, const QuadraticEdge<3>& edge) {
     double largest = 0;
     for (const double t : {0.25, 0.5, 0.75}) {
@@ -62,7 +60,7 @@ double distance_share(const EmbeddedCurves<3>& curves, Reference reference, cons
     return largest / distance(edge.p20, edge.p02);
 }
 
-/// Whether no new edge on an embedded line is farther from the curve than the share, or than those that are removed.
+/// True if new edges are no farther from curves than `share` or removed edges.
 bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const Patch<3>& patch, const Vec<3>& place,
                     double share) {
     if (goal.curves.pieces.empty() || patch.star.lines.empty()) return true;
@@ -89,7 +87,7 @@ bool are_lines_near(const Adaptation<3>& r, const AdaptationGoal<3>& goal, const
     return !(after > before);
 }
 
-/// The places at which bounds are checked: of each edge in turn, then the middle.
+/// Samples of each edge, then the middle.
 template <int D, int PerEdge>
 constexpr auto bounded_places = [] {
     constexpr int edges = edges_per_simplex<D - 1>;
@@ -142,13 +140,12 @@ BoundShares<D> shares_of(const AdaptationGoal<D>& goal, bool is_curved, Referenc
                      : shares_at<1, D>(*goal.geometry, reference, facet, limit);
 }
 
-/// Points of facets with a bound on the distance of each from its surface, grouped by surface.
 template <int D>
 class BoundedPoints {
   public:
     explicit BoundedPoints(const AdaptationGoal<D>& goal) : goal_(goal) {}
 
-    /// Adds the points of a facet; with a corner, only those that are not on the edge opposite it.
+    /// With `corner`, omits the edge opposite it.
     void add(Reference reference, bool is_curved, const NodalFacet<D>& facet,
              std::optional<std::uint32_t> corner = {}) {
         const DistanceLimit& limit = goal_.distance_bounds.of(reference);
@@ -164,7 +161,7 @@ class BoundedPoints {
 
   private:
     struct Surface {
-        FacetSite<D> facet;  ///< the first of its facets
+        FacetSite<D> facet;  ///< its first facet
         std::vector<Vec<D>> points = {};
         std::vector<double> bounds = {};
     };
@@ -182,7 +179,7 @@ class BoundedPoints {
         }
         add(surface, point_of<D>(facet, at.back()), limit.at(longest));
     }
-    /// Adds a point once: two facets share those of their edge.
+    /// Adds shared points once.
     static void add(Surface& surface, const Vec<D>& p, double bound) {
         if (std::ranges::find(surface.points, p) != surface.points.end()) return;
         surface.points.push_back(p);
@@ -219,7 +216,7 @@ bool keeps_distance_bounds(const Adaptation<D>& r, const AdaptationGoal<D>& goal
     if (!goal.geometry) return true;
     const auto& references = r.mesh.facets.references;
     const Vec<D> place = place_of_point(r.mesh, patch);
-    // The edge of a new facet that is opposite the patch's point is one of a removed facet: that one is as far.
+    // A new facet shares the edge opposite the point with a removed facet, so that edge needs no check.
     BoundedPoints<D> made(goal), removed(goal);
     for (const JoinedFacet& joined : patch.star.facets)
         if (!r.mesh.is_at_infinity(joined.facet))

@@ -34,7 +34,7 @@ RejectionReason reason_of(StarFailure failure) {
     return RejectionReason::empty;
 }
 
-/// Whether a node moves noticeably to get there: in the metric, and of what it is short of its place.
+/// True if the move is noticeable in the metric, relative to 1 and to the distance from the target.
 template <int D>
 bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId edge, const Vec<D>& to) {
     constexpr double length = 1e-3, share = 0.05;
@@ -47,7 +47,7 @@ bool is_noticeable(const Adaptation<D>& r, const AdaptationGoal<D>& goal, EdgeId
     });
 }
 
-/// Whether a patch that keeps its edges moves a node of its point noticeably, or brings one to its place.
+/// True if a node moves noticeably or reaches its target. Precondition: the edges stay.
 template <int D>
 bool gains(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>& patch) {
     for (const ElementId e : patch.removed.elements) {
@@ -65,9 +65,8 @@ bool gains(const Adaptation<D>& r, const AdaptationGoal<D>& goal, const Patch<D>
     return false;
 }
 
-// The star of degree 1 (paper §1.3): it has no nodes, and nothing that could go elsewhere.
+// Star of degree 1 (paper §1.3): no nodes, no corrections.
 
-/// The corners of a new element.
 template <int D>
 std::array<Vec<D>, D + 1> corners_of(const Adaptation<D>& r, const ElementFace& open, const Vec<D>& place) {
     std::array<Vec<D>, D + 1> p;
@@ -95,8 +94,7 @@ class StraightNodes {
     }
     void begin_elements() {}
     void judge_elements() {}
-    /// The sign of the volume is exact. Of a surface alone triangles have none: which way they look is judged with the
-    /// facets (Operating::judge_facets).
+    /// The sign of the volume is exact. `Operating::judge_facets` checks the orientation of standalone surface meshes.
     [[nodiscard]] ElementState element(std::size_t joined) const {
         const ElementFace& open = star_.joined[joined];
         if constexpr (D == 3)
@@ -134,7 +132,7 @@ class StraightNodes {
 
 }  // namespace
 
-/// A request under way; `Nodes` are those of the degree (StraightNodes, CurvedNodes).
+/// A running request. `Nodes`: `StraightNodes` or `CurvedNodes`.
 template <int D, class Nodes>
 class Operating {
   public:
@@ -160,7 +158,7 @@ class Operating {
     }
 
   private:
-    /// Joined, judged, and corrected until nothing is wrong with it; false where that does not come about.
+    /// Corrects the star until it has no fault; false if that fails.
     [[nodiscard]] bool find_star() {
         for (;; ++result_.corrections) {
             const StarFailure failure = star(r_.mesh, out_.removed, request_.point, w_.star, out_.star);
@@ -173,7 +171,7 @@ class Operating {
             const StarFault fault = judge_star();
             result_.rejected = fault.reason;
             if (fault.reason == RejectionReason::none) return true;
-            // What was grown beyond the point's own elements may hold what is in the way, on a surface what turns away.
+            // Elements beyond the point's own may cause these faults.
             const bool is_too_large = fault.reason == RejectionReason::length ||
                                       (fault.reason == RejectionReason::geometry && r_.mesh.is_surface());
             if (is_too_large && may_go_on && shrink()) continue;
@@ -189,7 +187,7 @@ class Operating {
         if (!may_move()) return {RejectionReason::required, no_face};
         QualityBar<D> bar(r_, limits_, out_.removed.elements);
         Nodes nodes({r_, goal_, request_, limits_}, w_, out_, bar);
-        // Most that is refused is so by lengths, which are cheap, and hardly change as nodes are corrected.
+        // Most rejections are due to lengths, which are cheap and change little in corrections.
         nodes.place_inner();
         if (!has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
         if (nodes.place_others() && !has_fitting_lengths(nodes)) return {RejectionReason::length, no_face};
@@ -204,7 +202,7 @@ class Operating {
         if (fault.reason == RejectionReason::none) nodes.approach();
         result_.programmes += nodes.programmes();
         if (fault.reason != RejectionReason::none) {
-            // What is at fault since nodes were corrected is so for the sake of others.
+            // Elements that became faulty through corrections of others do not count.
             if (is_corrected) std::erase_if(w_.faulty, [&](std::size_t j) { return !was_faulty(j); });
             if (w_.faulty.empty()) w_.faulty.push_back(fault.joined);
             return fault;
@@ -220,7 +218,6 @@ class Operating {
     [[nodiscard]] bool was_faulty(std::size_t joined) const {
         return std::ranges::find(w_.faulty_before, joined) != w_.faulty_before.end();
     }
-    /// Shapes and lengths as they were judged.
     void take_known(const Nodes& nodes) {
         judged_.lengths_.clear();
         if constexpr (Nodes::degree == 1) {
@@ -242,7 +239,6 @@ class Operating {
         nodes.judge_elements();
         return find_faults<D>(out_.star.joined.size(), nodes, bar, w_.faulty, w_.shapes);
     }
-    /// What is asked of the patch as a whole: it makes the star no better to ask for it earlier.
     [[nodiscard]] RejectionReason judge_patch() {
         if (limits_.wall_elements == WallElements::refused && adds_wall_elements(r_, goal_, out_))
             return RejectionReason::wall;
@@ -255,7 +251,7 @@ class Operating {
         if (limits_.node_gain == NodeGain::asked && !gains(r_, goal_, out_)) return RejectionReason::gain;
         return keeps_walls() ? RejectionReason::none : RejectionReason::crossing;
     }
-    /// Of elements that may stay invalid facets may be folded: then all is proved.
+    /// Elements that may stay invalid can have folded facets; then `keeps_its_planes` proves nothing.
     [[nodiscard]] bool keeps_walls() const {
         if (out_.star.facets.empty()) return true;
         const auto made = new_facets(r_.mesh, out_);
@@ -267,13 +263,13 @@ class Operating {
     [[nodiscard]] bool moves() const {
         return request_.point.valid() && request_.place != r_.mesh.points[request_.point];
     }
-    /// A vertex moves with all of its elements, and if it may.
+    /// A vertex moves only with all of its elements, and not if it is required or a corner.
     [[nodiscard]] bool may_move() const {
         if (!moves()) return true;
         const VertexState& state = r_.mesh.states[request_.point];
         return out_.star.kept.empty() && state.place != VertexPlace::corner && !state.marks.has(Mark::required);
     }
-    /// Of elements of degree 2 that have been judged.
+    /// Degree 2: elements are checked before.
     [[nodiscard]] bool is_straight_positive() const {
         for (std::size_t j = 0; j < out_.star.joined.size(); ++j)
             if (!w_.curved.cones[j].is_surely_straight_positive &&
@@ -282,7 +278,7 @@ class Operating {
         return true;
     }
 
-    /// Whether the surface goes on from one facet to the other, across a side on which it does not break.
+    /// True if the surface does not break at the facets' common side.
     [[nodiscard]] bool goes_on(FacetId f, FacetId g) const {
         const auto& of_f = r_.mesh.facets.vertices[f];
         const auto& of_g = r_.mesh.facets.vertices[g];
@@ -297,7 +293,7 @@ class Operating {
         const int k = edge_between<D>[local_vertex(vertices, shared[0])][local_vertex(vertices, shared[D - 2])];
         return !r_.mesh.breaks_at(r_.mesh.edges_of[e][k]);
     }
-    /// The removed facets by the smooth pieces that they make: the first of its piece, of each.
+    /// Numbers smooth pieces of removed facets by their first facets.
     void find_pieces() const {
         const auto& facets = out_.removed.facets;
         w_.pieces.resize(facets.size());
@@ -313,7 +309,7 @@ class Operating {
         }
     }
 
-    /// New facets look where each of those that they replace looks, on their own side of ridges.
+    /// New facets must not turn too far from removed ones of their smooth piece.
     [[nodiscard]] RejectionReason judge_facets() const {
         if (!out_.star.facets.empty()) find_pieces();
         const auto& removed = out_.removed.facets;
@@ -328,13 +324,13 @@ class Operating {
                 if (w_.pieces[i] != piece) continue;
                 const FacetId f = removed[i];
                 const Vec<D> n = facet_normal(corners_of(r_.mesh, f));
-                const double turned = dot(n, own) < 0 ? -dot(n, now) : dot(n, now);  // facets are any way round
+                const double turned = dot(n, own) < 0 ? -dot(n, now) : dot(n, now);  // facets have any orientation
                 if (!(turned > limits_.facet_cosine * norm(n) * norm(now))) return RejectionReason::geometry;
             }
         }
         return RejectionReason::none;
     }
-    /// Half of the elements that may leave the cavity do: the later ones are farther off. False where none may.
+    /// Removes the later half of the elements that may leave, which are farther. False if none may.
     [[nodiscard]] bool shrink() {
         auto& elements = out_.removed.elements;
         if (request_.holders == 0 || elements.size() <= request_.holders) return false;
@@ -342,7 +338,7 @@ class Operating {
         while (elements.size() > kept) leave(elements.size() - 1);
         return true;
     }
-    /// The cavity made to fit; false where it cannot be.
+    /// False if the cavity cannot be corrected.
     [[nodiscard]] bool correct(const StarFault& fault) {
         if (fault.joined == no_face) return false;
         if (faulty_leave()) return true;
@@ -352,7 +348,7 @@ class Operating {
         join(r_.mesh, out_.removed, across.element());
         return true;
     }
-    /// Those that the faulty elements of the star come of and that may do so; false where none may.
+    /// False if none of the faulty elements may leave.
     [[nodiscard]] bool faulty_leave() {
         auto& elements = out_.removed.elements;
         if (request_.holders == 0) return false;
@@ -364,7 +360,6 @@ class Operating {
         }
         return elements.size() < before;
     }
-    /// An element leaves the cavity, of a surface alone with its triangle.
     void leave(std::size_t at) {
         auto& [elements, facets, lines] = out_.removed;
         if constexpr (D == 3)
@@ -378,7 +373,7 @@ class Operating {
     const PatchLimits& limits_;
     OperationWorkspace<D>& w_;
     JudgedPatch<D>& judged_;
-    Patch<D>& out_;  ///< of it
+    Patch<D>& out_;  ///< of `judged_`
     OperationResult result_;
 };
 
@@ -391,11 +386,11 @@ OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal, c
 
 namespace {
 
-/// What was known of each patch, one after the other.
+/// Values of all patches in turn.
 struct Known {
     std::vector<double> shapes;   ///< of created elements
     std::vector<double> lengths;  ///< of edges at the points
-    std::vector<EdgeId> bent;     ///< other edges, which have new nodes
+    std::vector<EdgeId> bent;     ///< other edges with new nodes
 };
 
 template <int D>

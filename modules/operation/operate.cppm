@@ -1,4 +1,4 @@
-// Judged patches, workspaces, the operation, commits, and rounds of tasks.
+// Accepted patches, workspaces, the cavity operation, commits, and passes.
 module;
 #include <algorithm>
 #include <array>
@@ -22,22 +22,19 @@ import :state;
 
 export namespace camber {
 
-/// A patch that was judged, and found good enough: only `operate` makes one, and `commit` takes no other. It speaks of
-/// the state that it was planned for.
+/// An accepted patch. Only `operate` creates it, only `commit` applies it, to the state that it was planned for.
 template <int D>
 class JudgedPatch {
   public:
     [[nodiscard]] const Patch<D>& patch() const { return patch_; }
-    /// What becomes known of its point.
+    /// Data of its point.
     [[nodiscard]] const VertexRow<D>& vertex() const { return vertex_; }
-    /// Whether its point went a part of its way to the geometry only.
+    /// True if the point moved only a part of the way to the geometry.
     [[nodiscard]] bool is_short_of_geometry() const { return is_short_; }
-    /// Of the elements that it reshapes, then of its own in the order of the star's `joined`: shape_of, below 0 where
-    /// that is not known.
+    /// `shape_of` reshaped elements, then new ones as in `Star::joined`; below 0: unknown.
     [[nodiscard]] std::span<const double> shapes() const { return shapes_; }
-    /// Of degree 2: of its edges at the point, in the order of the star's `boundary`, length_of.
+    /// Degree 2: `length_of` edges to `Star::boundary`.
     [[nodiscard]] std::span<const double> lengths() const { return lengths_; }
-    /// Its patch, out of it.
     [[nodiscard]] Patch<D> take_patch() && { return std::move(patch_); }
 
   private:
@@ -50,7 +47,7 @@ class JudgedPatch {
     bool is_short_ = false;
 };
 
-/// A node of an inner edge, elsewhere than it was, that was judged: only `NodeShell` makes one.
+/// An accepted node of an inner edge, created only by `NodeShell`.
 template <int D>
 class JudgedNode {
   public:
@@ -65,113 +62,112 @@ class JudgedNode {
     LagrangeNode<D> node_;
 };
 
-// What curving a star fills anew each time.
+// Workspace of curved stars, refilled for each star.
 
-/// An edge from the point to a vertex of the star's boundary.
+/// An edge from the point to a boundary vertex.
 template <int D>
 struct Spoke {
-    EdgeKind kind = EdgeKind::volume;  ///< fixed: of elements or facets outside of the cavity too
-    /// Where the metric (the geometry) has its node, and the cavity's old curves.
+    EdgeKind kind = EdgeKind::volume;  ///< `fixed`: also of elements or facets outside
+    /// `wanted`: required by metric or geometry. `extended`: on the old curves.
     Vec<D> wanted, extended;
     Vec<D> node;
-    bool is_extended = false;  ///< whether `extended` is known
-    double share = 1;          ///< of the way from `extended` to `wanted`
-    LineId line;               ///< of a ridge: one that it continues
-    /// The last that was measured, with which node.
+    bool is_extended = false;
+    double share = 1;  ///< from `extended` (0) to `wanted` (1)
+    LineId line;       ///< ridge: the line continued
+    /// The last computed length and its node.
     double length = -1;
     Vec<D> measured;
 };
 
-/// A new element: its face outside, and which spokes lead from there to the point.
+/// A new element with its outer face and spokes.
 template <int D>
 struct Cone {
     QuadraticNodes<D> nodes{};
     std::array<const LogMetric<D>*, D + 1> metrics{};  ///< of each local vertex
-    std::array<std::uint32_t, D + 1> spokes{};         ///< of each local vertex but `point`
+    std::array<std::uint32_t, D + 1> spokes{};         ///< of local vertices except `point`
     int point = 0;                                     ///< local vertex
     bool is_stale = true, is_flat = false;
-    bool is_surely_straight_positive = false;  ///< its straight element, beyond rounding
+    bool is_surely_straight_positive = false;  ///< straight element is positive beyond rounding
     Verdict verdict = Verdict::undecided;
-    double shape = -1;  ///< of a valid one, once it was asked for
+    double shape = -1;  ///< of a valid element; negative: unknown
 };
 
-/// An inner edge of the star's outer faces, whose node may follow.
+/// A movable inner edge of the star's outer faces.
 template <int D>
 struct RimEdge {
     EdgeId edge;
     Vec<D> before, wanted, node;
 };
 
-/// An element outside of the cavity that has such an edge.
+/// An element outside with a rim edge.
 template <int D>
 struct OutsideElement {
     ElementId element;
     QuadraticNodes<D> nodes{};
-    double bound = 0;  ///< what its scaled Jacobian is to keep
+    double bound = 0;  ///< minimum scaled Jacobian
 };
 
-/// A removed element as a map from its straight shape to its curved one.
+/// A removed element as a map from straight to curved shape.
 template <int D>
 struct OldElement {
     ElementId element;
-    double size = 0;  ///< of the straight one, whichever way round
+    double size = 0;  ///< absolute straight determinant
     Vec<D> origin;
-    std::array<Vec<D>, D> gradients{};                 ///< of the barycentric coordinates 1 … D
-    std::array<Vec<D>, edges_per_simplex<D>> offsets;  ///< of the nodes from the middles of chords
+    std::array<Vec<D>, D> gradients{};                 ///< of barycentric coordinates 1 … D
+    std::array<Vec<D>, edges_per_simplex<D>> offsets;  ///< of nodes from chord middles
 };
 
 template <int D>
 struct CurvedWorkspace {
     std::vector<Spoke<D>> spokes;
     std::vector<Cone<D>> cones;
-    std::vector<std::size_t> stale;  ///< of them
+    std::vector<std::size_t> stale;  ///< indices of cones
     std::vector<RimEdge<D>> rim;
     std::vector<OutsideElement<D>> outside;
     std::vector<ElementId> around;
     std::vector<OldElement<D>> old_elements;
-    std::vector<FacetSite<D>> facets;                     ///< new ones
-    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, and the new facet with it
+    std::vector<FacetSite<D>> facets;                     ///< new facets
+    std::vector<std::array<std::uint32_t, 2>> of_facets;  ///< spoke, new facet
     std::vector<Vec<D>> chords, offsets;
     std::vector<EndSights<D>> ends;
     std::vector<double> lengths;
-    std::vector<BentSpoke<D>> bent;  ///< of this operation, but for those that its request has
+    std::vector<BentSpoke<D>> bent;  ///< by this operation, not the request
     std::vector<FreeEdge<D>> searched;
     std::vector<EdgeMinimum<D>> found;
-    std::vector<std::uint32_t> free;            ///< spokes that are to be bent
-    std::vector<std::uint32_t> short_of_place;  ///< spokes that approach where they are wanted
-    int programmes = 0;                         ///< spent
+    std::vector<std::uint32_t> free;
+    std::vector<std::uint32_t> short_of_place;
+    int programmes = 0;  ///< number solved
 };
 
-// The node of one inner edge, and how its place distorts the elements around it.
+// Smoothing of one inner edge's node by the distortion of the elements around it.
 
-/// An element around the edge with all that does not depend on the node.
+/// Node-independent data of an element around the edge.
 template <int D>
 struct DistortedElement {
     QuadraticNodes<D> nodes{};
     ElementMetric<D> metric;
-    int node = 0;      ///< which of its nodes is the edge's
-    double bound = 0;  ///< what its scaled Jacobian is to keep
+    int node = 0;      ///< local index of the edge's node
+    double bound = 0;  ///< minimum scaled Jacobian
 };
 
-/// What a place of the node comes to. The sum is that of η̄², η̄ the mean distortion of an element: the squares make the
-/// worst element count most, and the sum has the same gradient for any scale of the metric.
+/// Objective at a position of the node: the sum of η̄², with η̄ an element's mean distortion. Squares emphasise the
+/// worst element; the gradient does not depend on the metric's scale.
 template <int D>
 struct NodePlace {
-    Vec<D> y;          ///< in the frame
-    Vec<D> point;      ///< its node
-    double sum = 0;    ///< infinite where an element folds
-    double worst = 0;  ///< the least quality, 1/η̄
-    Vec<D> gradient;   ///< of the sum, in the frame
+    Vec<D> y;  ///< in the frame
+    Vec<D> point;
+    double sum = 0;  ///< infinite: an element folds
+    double worst = 0;
+    Vec<D> gradient;  ///< of the sum, in the frame
 };
 
-/// Finds the place by BFGS in the frame in which the metric at the edge's middle is the identity, where elements are
-/// about as large as 1 at any anisotropy.
+/// Optimises a node by BFGS. In its frame the metric at the edge's middle is the identity, so elements have size about
+/// 1 for any anisotropy.
 template <int D>
 class NodeShell {
   public:
     std::vector<DistortedElement<D>> elements;
 
-    /// The node's frame: where it is now, and the metric at the edge's middle.
     void begin(const Vec<D>& node, const LogMetric<D>& log_metric) {
         origin_ = node;
         const MeasuringMetric<D> metric(log_metric);
@@ -194,12 +190,12 @@ class NodeShell {
         for (int k = 0; k < D; ++k) place.gradient[k] = dot(axes_[k], gradient);
         return place;
     }
-    /// A place of a lower sum, whose worst element is no worse; `here` where there is none.
+    /// A position of lower sum and no worse minimum quality; `here` if none is found.
     [[nodiscard]] NodePlace<D> better(const NodePlace<D>& here) const {
         constexpr int max_steps = 12;
-        constexpr double worthwhile = 1e-4;  // of the sum, promised by a step
+        constexpr double worthwhile = 1e-4;  // relative decrease of the sum predicted for a step
         NodePlace<D> now = here;
-        // About the inverse of the second derivative in an element that is regular.
+        // About the inverse Hessian in a regular element.
         Sym<D> inverse_hessian = (0.05 / static_cast<double>(elements.size())) * Sym<D>::identity();
         for (int step = 0; step < max_steps; ++step) {
             Vec<D> way = -1.0 * (inverse_hessian * now.gradient);
@@ -212,8 +208,8 @@ class NodeShell {
         }
         return now;
     }
-    /// The edge's node there, if every element keeps its bound by the certificate: with it at both ends, and det J
-    /// affine in the node, all of the way is certified.
+    /// The edge's node, if certificates prove all bounds there. They hold at both ends of the move and det J is affine
+    /// in the node, hence along all of it.
     [[nodiscard]] std::optional<JudgedNode<D>> judged(EdgeId edge, const Vec<D>& node) const {
         const bool is_valid = std::ranges::all_of(elements, [&](const DistortedElement<D>& e) {
             return decide(NodalSimplex<D>{with_node(e, node)}, e.bound) == Verdict::valid;
@@ -226,14 +222,14 @@ class NodeShell {
     }
 
   private:
-    static constexpr double longest_way = 0.25;  ///< of a unit edge
+    static constexpr double longest_way = 0.25;  ///< in unit edges
 
     [[nodiscard]] static QuadraticNodes<D> with_node(const DistortedElement<D>& e, const Vec<D>& node) {
         QuadraticNodes<D> nodes = e.nodes;
         nodes[e.node] = node;
         return nodes;
     }
-    /// By Armijo's rule, and as the worst element may be; `from` where nothing serves.
+    /// Armijo rule, with quality at least `worst`; `from` if it fails.
     [[nodiscard]] NodePlace<D> along(const NodePlace<D>& from, const Vec<D>& way, double worst) const {
         const double slope = dot(from.gradient, way);
         for (double share = 1; share > 0.01; share /= 2) {
@@ -242,7 +238,7 @@ class NodeShell {
         }
         return from;
     }
-    /// BFGS, where the curvature is positive.
+    /// Requires positive curvature.
     static void update(Sym<D>& h, const Vec<D>& s, const Vec<D>& d) {
         const double sd = dot(s, d);
         if (!(sd > 1e-10 * norm(s) * norm(d))) return;
@@ -256,92 +252,84 @@ class NodeShell {
     std::array<Vec<D>, D> axes_{};
 };
 
-// The cavity operator, of degree 1 (paper §1.3) and 2 (§3.2): a cavity and a point, joined, judged, corrected where
-// that helps.
+// Cavity operator of degree 1 (paper §1.3) and 2 (§3.2): joins a cavity to a point, checks the result, and corrects it.
 
 template <int D>
 struct OperationWorkspace {
     StarWorkspace<D> star;
     Cavity<D> cavity;
     std::vector<std::size_t> pieces;                 ///< of the cavity's facets
-    std::vector<double> shapes;                      ///< of the star's elements, as far as they were judged
-    std::vector<std::size_t> faulty, faulty_before;  ///< of them, by the last fault, and before nodes were corrected
+    std::vector<double> shapes;                      ///< of the star's checked elements
+    std::vector<std::size_t> faulty, faulty_before;  ///< at the last fault; before corrections
     CurvedWorkspace<D> curved;
 };
 
-/// What came of a request.
 struct OperationResult {
     RejectionReason rejected = RejectionReason::none;
-    bool is_planned = true;  ///< false: the candidate was rejected before
-    double worst_shape = 0;  ///< of the new elements, where nothing is rejected
+    bool is_planned = true;  ///< false: rejected as a candidate
+    double worst_shape = 0;  ///< of new elements, if accepted
     int corrections = 0;
-    /// Of degree 2: what the test of degree 1 says of the same star: that an element has no volume, or that all have
-    /// one. And whether nodes were drawn back from where the metric has them.
-    int programmes = 0;         ///< spent
-    double farthest_facet = 0;  ///< see PassStatistics
+    /// For degree 2. `straight_inverted`: a straight element has no positive volume. `straight_positive`: all have one.
+    /// `drawn_back`: nodes were relaxed from their targets.
+    int programmes = 0;         ///< number solved
+    double farthest_facet = 0;  ///< see `PassStatistics`
     bool straight_inverted = false, straight_positive = false, drawn_back = false;
-    bool bends_around = false;  ///< nodes around the cavity follow
+    bool bends_around = false;  ///< nodes around the cavity move
 };
 
-/// The way of a request: its star, the star's nodes by the degree, the judge, corrections; what is good enough in the
-/// end is `out`, which means something only where nothing is rejected. The state is as it was in any case. Signs of
-/// volumes are exact; in a mesh of degree 2 straight elements may be as they like (see CurvedNodes). Where an element
-/// would be inverted or bad, the one that it comes of leaves the cavity if it may (see `holders`), and of
-/// degree 2, which looks at all, with it the others of which that is so: no other change would mend them; otherwise the
-/// one across its outer face joins it: up to `corrections` times.
+/// Joins a star, places its nodes, checks and corrects it. `out` is valid only without a rejection. Volume signs are
+/// exact. In degree 2 straight elements may be inverted (see `CurvedNodes`).
+///
+/// At most `corrections` times, the removed element at a faulty face leaves the cavity if it may (see `holders`). In
+/// degree 2, which checks all elements, the other faulty ones leave too, since no other change would mend them. If none
+/// may leave, the element across the outer face joins.
 template <int D>
 [[nodiscard]] OperationResult operate(const Adaptation<D>& r, const AdaptationGoal<D>& goal,
                                       const CavityRequest<D>& request, const PatchLimits& limits,
                                       OperationWorkspace<D>& workspace, JudgedPatch<D>& out);
 
-/// A state with patches in place, and which entities that changed.
 template <int D>
 struct CommittedState {
     Adaptation<D> state;
     TopologyChanges changes;
 };
 
-/// The last verb of the operator, and the only way into a state: patches in the place of their cavities (see
-/// replace_cavities), and with them all that is known of vertices; walls; points that are short of the geometry. Give
-/// the state away (std::move), or all of it is copied; with an error it is lost then. Errors: of replace_cavities.
+/// Applies patches (`replace_cavities`) and updates all other data. Only this function changes the topology of a state.
+/// Pass the state by `std::move` to avoid a copy; an error destroys it then. Errors: of `replace_cavities`.
 template <int D>
 [[nodiscard]] Outcome<CommittedState<D>> commit(Adaptation<D> state, std::vector<JudgedPatch<D>> patches);
 
-/// Nodes alone: topology stays, and patches that were planned before are not of this state. The edges share no element.
+/// Moves nodes only. Patches planned before become invalid. Precondition: the edges share no element.
 template <int D>
 [[nodiscard]] Adaptation<D> commit(Adaptation<D> state, std::span<const JudgedNode<D>> nodes);
 
-/// A mesh that was remeshed, as any other mesh, its metric at each vertex, and what that lies on.
 template <int D>
 struct FinishedMesh {
     CompactMesh<D> compact;
     Column<LogMetric<D>> log_metrics;
-    Column<GeometryPlace> places;  ///< see Adaptation
+    Column<GeometryPlace> places;  ///< see `Adaptation`
 };
 
-/// The mesh without free places. All corners are listed in it and all lines on which its surfaces break (3D), those
-/// too that nobody listed before: who reads the mesh sees the breaks that the passes kept, which angles between new
-/// facets need not show. Errors: stopped, memory.
+/// The mesh without free slots. It lists all corners and, in 3D, all lines at which surfaces break, including implied
+/// ones, which angles between facets need not show. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<FinishedMesh<D>> finished(const Adaptation<D>& r, const Execution& execution);
 
-/// What a pass did.
 struct PassStatistics {
     std::size_t rounds = 0;     ///< commits
-    std::size_t proposals = 0;  ///< requests; one that waits is made again, and counted again
-    std::size_t planned = 0;    ///< those of them that a pass's own measures let through, of which a star was made
+    std::size_t proposals = 0;  ///< requests; deferred ones count again
+    std::size_t planned = 0;    ///< requests with a star
     std::size_t accepted = 0;
-    std::size_t corrections = 0;  ///< how often elements joined or left cavities of accepted ones
-    std::size_t shortened = 0;    ///< accepted points that went a part of their way to the geometry only
-    /// Of degree 2: accepted that the straight test would refuse, refused as `volume` that it would accept, and
-    /// accepted whose nodes are not where the metric has them.
+    std::size_t corrections = 0;  ///< cavity changes of accepted operations
+    std::size_t shortened = 0;    ///< accepted points that moved only a part of the way to the geometry
+    /// For degree 2. `straight_inverted`: accepted, but rejected by the straight test. `straight_positive`: rejected as
+    /// `volume`, but accepted by the straight test. `drawn_back`: accepted with relaxed nodes.
     std::size_t straight_inverted = 0, straight_positive = 0, drawn_back = 0;
-    std::size_t bent_around = 0;  ///< accepted that take nodes around their cavity along
-    std::size_t programmes = 0;   ///< spent on inner edges, accepted or not
-    /// Of facets that swaps and collapses made: how far one is from the geometry at most, as a share of its longest
-    /// edge.
+    std::size_t bent_around = 0;  ///< accepted with moved outside nodes
+    std::size_t programmes = 0;   ///< linear programs, accepted or not
+    /// Largest `FacetDistance` after swaps and collapses.
     double farthest_facet = 0;
-    std::size_t moved_nodes = 0;  ///< of inner edges, by distortion; they are no proposals
+    std::size_t moved_nodes = 0;  ///< smoothed by distortion; not in `proposals`
     std::array<std::size_t, rejection_reasons> rejected{};
 
     [[nodiscard]] std::size_t of(RejectionReason reason) const { return rejected[static_cast<std::size_t>(reason)]; }
@@ -365,11 +353,11 @@ struct PassStatistics {
     friend bool operator==(const PassStatistics&, const PassStatistics&) = default;
 };
 
-/// A thing to be done at an entity: the least `order` first. Numbers of entities are taken again, so a task may come to
-/// speak of another one: whoever makes a request of it looks whether there is reason for one.
+/// A task at an entity; the smallest `order` is first. Entity numbers are reused, so `Pass::candidate` must check its
+/// reason again.
 struct Task {
     double order = 0;
-    std::uint64_t rank = 0;  ///< where orders are equal
+    std::uint64_t rank = 0;  ///< for equal orders
     std::uint32_t id = 0;
     friend bool operator<(const Task& a, const Task& b) {
         return std::tie(a.order, a.rank, a.id) < std::tie(b.order, b.rank, b.id);
@@ -380,18 +368,18 @@ template <class Tag>
     return {order, spread_rank(id), id.value};
 }
 
-/// One pass: how a task becomes a request, and what tasks a commit brings.
+/// Creates the requests of tasks, and new tasks after a commit.
 template <int D>
 class Pass {
   public:
     virtual ~Pass() = default;
-    /// Nothing where there is no reason for one. Asked by several threads.
+    /// Returns the request; empty if there is no reason for one. Called by several threads.
     [[nodiscard]] virtual std::optional<Candidate<D>> candidate(const Adaptation<D>& r, const Task& task) const = 0;
-    /// The same request for a point that goes this share of its way to the geometry; nothing where it has no such way.
+    /// The same request for a point that moves this share of the way to the geometry; empty if it has no such way.
     [[nodiscard]] virtual std::optional<Candidate<D>> shortened(const Adaptation<D>&, const Task&, double) const {
         return {};
     }
-    /// Told of requests that were refused, or for which there was no reason, in the mesh as it is.
+    /// Receives tasks rejected or without reason in the current mesh.
     virtual void refused(Adaptation<D>&, std::span<const Task>) const {}
     virtual void follow(Adaptation<D>& r, const TopologyChanges& changes, std::vector<Task>& tasks) = 0;
 
@@ -403,9 +391,9 @@ class Pass {
     Pass& operator=(Pass&&) = default;
 };
 
-/// Does the tasks, and those that come of them, in rounds: the first are planned together against one mesh; of those
-/// patches the first is taken, then each that removes no element and makes no edge of one before; one commit. Threads
-/// have no say in it. Errors: of commit; stopped, memory.
+/// Executes tasks and those that they create, in rounds. A round plans the first tasks against one mesh and commits
+/// their patches in order, except those that conflict with an earlier one (elements, new edges, crossing facets). The
+/// number of threads does not matter. Errors: of `commit`; stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<PassStatistics> run_pass(Adaptation<D>& r, const AdaptationGoal<D>& goal, Pass<D>& pass,
                                                std::vector<Task> tasks, const Execution& execution);

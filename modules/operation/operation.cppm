@@ -1,5 +1,4 @@
-/// One operation of the cavity operator (paper §1.3, §3.2), of degree 1 and 2: a request becomes a star, nodes, a
-/// judged patch; and rounds of many.
+/// Cavity operations of degree 1 and 2 (paper §1.3, §3.2), and passes of many operations.
 export module camber.operation;
 import :curved_nodes;
 export import :geometry;

@@ -19,8 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Tasks, the least first. Those that are there from the start are sorted once, which costs less than to keep so many
-/// in a heap; the few that come later are in one.
+/// Initial tasks are sorted once, which is cheaper than a heap; later ones are in a heap.
 class TaskQueue {
   public:
     explicit TaskQueue(std::vector<Task> tasks) : sorted_(std::move(tasks)) { std::ranges::sort(sorted_, later); }
@@ -43,15 +42,14 @@ class TaskQueue {
   private:
     static bool later(const Task& a, const Task& b) { return b < a; }
 
-    std::vector<Task> sorted_;  ///< the first at the end
+    std::vector<Task> sorted_;  ///< first at the end
     std::vector<Task> heap_;
 };
 
-/// So many tasks are planned in a round: few against the mesh, so that few are in one another's way and are planned
-/// again, and enough for the threads.
+/// Number of tasks in a round: small relative to the mesh, to avoid conflicts, and large enough for the threads.
 std::size_t window_of(std::size_t elements) { return std::clamp<std::size_t>(elements / 256, 32, 8192); }
 
-/// Elements that patches of a round remove or reshape, and edges that they make.
+/// Elements removed or reshaped and edges created in a round.
 class Claims {
   public:
     void begin(std::size_t elements) {
@@ -84,7 +82,6 @@ class Claims {
     std::uint32_t round_ = 0;
 };
 
-/// What came of a task.
 template <int D>
 struct Planned {
     bool is_asked = false;
@@ -124,7 +121,7 @@ class Rounds {
     }
     [[nodiscard]] Outcome<std::vector<Planned<D>>> plan_front(const Execution& execution) {
         std::vector<Planned<D>> planned(front_.size());
-        constexpr std::size_t grain = 16;  // tens of microseconds each
+        constexpr std::size_t grain = 16;  // tasks take tens of microseconds
         auto done = each_chunk(
             execution, front_.size(),
             [&](std::size_t begin, std::size_t end) {
@@ -223,7 +220,7 @@ class Rounds {
     Pass<D>& pass_;
     TaskQueue tasks_;
     std::vector<Task> front_, refused_;
-    std::vector<std::size_t> by_id_;  ///< of the front: neighbours in memory are planned one after the other
+    std::vector<std::size_t> by_id_;  ///< indices of `front_` by entity, for locality
     const Execution& execution_;
     Claims claims_;
     NewWalls<D> new_walls_;

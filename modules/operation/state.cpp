@@ -18,7 +18,6 @@ namespace camber {
 
 namespace {
 
-/// What a vertex of the boundary lies on, and whether it is at its place there.
 struct Placed {
     GeometryPlace place;
     bool off_geometry = false;
@@ -63,14 +62,12 @@ Outcome<Done> place_boundary(Adaptation<D>& r, const AdaptationGoal<D>& goal, co
     return Done{};
 }
 
-/// The metric of each vertex and, if that is wanted, the field's gradient there.
 template <int D>
 Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, const Execution& execution) {
     const std::size_t n = r.mesh.points.size();
     Buffer<VertexMetric<D>> metrics(n);
     Buffer<LogGradient<D>> gradients(r.mesh.is_curved() ? n : 0);
-    // The field may be on this mesh, and so at the vertex, or on any other: then each search begins where the one
-    // before it ended.
+    // If the field's mesh is this mesh, the search starts at the vertex; otherwise at the last result.
     auto asked = each_chunk(execution, n, [&](std::size_t begin, std::size_t end) {
         ElementId hint;
         bool is_on_this = true;
@@ -90,7 +87,7 @@ Outcome<Done> ask_at_vertices(Adaptation<D>& r, const AdaptationGoal<D>& goal, c
     return asked;
 }
 
-/// `make`: the mesh that changes.
+/// `make`: creates the mesh.
 template <int D, class Make>
 Outcome<Adaptation<D>> begun(const LinearMesh<D>& mesh, const AdaptationGoal<D>& goal, const Execution& execution,
                              Make&& make) {
@@ -194,7 +191,6 @@ Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const E
 
 namespace {
 
-/// The mesh with all of its breaks listed.
 template <int D>
 DynamicMesh<D> with_breaks_listed(DynamicMesh<D> mesh) {
     Buffer<Marks> lines = take(std::move(mesh.line_marks));

@@ -23,7 +23,7 @@ import camber.surface;
 
 export namespace camber {
 
-/// The metric at a vertex, as it is given and ready to measure with, and where in the back mesh that is.
+/// The metric at a vertex, as a logarithm and prepared for measuring, and its element of the back mesh.
 template <int D>
 struct VertexMetric {
     LogMetric<D> log_metric;
@@ -35,7 +35,7 @@ struct VertexMetric {
     friend bool operator==(const VertexMetric&, const VertexMetric&) = default;
 };
 
-/// All that is known of one vertex beside its point, its reference and where it lies in the mesh.
+/// Data of one vertex, except point and topology.
 template <int D>
 struct VertexRow {
     VertexMetric<D> metric;
@@ -43,22 +43,19 @@ struct VertexRow {
     LogGradient<D> gradient{};
 };
 
-/// The same of all vertices: a row each in every column that has any. A new kind of data is a new column here, and goes
-/// along with every commit.
+/// Data of all vertices. Commits update all columns; new kinds of data belong here.
 template <int D>
 struct VertexData {
     Column<VertexMetric<D>> metrics;
-    /// What the vertex lies on, and where in that if it is at a place of the geometry's; of nothing inside. No rows
-    /// without a geometry.
+    /// Geometric entity of each vertex, with parameters if it lies on it; none inside. Empty without a geometry.
     Column<GeometryPlace> places = {};
-    Column<LogGradient<D>> gradients = {};  ///< of degree 2: of the field, recovered
+    Column<LogGradient<D>> gradients = {};  ///< degree 2: recovered field gradients
 
-    /// What is known to lie there; of nothing, where nothing is known.
     [[nodiscard]] GeometryPlace place(VertexId v) const { return places.empty() ? GeometryPlace{} : places[v]; }
     [[nodiscard]] VertexRow<D> row(VertexId v) const {
         return {metrics[v], place(v), gradients.empty() ? LogGradient<D>{} : gradients[v]};
     }
-    /// rows[i] of ids[i], of so many vertices now.
+    /// Stores `rows[i]` at `ids[i]`. `vertices`: their new number.
     void put(std::span<const VertexId> ids, std::span<const VertexRow<D>> rows, std::size_t vertices) {
         put_column(metrics, ids, vertices, [&](std::size_t i) { return rows[i].metric; });
         if (!places.empty()) put_column(places, ids, vertices, [&](std::size_t i) { return rows[i].place; });
@@ -75,21 +72,20 @@ struct VertexData {
     }
 };
 
-/// The passes that ask again and again for the same.
 enum class AskingPass : std::uint8_t { collapse, swap, smooth, remove };
 inline constexpr std::size_t asking_passes = 4;
 
-/// What each of them asked for in vain, by the entity that it asked at. Such a request depends on the elements at the
-/// entity's vertices alone (but for facets of other walls): as long as none of these has changed it stands refused, and
-/// need not be made again. Time is counted in commits.
+/// Cache of rejected requests, by pass and entity. A request depends only on the elements at the entity's vertices
+/// (except for crossings with other facets). It stays rejected until one of these elements changes. Time is counted in
+/// commits.
 class Refusals {
   public:
-    /// A pass begins. What was refused for other limits is forgotten.
+    /// Discards rejections under other limits.
     void begin(AskingPass pass, std::vector<double> limits) {
         OfPass& of = of_[static_cast<std::size_t>(pass)];
         if (of.limits != limits) of = {std::move(limits), {}};
     }
-    /// Of a mesh that has not changed since the requests were planned.
+    /// Precondition: the mesh has not changed since the requests were planned.
     template <class Tag>
     void refuse(AskingPass pass, std::span<const Id<Tag>> ids, std::size_t entities) {
         if (ids.empty()) return;
@@ -99,7 +95,7 @@ class Refusals {
         for (const Id<Tag> id : ids) asked[id.index()] = now_ + 1;
         of.asked = std::move(asked);
     }
-    /// Whether the request at an entity with these vertices was refused and nothing has changed there since.
+    /// True if rejected and no element at these vertices has changed since.
     template <class Tag>
     [[nodiscard]] bool stands(AskingPass pass, Id<Tag> id, std::span<const VertexId> vertices) const {
         const auto& asked = of_[static_cast<std::size_t>(pass)].asked;
@@ -108,7 +104,6 @@ class Refusals {
             if (v.index() < changed_.size() && changed_[v] >= asked[id]) return false;
         return true;
     }
-    /// A commit made these elements.
     template <int D>
     void follow(const DynamicMesh<D>& mesh, std::span<const ElementId> created) {
         ++now_;
@@ -126,29 +121,29 @@ class Refusals {
     static constexpr std::uint32_t never = 0;
     struct OfPass {
         std::vector<double> limits;
-        Column<std::uint32_t> asked;  ///< of each entity: after how many commits it was last refused, and one
+        Column<std::uint32_t> asked;  ///< per entity: commits at the last rejection, plus 1
     };
     std::array<OfPass, asking_passes> of_;
-    Column<std::uint32_t> changed_;  ///< of each vertex: the last commit that made an element of it
-    std::uint32_t now_ = 0;          ///< commits
+    Column<std::uint32_t> changed_;  ///< per vertex: last commit that created an element
+    std::uint32_t now_ = 0;          ///< number of commits
 };
 
-/// A mesh that is brought to a metric: an immutable value between two commits.
+/// A mesh during adaptation, immutable between commits.
 template <int D>
 struct Adaptation {
     DynamicMesh<D> mesh;
     VertexData<D> vertices;
-    FacetGrid<D> walls = {};  ///< boxes of its facets, see walls_of
-    /// Vertices of the boundary that are off the geometry, new ones among them that could go a part of their way only.
-    /// Ids may have come to name others since.
+    FacetGrid<D> walls = {};  ///< see `walls_of`
+    /// Boundary vertices off the geometry, including new ones that could move only a part of the way. Ids may have been
+    /// reused.
     Column<VertexId> off_geometry = {};
     Refusals refusals = {};
-    Column<double> shapes = {};  ///< of elements, shape_of, as far as they are known: others are below 0
-    /// Of edges of degree 2, length_of; of degree 1, where measuring costs no more than looking up, no rows.
+    Column<double> shapes = {};  ///< `shape_of` each element; below 0: unknown
+    /// `length_of` each edge; empty in degree 1, where computing costs no more than a look-up.
     Column<double> lengths = {};
 };
 
-/// A search for the nodes of inner edges, by the energy or the length.
+/// Search for inner nodes by energy or length.
 struct NodeSearch {
     EdgeMinimiserOptions options;
     EdgeRules rules;
@@ -156,13 +151,12 @@ struct NodeSearch {
     explicit NodeSearch(const EdgeMinimiserOptions& given) : options(given), rules(edge_rules(given)) {}
 };
 
-/// Largest distance of a facet from the geometry: the smaller one of a length and of a share of the length of an edge.
-/// The share limits the turn of the surface along an edge.
+/// Largest distance of a facet from the geometry: the minimum of a length and a share of edge length, which limits the
+/// turn along the edge.
 struct DistanceLimit {
     double largest = std::numeric_limits<double>::infinity();  ///< model units
     double share = std::numeric_limits<double>::infinity();
 
-    /// The largest distance at an edge of such a length.
     [[nodiscard]] double at(double length) const { return std::min(largest, share * length); }
     [[nodiscard]] bool is_finite() const { return at(1) < std::numeric_limits<double>::infinity(); }
     void tighten(const DistanceLimit& other) {
@@ -170,13 +164,11 @@ struct DistanceLimit {
         share = std::min(share, other.share);
     }
 };
-/// A limit of some facets.
 struct DistanceBound {
-    double largest = std::numeric_limits<double>::infinity();  ///< see DistanceLimit
-    std::vector<Reference> references = {};                    ///< of these facets; empty: of all
+    double largest = std::numeric_limits<double>::infinity();  ///< see `DistanceLimit`
+    std::vector<Reference> references = {};                    ///< empty: all facets
     double share = std::numeric_limits<double>::infinity();
 };
-/// Bounds as a table by reference.
 class DistanceBounds {
   public:
     DistanceBounds() = default;
@@ -190,7 +182,7 @@ class DistanceBounds {
         }
         for (auto& [reference, limit] : by_reference_) limit.tighten(of_all_);
     }
-    /// The limit of facets of a reference: the smaller values of all bounds that hold for it.
+    /// The minimum of all bounds that apply.
     [[nodiscard]] const DistanceLimit& of(Reference reference) const {
         const auto at = by_reference_.find(reference);
         return at == by_reference_.end() ? of_all_ : at->second;
@@ -202,48 +194,44 @@ class DistanceBounds {
     std::unordered_map<Reference, DistanceLimit> by_reference_;
 };
 
-/// What the mesh is brought to: the field, which new vertices ask for theirs, and the geometry on which those of the
-/// boundary lie (none: the mesh's own straight facets).
+/// Goal of an adaptation: the field, sampled at new vertices, and the geometry of the boundary (none: straight facets).
 template <int D>
 struct AdaptationGoal {
     BackMesh<D> field;
     std::optional<Geometry<D>> geometry;
-    // Of degree 2, where inner nodes are wanted: by a search, or without one by the closed form of accuracy.
+    // Degree 2: targets of inner nodes by `search`, or without one by the closed form of accuracy.
     EdgeAccuracyOptions accuracy = {};
     std::optional<NodeSearch> search = {};
-    /// Of degree 2, where the topology stays: where the node of each edge is wanted, the boundary's too. Then neither
-    /// the field nor the geometry is asked.
+    /// Degree 2, fixed topology: target of each edge's node, boundary included. Replaces field and geometry.
     Column<LagrangeNode<D>> wanted = {};
-    /// Every patch keeps these bounds, or its facets exceed them by no more than the facets that it removes.
+    /// Patches meet these bounds, or exceed them no more than removed facets.
     DistanceBounds distance_bounds = {};
-    EmbeddedCurves<D> curves = {};  ///< on which the mesh's embedded lines lie
-    /// A pass that comes beyond it ends with an error (memory): no field that asks for more than anybody expected takes
-    /// the machine along.
+    EmbeddedCurves<D> curves = {};  ///< of embedded lines
+    /// A pass that exceeds it ends with an error (memory): a too fine field must not exhaust the machine.
     std::size_t max_elements = max_entities;
 };
 
-/// The mesh with its metric at each vertex, which is asked of the field; of a surface alone see make_dynamic_surface.
-/// Errors: a mesh without elements or triangles (input), those of make_dynamic.
+/// Samples the field at all vertices. Standalone surfaces: see `make_dynamic_surface`. Errors: no elements or triangles
+/// (input), those of `make_dynamic`.
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                       const BreaksOfMesh& breaks, const AdaptationGoal<D>& goal,
                                                       const Execution& execution);
 
-/// The same of a mesh of degree 2. Errors: also a surface alone (unsupported).
+/// Errors: also a standalone surface (unsupported).
 template <int D>
 [[nodiscard]] Outcome<Adaptation<D>> begin_adaptation(const QuadraticMesh<D>& mesh, const BreaksOfMesh& breaks,
                                                       const AdaptationGoal<D>& goal, const Execution& execution);
 
-/// The boxes of all facets; of a surface alone of its triangles.
+/// Boxes of all facets; standalone surface: triangles.
 template <int D>
 [[nodiscard]] FacetGrid<D> walls_of(const DynamicMesh<D>& mesh);
 
-/// `lengths` anew, of a mesh whose nodes were not changed by commits. Errors: stopped, memory.
+/// Recomputes `lengths`. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Done> measure_lengths(Adaptation<D>& r, const Execution& execution);
 
-/// An edge to a point of a mesh of degree 2 as the closed form of accuracy bends it (bent_edges): its node from the
-/// middle of the chord, its length.
+/// An edge bent by `bent_edges`: offset from the chord middle, and length.
 template <int D>
 struct BentSpoke {
     VertexId vertex;
@@ -251,27 +239,25 @@ struct BentSpoke {
     double length = 0;
 };
 
-/// An operation as it is candidate for.
+/// A requested operation: cavity, point and metric there.
 template <int D>
 struct CavityRequest {
     Cavity<D> cavity;
-    VertexId point;          ///< of the mesh; invalid: a new one
-    Vec<D> place;            ///< of a new one, or where it moves
-    VertexMetric<D> metric;  ///< there
-    /// The first so many of the cavity's elements hold the point; the others may leave it again to make it fit.
+    VertexId point;          ///< invalid: a new vertex
+    Vec<D> place;            ///< position of a new point or move
+    VertexMetric<D> metric;  ///< at `place`
+    /// The first `holders` elements contain the point; others may leave.
     std::size_t holders = 0;
     Reference reference = 0;
-    GeometryPlace lies = {};  ///< where `place` is on the geometry
+    GeometryPlace lies = {};  ///< of `place`
 
-    // In a mesh of degree 2:
-    LogGradient<D> gradient{};  ///< of the field at `place`
-    std::optional<Vec<D>> origin =
-        {};            ///< of what straight place of the cavity `place` is the curved one; none: itself
-    double share = 1;  ///< how far points of the boundary go to the geometry
-    std::array<VertexId, 2> halves = {};  ///< of an edge that is split: the edges to its ends keep its curve
-    std::vector<BentSpoke<D>> bent = {};  ///< edges inside to `place` that have been bent already, by what is here
+    // For degree 2:
+    LogGradient<D> gradient{};            ///< of the field at `place`
+    std::optional<Vec<D>> origin = {};    ///< straight position that the cavity maps to `place`; none: `place` itself
+    double share = 1;                     ///< part of the way of boundary points to the geometry
+    std::array<VertexId, 2> halves = {};  ///< ends of a split edge; its curve is preserved
+    std::vector<BentSpoke<D>> bent = {};  ///< inner edges bent already
 
-    /// To a vertex as it is.
     void join_to(const Adaptation<D>& r, VertexId v) {
         point = v;
         place = r.mesh.points[v];
@@ -282,51 +268,49 @@ struct CavityRequest {
     }
 };
 
-/// What becomes of a new element below the least shape: refused, or not where it is no worse than the worst element
-/// that is replaced.
+/// Policy for new elements below the minimum shape.
 enum class BelowLeast : std::uint8_t { refused, accepted_if_no_worse };
 
-/// What becomes of a new element that is not valid, as the one with its vertices was not before.
+/// Policy for new invalid elements that replace an invalid element with the same vertices.
 enum class InvalidBefore : std::uint8_t { refused, may_stay };
 
-/// What becomes of a patch with more elements that have two facets on one smooth, curved surface.
+/// Policy for added two-facet elements (`adds_wall_elements`).
 enum class WallElements : std::uint8_t { accepted, refused };
 
-/// What becomes of a patch that brings no node noticeably nearer to where it is wanted (see gains).
+/// Policy for patches without noticeable motion (`gains`).
 enum class NodeGain : std::uint8_t { not_asked, asked };
 
-/// The least cosine between a new facet's normal and those of the facets that it replaces, if nothing else is asked.
+/// Default minimum cosine between normals of new and replaced facets.
 inline constexpr double least_facet_cosine = 0.8;
 
-/// What is asked of the new simplices.
 struct PatchLimits {
-    double min_shape = 0;                          ///< shape_of each new element: above this
-    BelowLeast below_least = BelowLeast::refused;  ///< see QualityBar, which asks for more
-    double bad_quality = 0.05;  ///< whatever min_shape is, no new element is below this and below the worst replaced
-    double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< edges at the point, in the metric
-    /// Of degree 2: of new elements the scaled Jacobian, unless one that is replaced is worse.
+    double min_shape = 0;                          ///< lower limit of `shape_of`, exclusive
+    BelowLeast below_least = BelowLeast::refused;  ///< see `QualityBar`
+    double bad_quality = 0.05;                     ///< no element may be below both this and the worst replaced one
+    double shortest = 0, longest = std::numeric_limits<double>::infinity();  ///< metric lengths of edges at the point
+    /// Degree 2: minimum scaled Jacobian, unless a replaced element is worse.
     double min_jacobian = default_bound;
-    /// And this, if one that is replaced is worse.
+    /// The minimum in that case.
     double lowest_jacobian = 0;
-    /// Where every new element has the vertices of one that it replaces: what was not valid may stay so.
+    /// Applies if each new element has the vertices of a replaced one.
     InvalidBefore invalid_before = InvalidBefore::refused;
-    /// Linear programmes, each for one inner edge, that may be spent where the old curves do not make a star valid.
+    /// Maximum number of linear programs, each for one inner edge, if the old curves do not make a star valid.
     int programmes = 8;
-    /// Where that is not enough, all inner nodes of the star may go together, and with them those of so many inner
-    /// edges of its outer faces; 0: neither.
+    /// If they fail, a joint problem moves all inner nodes, and with them at most this number of nodes on outer faces.
+    /// 0: no joint problem.
     int bend_around = 0;
-    /// Inner nodes that were drawn back and then come nearer together to where they are wanted, at most.
+    /// Maximum number of relaxed inner nodes that move together towards their targets.
     int approaching = 0;
     double facet_cosine = least_facet_cosine;
-    /// New facets from the geometry, as a share of their longest edges (see distance_from_geometry).
+    /// Maximum distance of new facets, relative to their longest edges (`distance_from_geometry`).
     double facet_distance = std::numeric_limits<double>::infinity();
     WallElements wall_elements = WallElements::accepted;
     NodeGain node_gain = NodeGain::not_asked;
-    /// How often elements may join the cavity, or leave it, to make it fit.
+    /// Maximum number of changes of the cavity.
     int corrections = 8;
 };
 
-/// Why a request was not granted. The first are those of StarFailure.
+/// Reasons for rejection, first those of `StarFailure`.
 enum class RejectionReason : std::uint8_t {
     none,
     empty,
@@ -335,15 +319,15 @@ enum class RejectionReason : std::uint8_t {
     line,
     ball,
     exists,
-    volume,    ///< an element would be inverted, or have no volume; of degree 2: not be valid to the bound
-    quality,   ///< an element below min_shape
-    length,    ///< an edge at the point out of bounds
-    geometry,  ///< facets would turn too far, or be too far from the geometry
-    waits,     ///< another patch was in the way: in a later round
-    wall,      ///< an element would have two facets on one smooth, curved surface
-    crossing,  ///< facets that cross; of degree 2: that are not proved to be disjoint
-    gain,      ///< nothing noticeable would change
-    height,    ///< an element so flat that the rounding of coordinates could invert it
+    volume,    ///< inverted or no volume; degree 2: violates the Jacobian bound
+    quality,   ///< an element below `min_shape`
+    length,    ///< an edge at the point violates limits
+    geometry,  ///< facets turn too far or are too far off
+    waits,     ///< conflicts with another patch; retried later
+    wall,      ///< two facets on one smooth, curved surface
+    crossing,  ///< facets cross; degree 2: not proved disjoint
+    gain,      ///< no noticeable change
+    height,    ///< too flat: rounding of coordinates could invert it
 };
 [[nodiscard]] constexpr auto words(RejectionReason) {
     using R = RejectionReason;
@@ -355,15 +339,14 @@ enum class RejectionReason : std::uint8_t {
 }
 inline constexpr std::size_t rejection_reasons = words(RejectionReason{}).size();
 
-/// A request and what is asked of it.
 template <int D>
 struct Candidate {
     CavityRequest<D> request;
     PatchLimits limits;
-    RejectionReason rejected = RejectionReason::none;  ///< known already: nothing is planned
+    RejectionReason rejected = RejectionReason::none;  ///< known before planning
 };
 
-/// Asks the field at a request's place; the search begins at an element of the back mesh.
+/// Samples the field at `place` into the request. `hint`: back-mesh element.
 template <int D>
 void ask_field(const Adaptation<D>& r, const AdaptationGoal<D>& goal, ElementId hint, CavityRequest<D>& request) {
     const FieldSample<D> sample = r.mesh.is_curved() ? sample_with_recovered_gradient(goal.field, request.place, hint)
@@ -372,7 +355,6 @@ void ask_field(const Adaptation<D>& r, const AdaptationGoal<D>& goal, ElementId 
     if (r.mesh.is_curved()) request.gradient = sample.gradient;
 }
 
-/// The nodes of an element of degree 2.
 template <int D>
 [[nodiscard]] inline QuadraticNodes<D> nodes_of(const DynamicMesh<D>& mesh, ElementId e) {
     QuadraticNodes<D> nodes;
@@ -380,13 +362,13 @@ template <int D>
     for (int k = 0; k < edges_per_simplex<D>; ++k) nodes[D + 1 + k] = mesh.nodes[mesh.edges_of[e][k]].point;
     return nodes;
 }
-/// Of a curved element, as metric_shape of a straight one: the power D/2 of its quality by the mean of its distortion.
+/// Shape of a curved element, like `metric_shape`: the quality from the mean distortion to the power D/2.
 template <int D>
 [[nodiscard]] inline double curved_shape(const QuadraticNodes<D>& nodes, const VertexLogMetrics<D>& metrics) {
     return shape_of_quality(curved_quality<D>(nodes, element_metric<D>(metrics)).mean, D);
 }
 
-/// How far the node of an edge of degree 2 is from the middle of its chord.
+/// Offset of an edge's node from the chord middle.
 template <int D>
 [[nodiscard]] inline Vec<D> offset_of(const DynamicMesh<D>& mesh, EdgeId edge) {
     const auto& [a, b] = mesh.edges[edge];
@@ -403,10 +385,10 @@ template <int D>
     return {&metric.log_metric, &gradient, &metric.measure};
 }
 
-/// Of an edge of a surface alone to infinity: what nobody wants to change.
+/// Standalone surface: no operation changes edges to infinity.
 inline constexpr double length_to_infinity = 1;
 
-/// The length of an edge in the metric, along its curve.
+/// Metric length along the curve.
 template <int D>
 [[nodiscard]] inline double measured_length(const Adaptation<D>& r, EdgeId edge) {
     if (r.mesh.is_at_infinity(edge)) return length_to_infinity;
@@ -417,13 +399,11 @@ template <int D>
     return edge_length(r.vertices.metrics[a].measure, r.vertices.metrics[b].measure,
                        r.mesh.points[b] - r.mesh.points[a]);
 }
-/// The same, as it is known.
 template <int D>
 [[nodiscard]] inline double length_of(const Adaptation<D>& r, EdgeId edge) {
     return r.lengths.empty() ? measured_length(r, edge) : r.lengths[edge];
 }
-/// The shape of an element: metric_shape of a straight one, of a surface alone triangle_shape.
-/// `point_at(i)`, `metric_at(i)` of the local vertices of an element.
+/// `metric_shape` or, on standalone surfaces, `triangle_shape`. `point_at(i)`, `metric_at(i)`: of local vertex i.
 template <int D>
 [[nodiscard]] double straight_shape(const DynamicMesh<D>& mesh, auto&& point_at, auto&& metric_at) {
     if constexpr (D == 3)
@@ -451,13 +431,12 @@ template <int D>
     for (int i = 0; i <= D; ++i) logs[i] = r.vertices.metrics[r.mesh.elements.vertices[e][i]].log_metric;
     return curved_shape<D>(nodes_of(r.mesh, e), logs);
 }
-/// The same, not measured again where it is known.
 template <int D>
 [[nodiscard]] inline double known_shape_of(const Adaptation<D>& r, ElementId e) {
     const double known = e.index() < r.shapes.size() ? r.shapes[e.index()] : -1.0;
     return known >= 0 ? known : shape_of(r, e);
 }
-/// Of a straight one, with a point in the place of a local vertex.
+/// Shape of a straight element with one local vertex replaced.
 template <int D>
 [[nodiscard]] inline double shape_with(const Adaptation<D>& r, ElementId e, int local, const Vec<D>& place,
                                        const MeasuringMetric<D>& metric) {
@@ -467,7 +446,6 @@ template <int D>
         [&](int i) { return i == local ? &metric : &r.vertices.metrics[vertices[i]].measure; });
 }
 
-/// How near to unit a mesh is.
 struct UnitMeshStatistics {
     std::size_t edges = 0, unit_edges = 0, elements = 0;
     double shortest = 0, longest = 0, mean_length = 0;
@@ -479,7 +457,6 @@ struct UnitMeshStatistics {
 template <int D>
 [[nodiscard]] Outcome<UnitMeshStatistics> unit_mesh_statistics(const Adaptation<D>& r, const Execution& execution);
 
-/// Of elements that are to be removed: the shape of the worst.
 template <int D>
 [[nodiscard]] double worst_shape_of(const Adaptation<D>& r, const std::vector<ElementId>& elements) {
     double worst = std::numeric_limits<double>::infinity();
@@ -487,9 +464,8 @@ template <int D>
     return worst;
 }
 
-/// What the shape of each new element of a patch must be: the one place where that is judged, for every pass and either
-/// degree. What its limits ask for, and whatever `min_shape` is: no new element is below `bad_quality` and below
-/// the worst that is replaced. Where the limits allow it, that worst one is enough.
+/// Minimum shape of new elements for all passes. They must exceed `min_shape` or, if allowed, not be worse than the
+/// worst replaced. None may be below both `bad_quality` and the worst replaced.
 template <int D>
 class QualityBar {
   public:
@@ -504,7 +480,7 @@ class QualityBar {
     }
 
   private:
-    /// But for the rounding of an element that is measured with its vertices in another order.
+    /// Allows for rounding from another order of vertices.
     [[nodiscard]] double worst_replaced() {
         constexpr double rounding = 1e-9;
         if (!worst_) worst_ = worst_shape_of(r_, replaced_);

@@ -15,7 +15,6 @@ namespace camber {
 
 namespace {
 
-/// A box that holds the whole facet.
 template <int D>
 Box<D> box_of_wall(const DynamicMesh<D>& mesh, const NodalFacet<D>& facet) {
     if (mesh.is_curved()) return box_of(facet);
@@ -24,7 +23,7 @@ Box<D> box_of_wall(const DynamicMesh<D>& mesh, const NodalFacet<D>& facet) {
     return box;
 }
 
-/// True if the facets are clear of each other: proved to be disjoint, or straight and not crossing.
+/// True if the facets are proved disjoint, or straight and not crossing.
 template <int D>
 bool are_clear(const DynamicMesh<D>& mesh, const NodalFacet<D>& first, const NodalFacet<D>& second) {
     if (mesh.is_curved()) return crossing_of(first, second) == Crossing::disjoint;
@@ -61,7 +60,7 @@ std::vector<NodalFacet<D>> new_facets(const DynamicMesh<D>& mesh, const Patch<D>
 
 namespace {
 
-/// Number of coordinates that all of these points share with `place`.
+/// Number of coordinates equal to those of `place`.
 template <int D>
 int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     int count = 0;
@@ -72,7 +71,7 @@ int shared_coordinates(const Vec<D>& place, std::span<const Vec<D>> points) {
     return count;
 }
 
-/// True if the lines that a patch removes, and those that it makes, lie on axes of coordinates through its point.
+/// True if removed and new lines lie on axes through the point.
 template <int D>
 bool keeps_its_axes(const DynamicMesh<D>& mesh, const Patch<D>& patch, const Vec<D>& place) {
     const auto lies_on_axis = [&](std::span<const Vec<D>> points) {
@@ -108,7 +107,7 @@ bool keeps_its_planes(const DynamicMesh<D>& mesh, const Patch<D>& patch, std::sp
 
 namespace {
 
-/// The facets that stay and whose boxes meet the one around all of these: they are looked up once.
+/// The remaining facets near these boxes, found in one query.
 template <int D>
 std::vector<FacetId> facets_beside(const FacetGrid<D>& walls, const Patch<D>& patch, std::span<const Box<D>> boxes) {
     Box<D> all = boxes.front();
@@ -158,7 +157,7 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     if (patch.star.facets.empty()) return true;
     const auto made = new_facets(mesh, patch);
     if (made.empty() || keeps_its_planes<D>(mesh, patch, made))
-        return true;  // the facets that cover the plane are in the round's walls already
+        return true;  // facets of that plane are in the mesh already
     for (const NodalFacet<D>& facet : made) {
         grid_.meeting(box_of_wall(mesh, facet), near_);
         for (const FacetId f : near_)
@@ -173,7 +172,7 @@ bool NewWalls<D>::take(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
 
 namespace {
 
-/// Whether the surface breaks between the facets opposite two local vertices of an element.
+/// True if the surface breaks between facets opposite these local vertices.
 template <int D>
 bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
     if constexpr (D == 2) {
@@ -188,15 +187,15 @@ bool breaks_between(const DynamicMesh<D>& mesh, ElementId e, int i, int j) {
     }
 }
 
-/// A facet of the mesh that will be: its reference, and its vertices but for the point.
+/// A future facet: reference, and vertices except the point.
 template <int D>
 struct FacetAtPoint {
-    FacetId like;  ///< one of the mesh, on the same surface
+    FacetId like;  ///< of the same surface
     Reference reference = 0;
     std::array<VertexId, D - 1> others{};
 };
 
-/// The facets at the point: those that the patch makes, and those on faces that it keeps.
+/// The patch's new facets and those on preserved faces at the point.
 template <int D>
 std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const Patch<D>& patch) {
     std::vector<FacetAtPoint<D>> found;
@@ -215,7 +214,7 @@ std::vector<FacetAtPoint<D>> facets_at_point(const DynamicMesh<D>& mesh, const P
     return found;
 }
 
-/// Whether the surface breaks along the edge from the point to a vertex; 2D: at the point.
+/// True if the surface breaks at the edge from the point to `v`; 2D: at the point.
 template <int D>
 bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     if constexpr (D == 2)
@@ -231,13 +230,13 @@ bool breaks_at(const DynamicMesh<D>& mesh, const Patch<D>& patch, VertexId v) {
     return false;
 }
 
-/// Whether the new element at a joined face has two facets on one smooth surface.
+/// True if the new element has two facets on one smooth surface.
 template <int D>
 bool becomes_wall_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, const ElementFace& open,
                           std::span<const FacetAtPoint<D>> at_point) {
     const auto& vertices = mesh.elements.vertices[open.element];
     const int point = static_cast<int>(open.opposite);
-    std::array<const FacetAtPoint<D>*, D + 1> found{};  // by the local vertex that the facet leaves out
+    std::array<const FacetAtPoint<D>*, D + 1> found{};  // by the local vertex opposite the facet
     for (const FacetAtPoint<D>& facet : at_point) {
         std::array<bool, D + 1> has{};
         has[point] = true;
@@ -257,7 +256,7 @@ bool becomes_wall_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, con
             return true;
         for (int j = 0; j < i; ++j) {
             if (!found[j] || found[i]->reference != found[j]->reference) continue;
-            int rest = 0;  // the vertex that both have beside the point; in 2D there is none
+            int rest = 0;  // second shared vertex of both facets (3D)
             while (rest == i || rest == j || rest == point) ++rest;
             if (!breaks_at(mesh, patch, rest <= D ? vertices[rest] : VertexId{})) return true;
         }
@@ -265,7 +264,6 @@ bool becomes_wall_element(const DynamicMesh<D>& mesh, const Patch<D>& patch, con
     return false;
 }
 
-/// Whether the surface of a facet is a plane as far as the geometry knows.
 template <int D>
 bool is_plane(const AdaptationGoal<D>& goal, const DynamicMesh<D>& mesh, FacetId f) {
     return (*goal.geometry)->plane_at(site_of(mesh, f)).has_value();

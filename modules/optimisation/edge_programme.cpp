@@ -19,14 +19,12 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Largest change of coefficients in a volume programme, relative to the largest of them: closed shells stay far
-/// inside.
+/// Maximum relative change of coefficients; closed shells need far less.
 constexpr double volume_reach = 1e3;
 
-/// Demands are tightened by rounding errors times 4, then 64, … until `decide` agrees.
+/// Constraints are tightened by 4, 64, … rounding errors until `decide` agrees.
 constexpr int tightenings = 6;
 
-/// A part of an element, as affine functions of the node.
 template <int D>
 struct AffinePart {
     std::array<AffineFunction<D>, jacobian_coefficients<D>> coefficients{};
@@ -50,17 +48,16 @@ constexpr auto is_corner = [] {
     return table;
 }();
 
-/// A coefficient of a part.
 struct Place {
     std::uint16_t part = 0, coefficient = 0;
 };
 
-/// The parts of a shell's elements: what the programmes are about. x = P − P_0, P_0 the shell's node.
+/// Parts of a shell's elements as functions of x = P − P_0; P_0 is the shell's node.
 template <int D>
 struct Parts {
     std::vector<AffinePart<D>> parts;
-    std::vector<double> straight, error;  ///< of each element: see AffineJacobian
-    std::vector<double> sharpest;         ///< |gradient| of its coefficients, the largest
+    std::vector<double> straight, error;  ///< per element, see AffineJacobian
+    std::vector<double> sharpest;         ///< maximum |gradient| of its coefficients
     int cuts = 0;
 
     explicit Parts(const EdgeShell<D>& shell) {
@@ -79,7 +76,7 @@ struct Parts {
 
     [[nodiscard]] std::size_t size() const { return parts.size(); }
 
-    /// Bisects the parts of these places where, with the node at x, they bend most. False if there are none.
+    /// Bisects the parts along their largest bend at x. False if none was bisected.
     bool bisect(std::vector<Place>& places, const Vec<D>& x, int max_cuts) {
         std::sort(places.begin(), places.end(), [](Place a, Place b) { return a.part < b.part; });
         bool any = false;
@@ -103,8 +100,8 @@ bool is_constant(const AffineFunction<D>& f) {
     return norm_squared(f.gradient) == 0;
 }
 
-/// Which of the coefficients make up a programme: all of them (every node that it admits is right), or those that are
-/// values of det J (it admits every node that is right).
+/// safe: all coefficients are constraints, so every feasible node is valid. all: only values of det J are, so every
+/// valid node is feasible.
 enum class Admits { safe, all };
 
 template <int D>
@@ -112,8 +109,7 @@ bool takes_part(Admits admits, int coefficient) {
     return admits == Admits::safe || is_corner<D>[coefficient];
 }
 
-/// Where coefficients that the node cannot change hold the value down, many nodes reach it: the one that changes the
-/// coefficients least (and is not thrown far off an open shell).
+/// Selects the node with this value that changes the coefficients least; others may be far off an open shell.
 template <int D>
 Vec<D> min_change(std::span<const RaisedFunction<D>> raised, double value, const Vec<D>& otherwise) {
     QuadraticModel<D> change{{}, {}, 0};
@@ -128,12 +124,12 @@ Vec<D> min_change(std::span<const RaisedFunction<D>> raised, double value, const
     return nearest.feasible ? nearest.x : otherwise;
 }
 
-/// The linear programme of the parts. Coefficients that do not contain the node cap the value.
+/// Coefficients independent of the node limit the value.
 template <int D>
 struct LinearAnswer {
     Vec<D> x;
     double lower = 0, upper = 0;
-    std::vector<Place> held_by;  ///< what holds the value down and is no value of det J
+    std::vector<Place> held_by;  ///< active, but no values of det J
 };
 
 template <int D>
@@ -178,7 +174,7 @@ std::optional<LinearAnswer<D>> raise(const Parts<D>& parts, const EdgeShell<D>& 
     return answer;
 }
 
-/// Bisects parts of elements that keep something, as long as their coefficients are too weak to show it at x.
+/// Bisects parts whose coefficients are too weak to prove `keep` at x.
 template <int D>
 void loosen_kept(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>& x, int max_cuts) {
     std::vector<Place> weak;
@@ -198,11 +194,11 @@ void loosen_kept(Parts<D>& parts, const EdgeShell<D>& shell, const Vec<D>& x, in
     } while (parts.bisect(weak, x, max_cuts));
 }
 
-/// What element e must keep above, in its scale: the demand and what rounding may take, `slack` times.
+/// The bound in the scale of element e, plus `slack` times the rounding error.
 template <int D>
 double floor_of(const Parts<D>& parts, const EdgeShell<D>& shell, std::size_t e, double bound, double slack) {
     const double asked = std::max(0.0, shell.elements[e].keep.value_or(bound));
-    // The node is stored in doubles: each coordinate off by half a unit in the last place.
+    // Stored coordinates are rounded by half a unit in the last place.
     double stored = 0;
     for (int c = 0; c < D; ++c) stored = std::max(stored, std::abs(shell.node.point[c]));
     const double rounding = parts.error[e] * (1 + asked) + parts.sharpest[e] * stored * 0x1p-52 + 0x1p-50 * asked;
@@ -239,7 +235,6 @@ QuadraticAnswer<D> approach(const Parts<D>& parts, std::span<const double> floor
     return answer;
 }
 
-/// The quadratic programme with cuts; none if there is no such point, or none was found.
 template <int D>
 std::optional<NearestPoint<D>> approach_with_cuts(Parts<D>& parts, std::span<const double> floors,
                                                   const QuadraticModel<D>& model, const EdgeProgrammeOptions& options) {
@@ -279,7 +274,7 @@ double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>
         if (s.keep) continue;
         const NodalSimplex<D> element = with_node(s, node);
         double value = smallest_scaled_coefficient(bounded_jacobian(element));
-        // `decide` is a certificate too, and the sharper one at the value asked for.
+        // At the requested value `decide` is a sharper certificate.
         if (value < enough) {
             value = std::max(value, enough > 0 && decide(element, enough) == Verdict::valid
                                         ? enough
@@ -292,7 +287,7 @@ double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>
 
 namespace {
 
-/// The highest node by the programmes, before the elements that keep something are checked.
+/// Does not check elements with `keep`.
 template <int D>
 std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, const EdgeProgrammeOptions& options) {
     Parts<D> parts(shell);
@@ -310,7 +305,7 @@ std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, c
             break;
         }
         if (answer->lower >= options.enough) break;
-        // The upper bound is as dear as the lower: only where it may end the search.
+        // The upper bound costs as much as the lower; computed only if it may end the search.
         const double close = options.tolerance * std::max(1.0, std::abs(best.lower));
         if (parts.cuts == 0 || best.lower < before + close) {
             if (const auto all = raise(parts, shell, Admits::all)) upper = std::min(upper, all->upper);
@@ -320,7 +315,7 @@ std::optional<HighestNode<D>> highest_by_programmes(const EdgeShell<D>& shell, c
         before = best.lower;
         if (!parts.bisect(answer->held_by, answer->x, options.max_cuts)) break;
     }
-    // What is certified speaks of the stored node; a little less than the programme's value, for its rounding.
+    // The certificate refers to the stored node; this is slightly less than the program's value because of rounding.
     const double claimed = best.lower - 1e-9 * std::max(1.0, std::abs(best.lower));
     best.lower = smallest_scaled_jacobian(shell, best.node, parts.cuts == 0 ? -infinity : claimed);
     best.upper = std::max(upper, best.lower);

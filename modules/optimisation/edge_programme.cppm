@@ -13,23 +13,21 @@ import :programmes;
 
 export namespace camber {
 
-/// An element around an edge.
 template <int D>
 struct ShellElement {
     NodalSimplex<D> element;
-    int edge = 0;  ///< which of its local edges is the shell's
-    /// Scaled Jacobian that this element must keep; none: a programme's own demand holds for it.
+    int edge = 0;  ///< local number of the shell's edge
+    /// Scaled Jacobian that this element must keep; nothing: the problem's bound.
     std::optional<double> keep;
 };
 
-/// The elements around one edge, whose node they share.
+/// The elements around one edge.
 template <int D>
 struct EdgeShell {
-    LagrangeNode<D> node;  ///< the edge's, as the elements have it
+    LagrangeNode<D> node;
     std::vector<ShellElement<D>> elements;
 };
 
-/// The shell of an edge of a mesh, with these mid nodes.
 template <int D>
 [[nodiscard]] inline EdgeShell<D> edge_shell(const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes,
                                              std::span<const ElementId> shell, EdgeId edge) {
@@ -44,7 +42,6 @@ template <int D>
     return s;
 }
 
-/// The element with the edge's node elsewhere.
 template <int D>
 [[nodiscard]] inline NodalSimplex<D> with_node(const ShellElement<D>& s, const LagrangeNode<D>& node) {
     NodalSimplex<D> moved = s.element;
@@ -52,62 +49,57 @@ template <int D>
     return moved;
 }
 
-/// How far the programmes of one edge go where the coefficient test is too weak: there an element is bisected, and the
-/// coefficients of its parts, affine in the node as well, take the place of its own.
+/// Accuracy and effort of cuts: if the coefficient test is too weak, an element is bisected; the coefficients of its
+/// parts, also affine in the node, replace its own.
 struct EdgeProgrammeOptions {
-    double tolerance = 1e-3;  ///< cuts end when the optimum is known to this, relative to max(1, |optimum|)
-    int max_cuts = 60;        ///< bisections in all; 0: the plain coefficient test
-    /// Cuts end when the largest smallest value is known to be above or below this.
+    double tolerance = 1e-3;  ///< of the optimum, relative to max(1, |optimum|)
+    int max_cuts = 60;        ///< total bisections; 0: plain coefficient test
+    /// Cuts end when the maximum is certainly above or below this.
     double enough = std::numeric_limits<double>::infinity();
-    /// Without cuts: no node is returned unless its coefficients exceed this, which costs less to detect.
+    /// Without cuts: minimum of the coefficients for a node to be returned; saves work otherwise.
     double least = -std::numeric_limits<double>::infinity();
 };
 
-/// The place of the edge's node that makes the smallest scaled Jacobian of the shell largest.
 template <int D>
 struct HighestNode {
     LagrangeNode<D> node;
-    /// Certified: det J / |det straight| is nowhere less in the elements that `keep` nothing, with this node.
+    /// Certified lower bound of det J / |det straight| in elements without `keep`.
     double lower = 0;
-    /// No node reaches more, but for rounding (without cuts: none by its coefficients); ∞ if `enough` was there at
-    /// once.
+    /// Upper bound for any node, up to rounding (without cuts: by coefficients); ∞ if `enough` was reached at once.
     double upper = 0;
-    int cuts = 0;  ///< bisections made
+    int cuts = 0;  ///< bisections
 };
 
-/// The valid node nearest to a target position.
 template <int D>
 struct NearestNode {
     LagrangeNode<D> node;
-    double cost = 0;  ///< of the model there
+    double cost = 0;  ///< model value at the node
     int cuts = 0;
 };
 
-/// Can this edge alone repair its shell? The node with the largest smallest value of det J / |det straight| in the
-/// elements without `keep`, while the others stay above theirs: a linear programme in D unknowns and the bound, then
-/// cuts until `lower` and `upper` agree to the tolerance or tell which side of `enough` they are on. None if the
-/// elements that `keep` something cannot, or no element is to be raised.
+/// Maximises the minimum of det J / |det straight| over the elements without `keep`; the others stay above theirs. A
+/// linear program, then cuts until `lower` and `upper` agree to the tolerance or lie on one side of `enough`. Nothing
+/// if infeasible or if all elements have `keep`.
 template <int D>
 [[nodiscard]] std::optional<HighestNode<D>> highest_node(const EdgeShell<D>& shell,
                                                          const EdgeProgrammeOptions& options = {});
 
-/// The node of the least model value among those with which every element is valid by `decide`: above `bound`, or above
-/// what it `keep`s. A quadratic programme, then cuts where coefficients that are no values of det J hold it back. None
-/// if there is no such node, or none was found with the cuts allowed.
+/// Minimises the model subject to validity of all elements by `decide`: above `bound`, or above their `keep`. A
+/// quadratic program, then cuts where active coefficients are no values of det J. Nothing if no such node was found.
 template <int D>
 [[nodiscard]] std::optional<NearestNode<D>> nearest_node(const EdgeShell<D>& shell, const QuadraticModel<D>& model,
                                                          double bound, const EdgeProgrammeOptions& options = {});
 
-/// Whether all elements of the shell are valid by `decide` with this node: above `bound`, or above what they `keep`.
+/// True if all elements are valid by `decide`: above `bound`, or above their `keep`.
 template <int D>
 [[nodiscard]] bool holds(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double bound);
 
-/// Certified lower bound of det J / |det straight| in the elements that `keep` nothing: the coefficients', or `enough`,
-/// where these do; within scaled_jacobian_tolerance of the minimum elsewhere.
+/// Certified lower bound of det J / |det straight| in elements without `keep`: from coefficients or `enough` if these
+/// suffice, else within scaled_jacobian_tolerance.
 template <int D>
 [[nodiscard]] double smallest_scaled_jacobian(const EdgeShell<D>& shell, const LagrangeNode<D>& node, double enough);
 
-/// One unknown point's part of the objective: ½ (x − centre)ᵀ H (x − centre), x its offset from where it is.
+/// ½ (x − centre)ᵀ H (x − centre); x is the offset from the current position.
 template <int D>
 struct OffsetModel {
     Vec<D> centre;
@@ -119,53 +111,48 @@ struct OffsetModel {
     }
 };
 
-/// Edge nodes and vertices that move together, and the elements that watch them. A vertex takes half of its
-/// displacement along to the nodes of its edges; a node's own unknown is its offset beyond that.
+/// Joint problem of edge nodes and vertices with their elements. Nodes move with half of the displacement of their
+/// edge's vertices; their own unknowns are additional offsets.
 template <int D>
 struct JointProgramme {
     static constexpr int fixed = -1;
 
     struct Element {
-        QuadraticSimplex<D, D> bezier;                   ///< where its points are now
-        std::array<int, quadratic_nodes<D>> unknowns{};  ///< of its vertices and edges, in that order; or fixed
-        double floor = 0;  ///< what the coefficients are to be above, as shares of |det straight|
-        double least =
-            -std::numeric_limits<double>::infinity();  ///< and as they are: vertices take |det straight| along
+        QuadraticSimplex<D, D> bezier;                            ///< current positions
+        std::array<int, quadratic_nodes<D>> unknowns{};           ///< of vertices, then edges; or `fixed`
+        double floor = 0;                                         ///< coefficients as shares of |det straight|
+        double least = -std::numeric_limits<double>::infinity();  ///< absolute, since vertices change |det straight|
     };
     std::vector<OffsetModel<D>> unknowns;
     std::vector<Element> elements;
-    double first_penalty = weak;                                ///< of a shortfall, beside the models
-    double max_work = std::numeric_limits<double>::infinity();  ///< after it no more steps are taken
+    double first_penalty = weak;
+    double max_work = std::numeric_limits<double>::infinity();
 
-    static constexpr double weak = 0.1;   ///< the first steps choose the way that costs little
-    static constexpr double strong = 10;  ///< they go where the constraints hold
+    static constexpr double weak = 0.1;   ///< favours low cost
+    static constexpr double strong = 10;  ///< favours feasibility
 };
 
-/// Work is counted so that what is decided by it does not depend on the machine; a unit takes about 50 µs. A step with
-/// ten unknowns and thirty elements is about one: 0.4 (unknowns / 10)² for its equations, and this for each evaluation
-/// of an element.
+/// Work of one element evaluation; a unit takes about 50 µs. A step with ten unknowns and thirty elements costs about
+/// one: 0.4 (unknowns / 10)² for its equations, plus evaluations. Counts make decisions machine-independent.
 inline constexpr double element_work = 0.01;
 [[nodiscard]] constexpr double equations_work(std::size_t unknowns) {
     const auto n = static_cast<double>(unknowns);
     return 0.4 * n * n / 100;
 }
 
-/// How far below its floor a coefficient may end, as a share of |det straight|.
+/// Maximum violation, as a share of |det straight|.
 inline constexpr double largest_shortfall = 1e-6;
 
-/// Where the unknowns ended.
 template <int D>
 struct JointSolution {
     std::vector<Vec<D>> offsets;
-    double shortfall = 0;  ///< how far below its floor the lowest coefficient is; at most 0 when all are above
-    double work = 0;       ///< of all steps, and of those that led nowhere
+    double shortfall = 0;  ///< at most 0 if all constraints hold
+    double work = 0;       ///< includes rejected steps
 };
 
 /// Minimises the sum of the models subject to c ≥ max(floor · |det straight|, least) for every Bézier coefficient c of
-/// det J of every element: an augmented Lagrangian (Hestenes, Powell, Rockafellar) of Gauss–Newton steps from the
-/// offsets `start`, which need not be feasible. The unknowns are in the metric's frame by their models, and the
-/// constraints by the division, so thin elements are not punished for being thin. A local minimum; deterministic; one
-/// thread.
+/// det J. Augmented Lagrangian (Hestenes, Powell, Rockafellar) with Gauss–Newton steps; `start` may be infeasible.
+/// Scaled constraints do not penalise thin elements. Returns a local minimum; deterministic; single-threaded.
 template <int D>
 [[nodiscard]] JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> start);
 

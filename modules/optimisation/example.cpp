@@ -1,5 +1,5 @@
-// camber.optimisation: the node of the inner edge of two triangles is anywhere; the programme of that edge finds the
-// place that gives both of them the largest smallest scaled Jacobian, and a bound which shows that none is better.
+// camber.optimisation: finds the position of the inner node of two triangles that maximises their minimum scaled
+// Jacobian, with a bound that proves optimality.
 #include <cstdio>
 #include <span>
 #include <utility>
@@ -11,7 +11,7 @@ import camber.optimisation;
 
 using namespace camber;
 
-/// A square of four triangles around its middle, vertex 4.
+/// Four triangles around vertex 4.
 static LinearMesh<2> square() {
     const auto v = [](std::size_t i) { return VertexId(i); };
     LinearMesh<2> mesh;
@@ -37,7 +37,7 @@ static Outcome<bool> example(const Execution& execution) {
     if (!best) return false;
     std::printf("scaled Jacobian at least %.6f and at most %.6f with the node at (%.3f, %.3f)\n", best->lower,
                 best->upper, best->node.point[0], best->node.point[1]);
-    // The square's other edges are straight, so the best place is the middle of the spoke.
+    // The other edges of the square are straight, so the optimum is the middle of the spoke.
     return best->lower > 0.99 && distance(best->node.point, Vec<2>{{-0.5, -0.5}}) < 0.01;
 }
 

@@ -17,15 +17,14 @@ namespace camber {
 
 namespace {
 
-/// The Bézier coefficients of det J of an element and what they change by when one of its Bézier points moves, in the
-/// orders of multi_indices<D, D> and QuadraticSimplex.
+/// Coefficients of det J and their derivatives, in the orders of multi_indices<D, D> and QuadraticSimplex.
 template <int D>
 struct JacobianGradient {
     std::array<double, jacobian_coefficients<D>> value{};
     std::array<std::array<Vec<D>, quadratic_nodes<D>>, jacobian_coefficients<D>> gradient{};
 };
 
-/// Position of the Bézier point between local vertices i and j in a QuadraticSimplex; the vertex when i = j.
+/// Index of the Bézier point between local vertices i and j; the vertex if i = j.
 template <int D>
 constexpr auto control_between = [] {
     std::array<std::array<int, D + 1>, D + 1> table{};
@@ -45,12 +44,12 @@ constexpr std::array<Vec<3>, 3> determinant_gradient(const std::array<Vec<3>, 3>
     return {cross(c[1], c[2]), cross(c[2], c[0]), cross(c[0], c[1])};
 }
 
-/// One ordered way to write α = Σ_a e_{i_a}, as c_α needs it.
+/// An ordered sum α = Σ_a e_{i_a}.
 template <int D>
 struct CoefficientWay {
     int position = 0;         ///< of α
     std::array<int, D> at{};  ///< i_a
-    double weight = 0;        ///< 2^D by the number of such ways
+    double weight = 0;        ///< 2^D / number of such sums
 };
 
 template <int D>
@@ -65,8 +64,8 @@ constexpr auto coefficient_ways = [] {
     return ways;
 }();
 
-/// c_α is the mean over the ordered ways α = Σ_a e_{i_a} of 2^D det(d_1[i_1] … d_D[i_D]), d_a[i] = P_{e_i+e_a} −
-/// P_{e_i+e_0} (Johnen, Remacle, Geuzaine 2013); each summand is linear in each of its columns.
+/// c_α is the mean over the ordered sums α = Σ_a e_{i_a} of 2^D det(d_1[i_1] … d_D[i_D]), d_a[i] = P_{e_i+e_a} −
+/// P_{e_i+e_0} (Johnen, Remacle, Geuzaine 2013); each summand is linear in each column.
 template <int D>
 JacobianGradient<D> jacobian_gradient(const QuadraticSimplex<D, D>& element) {
     JacobianGradient<D> out;
@@ -99,7 +98,7 @@ double straight_determinant(const QuadraticSimplex<D, D>& element) {
     return dot(columns[0], determinant_gradient(columns)[0]);
 }
 
-/// What an element's constraints are divided by: |det straight| at the start; a flat element's largest coefficient.
+/// |det straight| at the start, or the largest coefficient of a flat element.
 template <int D>
 double slack_scale(const QuadraticSimplex<D, D>& element) {
     const double straight = std::abs(straight_determinant<D>(element));
@@ -128,13 +127,12 @@ QuadraticSimplex<D, D> displaced(const typename JointProgramme<D>::Element& elem
 template <int D>
 using Slacks = std::array<double, jacobian_coefficients<D>>;
 
-/// What the coefficients of an element are to be above.
 struct SlackLevel {
-    double floor = 0;  ///< of |det straight|
+    double floor = 0;  ///< share of |det straight|
     double least = -std::numeric_limits<double>::infinity();
 };
 
-/// (c − max(floor · |det straight|, least)) / scale for all coefficients of a displaced element.
+/// (c − max(floor · |det straight|, least)) / scale for all coefficients.
 template <int D>
 Slacks<D> slacks_of(const QuadraticSimplex<D, D>& element, SlackLevel of, double scale) {
     Slacks<D> g = jacobian(element);
@@ -143,7 +141,6 @@ Slacks<D> slacks_of(const QuadraticSimplex<D, D>& element, SlackLevel of, double
     return g;
 }
 
-/// What an element's slacks change by with the offsets of its vertices and edges.
 template <int D>
 using SlackGradients = std::array<std::array<Vec<D>, quadratic_nodes<D>>, jacobian_coefficients<D>>;
 
@@ -176,7 +173,7 @@ constexpr int max_steps = 8;     // between two of them
 constexpr int patience = 4;      // updates without progress
 constexpr double largest_penalty = 1e8;
 
-/// An augmented Lagrangian while it is minimised, with the slacks where it is.
+/// Slacks are at the current offsets.
 template <int D>
 class Descent {
   public:
@@ -192,9 +189,7 @@ class Descent {
     }
 
     [[nodiscard]] const Offsets& offsets() const { return offsets_; }
-    /// Work so far, in the units of element_work.
     [[nodiscard]] double work() const { return work_; }
-    /// How far the lowest coefficient is below its floor.
     [[nodiscard]] double shortfall() const {
         double largest = -1e300;
         for (const auto& of_element : slacks_)
@@ -206,14 +201,14 @@ class Descent {
             for (int k = 0; k < coefficients; ++k) multipliers_[e][k] = force(e, k, slacks_[e][k]);
     }
     void raise_penalty() { penalty_ = std::min(5 * penalty_, largest_penalty); }
-    /// A Gauss–Newton step that lowers the merit; false when there is none.
+    /// Reduces the merit; false if no step does.
     bool step();
 
   private:
     static constexpr int coefficients = jacobian_coefficients<D>;
     static constexpr int nodes = quadratic_nodes<D>;
 
-    /// ∇ and the lower triangle of a Gauss–Newton ∇² of the merit.
+    /// Lower triangle of the Gauss–Newton Hessian.
     struct Model {
         Eigen::VectorXd gradient;
         Eigen::MatrixXd hessian;
@@ -227,7 +222,7 @@ class Descent {
         }
         return all;
     }
-    /// What a constraint g ≥ 0 still asks for: max(0, λ − μ g).
+    /// max(0, λ − μ g).
     [[nodiscard]] double force(std::size_t e, int k, double g) const {
         return std::max(0.0, multipliers_[e][k] - penalty_ * g);
     }
@@ -344,7 +339,7 @@ JointSolution<D> solve(const JointProgramme<D>& programme, std::vector<Vec<D>> s
         largest = std::max(largest, shortfall);
         descent.update_multipliers();
         if (shortfall < largest_shortfall || is_spent()) break;
-        // Stuck in a fold: neither penalty nor multipliers have moved it.
+        // No progress in a fold: penalty and multipliers have no effect.
         if (update >= patience && shortfall > 0.5 * largest) break;
         if (shortfall > 0.3 * before) descent.raise_penalty();
         before = shortfall;

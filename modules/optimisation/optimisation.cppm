@@ -1,6 +1,5 @@
-/// Small optimisation problems with the determinants of elements as their constraints: linear and quadratic programmes,
-/// those of one edge's node over the elements around it, those of several nodes and vertices together, and where det J
-/// of an element is lowest.
+/// Small optimisation problems constrained by element determinants: linear and quadratic programs; the node of one
+/// edge; several nodes and vertices; the minimum of det J of an element.
 export module camber.optimisation;
 export import :edge_programme;
 export import :programmes;

@@ -1,4 +1,4 @@
-// Small programmes: on a segment, linear, quadratic; the lowest det J of an element.
+// Small programs on a segment, linear and quadratic ones; minimum of det J of an element.
 module;
 #include <algorithm>
 #include <array>
@@ -35,7 +35,7 @@ std::optional<SegmentInterval> feasible(std::span<const AffineConstraint> constr
         const double start = c.at_0 - c.floor;
         const double end = c.at_1 - c.floor;
         if (!(start >= 0 || end >= 0)) return {};
-        // The ends are judged by their own values, so that rounding of the crossing cannot cut them off.
+        // The ends are tested by their own values, so that a rounded crossing cannot exclude them.
         if (start < 0) interval.low = std::max(interval.low, -start / s);
         if (end < 0) interval.high = std::min(interval.high, -start / s);
     }
@@ -45,7 +45,7 @@ std::optional<SegmentInterval> feasible(std::span<const AffineConstraint> constr
 
 double highest_minimum(std::span<const AffineConstraint> constraints, SegmentInterval within) {
     if (constraints.empty()) return within.high;
-    // The top lies where a rising and a falling line cross: cutting with the lowest line at each crossing found so far.
+    // The maximum is the crossing of a rising and a falling line; iterates with the lowest line at each crossing.
     const AffineConstraint* rising = &lowest(constraints, within.low);
     const AffineConstraint* falling = &lowest(constraints, within.high);
     if (slope(*falling) >= 0) return within.high;
@@ -63,11 +63,11 @@ double highest_minimum(std::span<const AffineConstraint> constraints, SegmentInt
 
 namespace {
 
-/// Steps by the most violated constraint, then by Bland's rule; afterwards the bracket is what it is.
+/// Later steps use Bland's rule; at the limit the current bracket is returned.
 constexpr int steepest_steps = 40;
 constexpr int max_steps = 400;
 
-/// x = Σ y_j axis_j / scale_j, the axes orthonormal: a frame in which gradients are of size 1, however anisotropic.
+/// x = Σ y_j axis_j / scale_j with orthonormal axes: gradients have size 1 for any anisotropy.
 template <int M>
 struct Frame {
     std::array<Vec<M>, M> axis{};
@@ -85,7 +85,7 @@ struct Frame {
     }
 };
 
-/// Gram–Schmidt over the gradients, the longest remainder first. Directions in which nothing changes stay out.
+/// Gram–Schmidt, longest remainder first; omits directions without change.
 template <int M>
 Frame<M> frame_of(std::span<const RaisedFunction<M>> functions) {
     Frame<M> frame;
@@ -121,7 +121,7 @@ struct Row {
     }
 };
 
-/// A dual simplex tableau: the programme in z = (y, t), rows 0 … n−1 the functions, then the box, ±y_j ≤ reach.
+/// Dual simplex tableau: rows 0 … n−1 are the functions, then the box ±y_j ≤ reach.
 template <int M>
 class DualSimplex {
   public:
@@ -146,7 +146,7 @@ class DualSimplex {
             }
     }
 
-    /// From the lowest raised function alone, whose optimum is a corner of the box; false if none is raised.
+    /// Starts from the lowest raised function, optimal at a corner of the box; false if none is raised.
     bool start() {
         int lowest = -1;
         double least = 0;
@@ -161,7 +161,7 @@ class DualSimplex {
         return solve_basis();
     }
 
-    /// False if the rows contradict each other, or t, which is never raised, comes to be no more than `least`.
+    /// False if contradictory, or if t, which never increases, is at most `least`.
     bool run(double least) {
         for (int step = 0; step < max_steps; ++step) {
             if (t() <= least) return false;
@@ -171,7 +171,7 @@ class DualSimplex {
             if (leaving < 0) return false;
             const auto before = basis_;
             basis_[leaving] = entering;
-            if (!solve_basis()) {  // numerically singular: what is known already stays
+            if (!solve_basis()) {  // numerically singular: the current bracket remains
                 basis_ = before;
                 return solve_basis();
             }
@@ -192,7 +192,7 @@ class DualSimplex {
     }
 
   private:
-    /// z of the basis, and the multipliers λ with Σ λ_i row_i = −(0, …, 0, 1).
+    /// z of the basis, and multipliers λ with Σ λ_i row_i = −(0, …, 0, 1).
     bool solve_basis() {
         SquareMatrix<M + 1> matrix;
         for (int i = 0; i <= M; ++i) matrix[i] = rows_[basis_[i]].c;
@@ -226,7 +226,7 @@ class DualSimplex {
 
     [[nodiscard]] bool in_basis(int row) const { return std::find(basis_.begin(), basis_.end(), row) != basis_.end(); }
 
-    /// Which of the basis gives way: entering = Σ u_i row_i, the least λ_i / u_i, u_i > 0; the lower row in a tie.
+    /// Leaving row: minimum of λ_i / u_i with u_i > 0, entering = Σ u_i row_i; ties select the lower row.
     [[nodiscard]] int ratio_test(int entering) const {
         std::array<double, M + 1> u{};
         double largest = 0;
@@ -278,7 +278,7 @@ template std::optional<HighestPoint<3>> highest_point<3>(std::span<const RaisedF
 
 namespace {
 
-/// A longer search than any seen, by far: each full step raises the cost, so that no active set comes twice.
+/// Never reached in practice. Each full step raises the cost, so no active set repeats.
 constexpr int max_full_steps = 400;
 
 /// L⁻¹ b.
@@ -300,7 +300,7 @@ Vec<M> backward(const Mat<M>& lower, Vec<M> b) {
     return b;
 }
 
-/// unit · y + offset ≥ 0 in the frame y = Lᵀ (x − centre); |unit| = 1, so that values are distances.
+/// unit · y + offset ≥ 0 with y = Lᵀ (x − centre); |unit| = 1, so values are distances.
 template <int M>
 struct Plane {
     Vec<M> unit;
@@ -308,8 +308,7 @@ struct Plane {
     int function = 0;
 };
 
-/// The active planes with N = Q R (Gram–Schmidt), their multipliers u ≥ 0, and the point nearest to the origin on them:
-/// y = Σ u_i unit_i.
+/// Active planes with N = Q R (Gram–Schmidt), u ≥ 0, and their nearest point to the origin y = Σ u_i unit_i.
 template <int M>
 struct ActiveSet {
     int count = 0;
@@ -319,7 +318,7 @@ struct ActiveSet {
     std::array<std::array<double, M>, M> r{};
     Vec<M> y;
 
-    /// What is left of a unit vector off the span of the active normals, and R⁻¹ Qᵀ of it.
+    /// Component orthogonal to the active normals; `weights` is R⁻¹ Qᵀ unit.
     [[nodiscard]] Vec<M> remainder(Vec<M> unit, std::array<double, M + 1>& weights) const {
         std::array<double, M> along{};
         for (int pass = 0; pass < 2; ++pass)
@@ -378,7 +377,7 @@ struct ActiveSet {
 
 enum class Step { added, contradiction };
 
-/// Makes one violated plane hold: moves along the remainder of its normal, dropping planes whose multiplier reaches 0.
+/// Moves along the remainder of the plane's normal; drops planes whose multiplier reaches 0.
 template <int M>
 Step enter(ActiveSet<M>& set, const Plane<M>& plane) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -388,7 +387,7 @@ Step enter(ActiveSet<M>& set, const Plane<M>& plane) {
         std::array<double, M + 1> weights{};
         const Vec<M> z = set.remainder(plane.unit, weights);
         const double slope = norm_squared(z);
-        // A normal within rounding of the span of the active ones: the step in y would be beyond all scales.
+        // If the normal is within rounding of the span of the active ones, the step in y would exceed all scales.
         const double full =
             set.count < M && slope > 0x1p-72 ? std::max(0.0, -(dot(plane.unit, y) + plane.offset) / slope) : infinity;
         int leaving = -1;
@@ -415,7 +414,7 @@ Step enter(ActiveSet<M>& set, const Plane<M>& plane) {
     return Step::added;
 }
 
-/// L with hessian = L Lᵀ; a pivot lost to rounding becomes a small positive one.
+/// L with hessian = L Lᵀ; pivots lost to rounding become small positive ones.
 template <int M>
 Mat<M> cholesky(const Sym<M>& hessian) {
     Mat<M> lower;
@@ -452,7 +451,7 @@ NearestPoint<M> nearest_point(const QuadraticModel<M>& model, std::span<const Af
         const double length = norm(normal);
         if (length > std::numeric_limits<double>::min()) {
             planes.push_back({normal / length, offset / length, static_cast<int>(i)});
-        } else if (!(offset >= 0)) {  // nothing can raise it
+        } else if (!(offset >= 0)) {  // constant, so infeasible
             nearest.active[nearest.active_count++] = static_cast<int>(i);
             return nearest;
         }
@@ -504,7 +503,7 @@ LowestPoint<D> lowest_point(const BoundedJacobian<D>& jacobian) {
         }
         const double low = *std::min_element(part.coefficients.begin(), part.coefficients.end());
         const double slack = 1e-3 * std::max(std::abs(jacobian.straight), std::abs(lowest.jacobian));
-        // Written so that NaN ends the search.
+        // Ends the search for NaN.
         if (!(low < lowest.jacobian - slack) || part.depth == max_depth) continue;
         const int edge = largest_bend(part).edge;
         open.push_back(half(part, edge, 0));

@@ -1,4 +1,4 @@
-// camber.ordering: a grid of triangles in random order is brought into a good one, and back.
+// camber.ordering: orders a grid of triangles in random order, and restores it.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -11,7 +11,7 @@ import camber.ordering;
 
 using namespace camber;
 
-/// n by n squares, cut in two each.
+/// n by n squares, each cut in two.
 static LinearMesh<2> grid(std::size_t n) {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points;
@@ -47,7 +47,7 @@ static Outcome<bool> example(const Execution& execution) {
     const auto given = renumbered(mesh, {std::move(*vertices), std::move(*elements)}, execution);
     if (!given) return fail(given.error());
 
-    // By default a mesh that is so small is left as it is.
+    // The default skips small meshes.
     const auto better = better_order(*given, {.min_elements = 1000}, execution);
     if (!better) return fail(better.error());
     if (!*better) return false;
@@ -58,7 +58,7 @@ static Outcome<bool> example(const Execution& execution) {
     if (!after) return fail(after.error());
     std::printf("scatter: %.4f as given, %.4f along the curve\n", (*better)->scatter, *after);
 
-    // Work is done on the ordered mesh; what comes out has the given numbers again.
+    // The work uses the ordered mesh; the result gets the original numbers.
     const auto back = renumbered(*ordered, inverse(order), execution);
     if (!back) return fail(back.error());
     return *back == *given && *after < 0.1 * (*better)->scatter;

@@ -14,7 +14,6 @@ namespace camber {
 
 namespace {
 
-/// f(row) of all rows.
 template <class T, class F>
 Outcome<Column<T>> mapped(const Column<T>& rows, F&& f, const Execution& execution) {
     return map_each(execution, rows.size(), [&](std::size_t i) -> T { return f(rows[i]); }).map([](Buffer<T> made) {
@@ -22,7 +21,7 @@ Outcome<Column<T>> mapped(const Column<T>& rows, F&& f, const Execution& executi
     });
 }
 
-/// Replaces columns of one mesh, until one fails.
+/// Replaces columns of a mesh until one fails.
 class Columns {
   public:
     explicit Columns(const Execution& execution) : execution_(execution) {}
@@ -69,8 +68,7 @@ void renumber_geometry(GivenGeometry<D>& geometry, const Column<VertexId>& after
     columns.map(geometry.on_surfaces, of_item);
 }
 
-/// Of each edge the one that it was: an element's edges stand in the same turn before and after. What several simplices
-/// write to an edge is the same.
+/// Old id of each edge: local edges keep their order. Simplices that share an edge write the same value.
 template <int D>
 Outcome<Buffer<EdgeId>> edges_before(const EdgeSet<D>& before, const EdgeSet<D>& now, const Column<ElementId>& elements,
                                      const Execution& execution) {
@@ -151,7 +149,7 @@ Outcome<Permutation<VertexId>> vertices_along_curve(const Column<Vec<D>>& points
     return permutation(Column<VertexId>(std::move(*before)), part_of(execution, 0.9, 1));
 }
 
-/// Elements by keys below a bound, equal ones in the order that was: a counting sort.
+/// Stable counting sort of elements by keys below a bound.
 Buffer<ElementId> sorted_by(const Buffer<std::uint32_t>& keys, std::size_t bound) {
     Buffer<std::uint32_t> next(bound + 1, 0U);
     for (const std::uint32_t key : keys) ++next[key + 1];

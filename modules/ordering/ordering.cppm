@@ -6,14 +6,13 @@ module;
 #include <limits>
 #include <optional>
 #include <utility>
-/// In which order a mesh's vertices and elements stand in memory: how good it is, a better one, and meshes brought from
-/// one into the other and back.
+/// Memory order of vertices and elements: quality, improvement, renumbering in both directions.
 export module camber.ordering;
 import camber.core;
 
 export namespace camber {
 
-/// A box along the axes; without points `low` is above `high`.
+/// Without points `low` is above `high`.
 template <int D>
 struct PointBox {
     Vec<D> low, high;
@@ -37,14 +36,14 @@ template <int D>
         [&](PointBox<D>& box, std::size_t v) { box = join(box, {points[v], points[v]}); }, join);
 }
 
-/// Place on the Morton curve: the bits of the coordinates within the box, interleaved, the highest first.
+/// Morton code: interleaved bits of coordinates in the box, highest first.
 template <int D>
 [[nodiscard]] std::uint64_t morton_key(const Vec<D>& p, const PointBox<D>& box) {
     constexpr int bits = 63 / D;
     constexpr auto most = static_cast<double>((std::uint64_t{1} << bits) - 1);
     std::array<std::uint64_t, D> cell{};
     for (int c = 0; c < D; ++c) {
-        // Halved, since the extent itself may overflow.
+        // Halved because the extent may overflow.
         const double extent = 0.5 * box.high[c] - 0.5 * box.low[c];
         if (extent > 0) cell[c] = static_cast<std::uint64_t>((0.5 * p[c] - 0.5 * box.low[c]) / extent * most);
     }
@@ -54,17 +53,15 @@ template <int D>
     return key;
 }
 
-// Other ids for the vertices and elements of a mesh. Facets and feature edges keep theirs: few and read in turn, their
-// order costs little.
+// Renumbering of vertices and elements. Facets and feature edges keep their ids: they are few and read sequentially.
 
-/// Other ids for all entities of one kind, and the way back.
 template <class EntityId>
 struct Permutation {
-    Column<EntityId> before;  ///< of each id the one that it was
-    Column<EntityId> after;   ///< of each id that was the one that it is
+    Column<EntityId> before;  ///< old id of each new id
+    Column<EntityId> after;   ///< new id of each old id
 };
 
-/// From the ids that were, each once, in the order of the new ones. Errors: memory, stopped.
+/// `before`: a permutation of the old ids. Errors: memory, stopped.
 template <class EntityId>
 [[nodiscard]] Outcome<Permutation<EntityId>> permutation(Column<EntityId> before, const Execution& execution) {
     Buffer<EntityId> after;
@@ -81,13 +78,11 @@ struct Renumbering {
     Permutation<ElementId> elements;
 };
 
-/// From the new ids to those that were.
 [[nodiscard]] inline Renumbering inverse(const Renumbering& r) {
     return {{r.vertices.after, r.vertices.before}, {r.elements.after, r.elements.before}};
 }
 
-/// A column whose rows are of entities, `width` values each, in the order of the new ids; without rows it stays so.
-/// Errors: memory, stopped.
+/// Reorders rows of `width` values; an empty column stays empty. Errors: memory, stopped.
 template <class T, class EntityId>
 [[nodiscard]] Outcome<Column<T>> renumbered_rows(const Column<T>& rows, const Column<EntityId>& before,
                                                  const Execution& execution, std::size_t width = 1) {
@@ -97,50 +92,49 @@ template <class T, class EntityId>
         .map([](Buffer<T> made) { return Column<T>(std::move(made)); });
 }
 
-/// The same mesh by the new ids. The vertices of a simplex keep their turn, and lists of entities theirs, so that what
-/// is renumbered by the inverse is what it was. Errors: memory, stopped.
+/// Vertices within simplices and lists keep their order, so that the inverse restores the mesh. Errors: memory,
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> renumbered(LinearMesh<D> mesh, const Renumbering& renumbering,
                                                 const Execution& execution);
 
-/// The same of a mesh of degree 2, whose unique edges get other ids by the way.
+/// Unique edges get new ids too.
 template <int D>
 struct RenumberedQuadratic {
     QuadraticMesh<D> mesh;
-    Column<EdgeId> edges;  ///< of each edge the one that it was
+    Column<EdgeId> edges;  ///< old id of each edge
 };
 template <int D>
 [[nodiscard]] Outcome<RenumberedQuadratic<D>> renumbered(QuadraticMesh<D> mesh, const Renumbering& renumbering,
                                                          const Execution& execution);
 
-// Whether what is near in a mesh is near in memory, and an order in which it is. Loops over elements and edges read
-// their vertices, those over vertices their elements: in a mesh of 1 million tetrahedra in random order most of these
-// reads miss the caches, and a run takes twice as long.
+// Locality in memory. Loops over elements and edges read vertices and vice versa. For 1 million tetrahedra in random
+// order most reads miss the caches, and a run takes twice as long.
 
 struct OrderingOptions {
-    /// Smaller meshes fit into caches in any order.
+    /// Smaller meshes fit into caches.
     std::size_t min_elements = 100'000;
-    /// The scatter above which an order is bad.
+    /// Orders above are improved.
     double max_scatter = 0.02;
 };
 
-/// The mean distance of the lowest vertices of consecutive elements, by the number of vertices: near 0 in a good order,
-/// in a random one 2k/((k + 1)(2k + 1)) of elements of k vertices: 0.178 for tetrahedra, 0.214 for triangles. 0 without
-/// two elements. Errors: memory, stopped.
+/// Mean distance of the lowest vertices of consecutive elements, relative to the number of vertices: near 0 in a good
+/// order, 2k/((k + 1)(2k + 1)) in a random one for k vertices an element (0.178 for tetrahedra, 0.214 for triangles). 0
+/// for fewer than two elements. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<double> scatter(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// Vertices along the Morton curve through their bounding box (G. M. Morton, 1966), elements by their lowest vertex
-/// then; ties in the order that was. Errors: memory, stopped.
+/// Vertices along the Morton curve in their bounding box (G. M. Morton, 1966), elements by lowest vertex; ties keep
+/// their order. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Renumbering> space_filling_order(const LinearMesh<D>& mesh, const Execution& execution);
 
-/// An order to work in, and how bad the mesh's own is.
+/// A better order, and the old one's scatter.
 struct BetterOrder {
     Renumbering renumbering;
     double scatter = 0;
 };
-/// The space-filling one, where the mesh's own is bad; nothing where that will do. Errors: memory, stopped.
+/// The space-filling order, or none if the present order is good. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::optional<BetterOrder>> better_order(const LinearMesh<D>& mesh,
                                                                const OrderingOptions& options,

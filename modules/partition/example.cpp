@@ -1,4 +1,4 @@
-// A square of triangles in two parts, each a mesh by itself.
+// A square of triangles in two parts, each a separate mesh.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>

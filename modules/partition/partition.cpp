@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// The triangles of a surface: any number of them may meet at an edge.
+/// Triangles of a surface mesh; any number may meet at an edge.
 Outcome<DualGraph> graph_of_surface(const LinearMesh<3>& mesh, const Execution& execution) {
     const auto edges = unique_edges(mesh, execution);
     if (!edges) return fail(edges.error());
@@ -77,7 +77,7 @@ template Outcome<DualGraph> dual_graph<3>(const LinearMesh<3>&, const Execution&
 
 namespace {
 
-/// The part of the lowest cell that has all vertices of a simplex.
+/// Part of the lowest cell with all vertices of a simplex.
 template <int C, int K, class Id>
 Outcome<Column<std::int32_t>> parts_of(const Simplices<C>& cells, const Incidence<Id>& balls,
                                        const Simplices<K>& simplices, const Column<std::int32_t>& parts,
@@ -85,7 +85,7 @@ Outcome<Column<std::int32_t>> parts_of(const Simplices<C>& cells, const Incidenc
     return map_each(execution, simplices.size(),
                     [&](std::size_t s) -> std::int32_t {
                         const SimplexVertices<K>& simplex = simplices.vertices[s];
-                        for (const Id c : balls[simplex[0]])  // they rise
+                        for (const Id c : balls[simplex[0]])  // in ascending order
                             if (std::ranges::all_of(simplex, [&](VertexId v) {
                                     return std::ranges::find(cells.vertices[c], v) != cells.vertices[c].end();
                                 }))
@@ -155,7 +155,7 @@ Column<T> chosen(const Column<T>& column, const Rows& rows) {
     return some;
 }
 
-/// The new numbers of those in a list that stay; `rows` rise.
+/// New numbers of remaining items; `rows` ascends.
 template <class Item>
 Column<Item> renumbered(const Column<Item>& list, const Rows& rows) {
     Buffer<Item> some;
@@ -217,7 +217,7 @@ MeshPiece<LinearMesh<D>> linear_piece(const LinearMesh<D>& mesh, const CellParts
     return {std::move(made), vertices, elements, facets, edges};
 }
 
-/// The edges of a piece among those of the whole, which are sorted by their vertices.
+/// The whole mesh's edges must be sorted by vertices.
 template <int D>
 Outcome<Rows> edges_in(const EdgeSet<D>& whole, const EdgeSet<D>& own, const Column<std::uint32_t>& vertices,
                        const Execution& execution) {

@@ -1,15 +1,14 @@
 module;
 #include <cstddef>
 #include <cstdint>
-/// A mesh in parts, for solvers on several processes: parts of about as many elements each, with few faces between
-/// them, and each of them as a mesh by itself that knows its place in the whole.
+/// Divides a mesh into parts of about equal size with few faces between them, each a mesh with references to the whole.
 export module camber.partition;
 import camber.core;
 
 export namespace camber {
 
-/// Elements and those across their faces, in rising order: of element e neighbours[starts[e], starts[e + 1]). Of a
-/// surface alone the triangles and those across their edges.
+/// Neighbours across faces, ascending: of element e neighbours[starts[e], starts[e + 1]). For surface meshes triangles
+/// across edges.
 struct DualGraph {
     Buffer<std::uint32_t> starts;
     Buffer<std::uint32_t> neighbours;
@@ -25,40 +24,39 @@ template <int D>
 
 namespace camber {
 
-/// By the library that is there. Errors: unsupported (there is none), memory, internal.
+/// Errors: unsupported (no library), memory, internal.
 [[nodiscard]] Outcome<Buffer<std::int32_t>> parts_of_graph(const DualGraph& graph, std::size_t parts);
 
 }  // namespace camber
 
 export namespace camber {
 
-/// The part of each cell, from 0.
+/// Parts of cells, from 0.
 struct CellParts {
     Column<std::int32_t> elements, facets, edges;
 };
 
-/// Parts of about as many elements each, by Scotch: the same for any number of threads. A facet, and a feature edge, is
-/// of the part of the lowest element that it belongs to (of part 0 if of none). The elements of a surface alone are its
-/// facets. Errors: usage (no parts, or more than
-/// elements), unsupported (Camber was built without Scotch), memory, stopped.
+/// Uses Scotch; the result does not depend on the number of threads. Facets and feature edges get the part of their
+/// lowest element (0 without elements). Elements of a surface mesh are its facets. Errors: usage (no parts, or more
+/// than elements), unsupported (built without Scotch), memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<CellParts> partition(const LinearMesh<D>& mesh, std::size_t parts, const Execution& execution);
 
-/// The same of facets and edges where the parts of the elements (of a surface alone of its facets) are known.
+/// Parts of facets and edges from those of elements (of a surface mesh: facets).
 template <int D>
 [[nodiscard]] Outcome<CellParts> parts_of_cells(const LinearMesh<D>& mesh, Column<std::int32_t> elements,
                                                 const Execution& execution);
 
-/// A part of a mesh as a mesh, and which rows of the whole its own are; both rise.
+/// A part as a mesh, with its rows in the whole, ascending.
 template <class Mesh>
 struct MeshPiece {
     Mesh mesh;
     Column<std::uint32_t> vertices, elements, facets, edges;
-    Column<std::uint32_t> mid_nodes = {};  ///< by edges of the edge set; of degree 1 none
+    Column<std::uint32_t> mid_nodes = {};  ///< edges in the edge set; empty for degree 1
 };
 
-/// The cells of one part with the vertices (and the nodes) that they have; corners, ridges and what is required of
-/// these. What is given of the geometry is left out. Errors: memory, stopped.
+/// Cells of one part with their nodes, corners, ridges and required entities, without given geometry. Errors: memory,
+/// stopped.
 template <class Mesh>
 [[nodiscard]] Outcome<MeshPiece<Mesh>> piece_of(const Mesh& mesh, const CellParts& parts, std::int32_t part,
                                                 const Execution& execution);

@@ -2,7 +2,7 @@ module;
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
-// scotch.h takes FILE from stdio.h
+// scotch.h needs FILE from stdio.h
 #include <scotch.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int done = 0;
 
-/// One of Scotch's structures, for as long as it is needed.
+/// Owns a Scotch structure.
 template <class Structure, int (*begin)(Structure*), void (*end)(Structure*)>
 class Held {
   public:
@@ -57,7 +57,7 @@ Outcome<Buffer<std::int32_t>> parts_of_graph(const DualGraph& graph, std::size_t
     Strategy strategy;
     Context context;
     if (!whole.is_there() || !bound.is_there() || !strategy.is_there() || !context.is_there()) return failed();
-    // By one thread and from one seed: the same parts every time.
+    // One thread and a fixed seed make the result reproducible.
     if (SCOTCH_contextOptionSetNum(context.get(), SCOTCH_OPTIONNUMDETERMINISTIC, 1) != done ||
         SCOTCH_contextOptionSetNum(context.get(), SCOTCH_OPTIONNUMRANDOMFIXEDSEED, 1) != done ||
         SCOTCH_contextRandomClone(context.get()) != done ||

@@ -1,4 +1,4 @@
-// Recovers derivatives at vertices, and normal gradients at boundaries.
+// Derivatives at vertices and normal gradients at boundaries.
 module;
 #include <algorithm>
 #include <array>
@@ -20,20 +20,20 @@ namespace camber {
 
 namespace {
 
-/// What a monomial must have beside the others (`Fit::independence`): noise of values grows by the root of 1/it. Inside
-/// of meshes the least is 0.004 and more of degree k + 2, some 0.001 of degree k + 3.
+/// Minimum `Fit::independence`; noise of values grows by the root of its inverse. Inside meshes it is at least 0.004
+/// for degree k + 2, about 0.001 for k + 3.
 constexpr double enough_independence = 1e-4;
-/// So many nodes a coefficient of the polynomial of the highest degree are looked for, and so many where rows of the
-/// boundary take it: outside of its nodes a solution's noise grows.
+/// Nodes requested per coefficient of degree P; more where boundary rows use the polynomial, since noise grows outside
+/// its nodes.
 constexpr double nodes_a_coefficient = 4;
 template <int D>
 constexpr double nodes_a_coefficient_taken = D == 2 ? 6 : 9;
-/// With so many, one of degree k + 3 is fitted, or one of k + 2 or k + 1; so many are looked for where a row of the
-/// boundary has none to take.
+/// Nodes per coefficient: required for degree k + 3, required for k + 2 or k + 1, requested for boundary rows without
+/// inner fits.
 constexpr double surplus_nodes = 3, few_nodes = 1.3, own_nodes = 2;
 constexpr std::size_t fit_grain = 64;
 
-/// Where rows keep their polynomials for others; `no_slot` for those that nobody asks for.
+/// Marks rows whose polynomials are not stored.
 constexpr std::uint32_t no_slot = 0xffffffffU;
 
 template <int D>
@@ -50,7 +50,6 @@ struct Columns {
     }
 };
 
-/// One recovery of fields of degree K by polynomials of degree P.
 template <int D, int K, int P>
 class Recovery {
   public:
@@ -90,7 +89,7 @@ class Recovery {
     }
 
   private:
-    /// A row's polynomials, one a field, for who takes them elsewhere.
+    /// Frame of a row's polynomials for use by other rows.
     struct Kept {
         Vec<D> origin;
         Mat<D> whitened_by;
@@ -120,7 +119,6 @@ class Recovery {
             fit_grain);
     }
 
-    /// The inner rows of the first ring that has any.
     void find_inner_of(Work& work, VertexId v, std::size_t row) const {
         const Reference material = rows_.materials.items[row];
         work.inner.clear();
@@ -165,8 +163,7 @@ class Recovery {
         work.fit.place(work.offsets, std::numeric_limits<double>::epsilon() * largest, options_.core);
     }
 
-    /// The degree that is fitted, the least with which more nodes are not looked for, and the nodes that are looked
-    /// for.
+    /// Degree to fit, minimum degree to stop, and requested number of nodes.
     struct Wanted {
         int degree, least;
         double nodes;
@@ -177,7 +174,7 @@ class Recovery {
                 (slots_[row] == no_slot ? nodes_a_coefficient : nodes_a_coefficient_taken<D>)*monomials_up_to<D>(P)};
     }
 
-    /// The highest degree up to `degree` of which the placed nodes are enough and tell the monomials apart.
+    /// Highest degree up to `degree` determined by the nodes.
     [[nodiscard]] static int determined(const Fit<D, P>& fit, int degree) {
         const auto nodes = static_cast<double>(fit.nodes());
         for (; degree > 0; --degree) {
@@ -188,8 +185,8 @@ class Recovery {
         return 0;
     }
 
-    /// Gathers nodes around a vertex, as many as are wanted and on until they determine a polynomial, and factorises.
-    /// Returns the degree that they determine: below the least where rings end before.
+    /// Gathers the requested nodes around a vertex, and more until they determine a polynomial, and factorises. Returns
+    /// its degree, below the minimum if the rings end first.
     int gather(Work& work, VertexId v, Reference material, const Wanted& want) const {
         const auto grow = [&] { return work.rings.count() < options_.max_rings && work.rings.grow(); };
         work.rings.begin(v, material);
@@ -204,13 +201,13 @@ class Recovery {
         }
     }
 
-    /// The same, asking for less where that is not met: where nodes are few, or stand in few layers.
+    /// Lowers the request where it fails: few nodes, or nodes in few layers.
     int determine(Work& work, VertexId v, std::size_t row) const {
         Wanted want = wanted(row);
         for (;;) {
             const int degree = gather(work, v, rows_.materials.items[row], want);
             if (degree >= want.least) return degree;
-            // Anew, since a polynomial of a lower degree needs fewer rings.
+            // A lower degree needs fewer rings.
             want = {degree, degree, few_nodes * monomials_up_to<D>(degree)};
         }
     }
@@ -236,7 +233,7 @@ class Recovery {
         }
     }
 
-    /// Of a polynomial's derivatives by y those by x, in units of the field.
+    /// Converts derivatives by y to derivatives by x, in field units.
     static Derivatives<D> by_place(const Polynomial& p, const Derivatives<D>& by_y, const Mat<D>& whitened_by) {
         Derivatives<D> d = pulled_back(by_y, whitened_by);
         for (double& c : d.gradient.c) c = p.unit.times(c);
@@ -324,7 +321,6 @@ template Outcome<RecoveredDerivatives<3>> recover_derivatives<3>(const Quadratic
 
 namespace {
 
-/// The first of n for which `wrong`, or n.
 template <class Wrong>
 Outcome<std::size_t> first_where(std::size_t n, const Execution& execution, Wrong&& wrong) {
     return reduce_each(
@@ -430,7 +426,7 @@ using ByReference = std::map<Reference, NormalGradients>;
 Vec<2> normal_to(const std::array<Vec<2>, 1>& columns) { return {{columns[0][1], -columns[0][0]}}; }
 Vec<3> normal_to(const std::array<Vec<3>, 2>& columns) { return cross(columns[0], columns[1]); }
 
-/// The unit normals of a facet at its corners; zero where it is degenerate.
+/// Unit normals at a facet's corners; zero if degenerate.
 template <int D>
 std::array<Vec<D>, D> normals_at_corners(const QuadraticMesh<D>& mesh, FacetId f) {
     const QuadraticSimplex<D - 1, D> facet = facet_of(mesh, f);
@@ -443,7 +439,6 @@ std::array<Vec<D>, D> normals_at_corners(const QuadraticMesh<D>& mesh, FacetId f
     return normals;
 }
 
-/// The measure of a straight facet.
 template <int D>
 double area_of(const LinearMesh<D>& mesh, FacetId f) {
     const auto& corners = mesh.facets.vertices[f];
@@ -452,7 +447,6 @@ double area_of(const LinearMesh<D>& mesh, FacetId f) {
     return norm(normal_to(sides)) / (D - 1);
 }
 
-/// The derivatives of one mesh, sampled at facets.
 template <int D>
 class AtFacets {
   public:
@@ -470,7 +464,7 @@ class AtFacets {
     }
 
   private:
-    /// The normal derivatives at the corners of a facet; 0 where it has no element.
+    /// Normal derivatives at a facet's corners; 0 without an element.
     [[nodiscard]] std::array<double, D> at_corners(FacetId f) const {
         const auto& corners = mesh_.linear.facets.vertices[f];
         const auto normals = normals_at_corners(mesh_, f);

@@ -1,4 +1,4 @@
-// Evaluates fitted polynomials and functions at the lattice points of elements.
+// Evaluates fits and functions at the lattices of elements.
 module;
 #include <algorithm>
 #include <array>
@@ -17,9 +17,8 @@ namespace camber {
 
 namespace {
 
-/// Weights of nodes are 1/(core + |y|), |y| ≤ 1 their distance from the middle of the element in the stencil's measure.
+/// Node weights are 1/(core + |y|), |y| ≤ 1 the distance from the element's middle in whitened coordinates.
 constexpr double near_core = 0.05;
-/// So many nodes a coefficient determine a polynomial of the highest degree, and one of a lower.
 constexpr double own_surplus = 1.2;
 /// See Fit::independence.
 constexpr double enough_independence_within = 1e-7;
@@ -54,8 +53,7 @@ class ElementFits {
     }
 
   private:
-    /// Gathers nodes until they determine a polynomial of the highest degree, or there are no more; factorises. The
-    /// degree that they determine.
+    /// Gathers nodes for the highest degree, as far as available; factorises. Returns the determined degree.
     int place(ElementId e) {
         rings_.begin(e);
         const auto grow = [&] { return rings_.count() < most_rings && rings_.grow(); };

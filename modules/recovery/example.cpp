@@ -1,5 +1,5 @@
-// camber.recovery: derivatives of a field that is known at the nodes of a mesh. A circle's bump on a lattice of
-// triangles, of degree 2, beside its derivatives in closed form.
+// Example of camber.recovery: recovered derivatives of a bump on a quadratic triangle lattice, compared with the exact
+// ones.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Rings of nodes around vertices, and polynomials fitted to them.
+// Rings of nodes, and polynomials fitted to them.
 module;
 #include <algorithm>
 #include <array>
@@ -24,13 +24,12 @@ Outcome<Done> check_materials(std::size_t references, std::size_t elements) {
 
 namespace {
 
-/// The references around a vertex, rising and each once.
 template <int D>
 void find_materials(const LinearMesh<D>& mesh, std::span<const ElementId> ball, std::vector<Reference>& materials) {
     materials.clear();
     for (const ElementId e : ball) {
         const Reference material = mesh.elements.references[e];
-        // Nearly always there is one: looked at before it is put in order.
+        // Mostly there is only one, so duplicates are removed before sorting.
         if (std::find(materials.begin(), materials.end(), material) == materials.end()) materials.push_back(material);
     }
     std::sort(materials.begin(), materials.end());
@@ -157,12 +156,11 @@ namespace {
 
 using LanesOfPack = std::array<double, pack_size>;
 
-/// Sums over lanes, always in the same order.
 double sum_of(const LanesOfPack& lanes) {
     return ((lanes[0] + lanes[1]) + (lanes[2] + lanes[3])) + ((lanes[4] + lanes[5]) + (lanes[6] + lanes[7]));
 }
 
-/// The monomials from y^0 = first on.
+/// Monomials, scaled by y^0 = `first`.
 template <int D, int P>
 [[gnu::always_inline]] inline void set_monomials(const std::array<Pack, D>& y, Pack first,
                                                  std::array<Pack, monomials_up_to<D>(P)>& m) {
@@ -208,8 +206,8 @@ void Fit<D, P>::sum_moments() {
     });
 }
 
-/// G = S M S, with S so that G_ii = 1, is Uᵀ U. U_ii² is what the i-th monomial has beside those before. Row by row, so
-/// that the innermost loop is one of independent items.
+/// G = S M S, with S so that G_ii = 1, is Uᵀ U. U_ii² is the part of the i-th monomial independent of the earlier ones.
+/// Row by row, so that the innermost loop has independent items.
 template <int D, int P>
 void Fit<D, P>::factorise() {
     independence_.fill(1);

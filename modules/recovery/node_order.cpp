@@ -16,7 +16,7 @@ namespace camber {
 
 namespace {
 
-/// Values less their mean, and the sum of their squares.
+/// Values minus their mean, and the sum of squares.
 struct Centred {
     std::vector<double> values;
     double square = 0;
@@ -32,14 +32,14 @@ Centred centred(std::span<const double> values) {
     return out;
 }
 
-/// Returns the participation number (Σ x²)²/Σ x⁴: about how many values differ from the mean.
+/// Participation number (Σ x²)²/Σ x⁴: about how many values differ from the mean.
 double participation(const Centred& c) {
     double fourth = 0;
     for (const double x : c.values) fourth += x * x * x * x;
     return fourth > 0 ? c.square * c.square / fourth : 0;
 }
 
-/// Returns none for a field that is constant to 10⁻⁴ of its largest value, which may be nothing but noise.
+/// Returns none if the range is below 10⁻⁴ of the largest value, where it may be noise.
 std::optional<std::vector<double>> compressed(std::span<const double> values) {
     constexpr double least_range = 1e-4, linear = 1e-3;
     if (values.empty()) return std::nullopt;
@@ -59,7 +59,6 @@ std::optional<std::vector<double>> compressed(std::span<const double> values) {
 
 using EdgeEnds = Column<std::array<VertexId, 2>>;
 
-/// Means over the neighbours of each vertex.
 class NeighbourMeans {
   public:
     NeighbourMeans(const EdgeEnds& edges, std::size_t vertices) : edges_(edges), degrees_(vertices) {
@@ -89,8 +88,8 @@ double product(const std::vector<double>& a, const std::vector<double>& b) {
     return sum;
 }
 
-/// (u, Pu), (Pu, Pu), (Pu, P²u), (P²u, P²u) by (u, u), with P the mean over the neighbours: moments of the field's
-/// spectrum on the graph of the edges.
+/// (u, Pu), (Pu, Pu), (Pu, P²u), (P²u, P²u) by (u, u), P the mean over neighbours: moments of the field's spectrum on
+/// the edge graph.
 constexpr std::size_t moment_count = 4;
 using Moments = std::array<double, moment_count>;
 Moments moments_of(const NeighbourMeans& means, const Centred& field) {
@@ -100,7 +99,7 @@ Moments moments_of(const NeighbourMeans& means, const Centred& field) {
     return moments;
 }
 
-/// Fisher and Yates, by SplitMix64.
+/// Fisher–Yates, with SplitMix64.
 void shuffle(std::vector<double>& values, std::uint64_t& state) {
     for (std::size_t i = values.size(); i > 1; --i) {
         state += 0x9e3779b97f4a7c15ULL;
@@ -108,7 +107,7 @@ void shuffle(std::vector<double>& values, std::uint64_t& state) {
     }
 }
 
-/// Returns true if all moments are those of the same values in random orders, within some deviations of these.
+/// True if all moments agree with those of random orders, within some deviations.
 bool is_like_random(const NeighbourMeans& means, Centred field, const Moments& moments) {
     constexpr int orders = 32;
     constexpr double most_deviations = 2.5;
@@ -129,7 +128,7 @@ bool is_like_random(const NeighbourMeans& means, Centred field, const Moments& m
     return true;
 }
 
-/// The edges in the order in which elements, one after the other, first name them; those of none last.
+/// Edges in the order in which elements first contain them; isolated ones last.
 template <int D>
 std::vector<std::size_t> edges_by_first_element(const EdgeSet<D>& edges) {
     std::vector<std::size_t> order;
@@ -145,10 +144,9 @@ std::vector<std::size_t> edges_by_first_element(const EdgeSet<D>& edges) {
     return order;
 }
 
-/// Relation of the values of edges' nodes to the means of the ends.
 struct MiddleFit {
     double correlation = 1;
-    /// Σ (value − mean of the ends)², with the values in their order, and taken as in the order by elements.
+    /// Σ (value − mean of the ends)², in the given order and in the order by elements.
     double square = 0, square_by_element = 0;
 };
 template <int D>
@@ -167,7 +165,7 @@ MiddleFit middle_fit(const EdgeSet<D>& edges, std::span<const double> vertices, 
     return fit;
 }
 
-/// Limits between fields and permuted ones, from measured values of both.
+/// Limits between ordered and permuted fields, from measurements.
 constexpr double least_participation = 30, of_random = 200;
 constexpr double related = 0.3, unrelated = 0.2, better_by = 3;
 

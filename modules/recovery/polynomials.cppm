@@ -14,13 +14,13 @@ import :derivatives;
 
 namespace camber {
 
-/// Monomials in D variables of degree at most p: C(p + D, D).
+/// Number of monomials in D variables of degree at most p: C(p + D, D).
 template <int D>
 [[nodiscard]] constexpr int monomials_up_to(int p) {
     return D == 2 ? (p + 1) * (p + 2) / 2 : (p + 1) * (p + 2) * (p + 3) / 6;
 }
 
-/// y^α, and how it comes of one of a degree less: that times y_axis.
+/// y^α = y_axis times a monomial of one degree less.
 template <int D>
 struct Monomial {
     std::array<int, D> exponents{};
@@ -29,8 +29,8 @@ struct Monomial {
     int axis = 0;
 };
 
-/// The place of y^α among all: by degree, then by the exponent of the last variable, and so on. Within a degree that is
-/// the order of Vec, Sym and CubicForm.
+/// Index of y^α: by degree, then by the exponent of the last variable, and so on. Within a degree it matches Vec, Sym
+/// and CubicForm.
 template <int D>
 [[nodiscard]] constexpr int place_of(const std::array<int, D>& exponents) {
     int degree = 0;
@@ -43,7 +43,6 @@ template <int D>
     }
 }
 
-/// All monomials of degree at most P, in that order.
 template <int D, int P>
 inline constexpr auto monomials = [] {
     std::array<Monomial<D>, monomials_up_to<D>(P)> all{};
@@ -67,7 +66,7 @@ inline constexpr auto monomials = [] {
     return all;
 }();
 
-/// Of each two monomials of degree at most P the place of their product among those of degree 2 P.
+/// Index of each product of two monomials among those of degree 2 P.
 template <int D, int P>
 inline constexpr auto products = [] {
     constexpr std::size_t n = monomials_up_to<D>(P);
@@ -81,7 +80,7 @@ inline constexpr auto products = [] {
     return places;
 }();
 
-/// Σ y yᵀ / n of the points y = B x.
+/// Σ y yᵀ / n for y = B x.
 template <int D>
 [[nodiscard]] inline Sym<D> covariance(const Mat<D>& b, std::span<const Vec<D>> points) {
     Sym<D> sum;
@@ -93,7 +92,7 @@ template <int D>
     return sum * (1 / static_cast<double>(points.size()));
 }
 
-/// Rows of B from here on are L⁻¹ of it, with L Lᵀ = C. Pivots below what cancellation leaves of C are raised to that.
+/// Multiplies B by L⁻¹ with L Lᵀ = C. Pivots below the cancellation error of C are raised to it.
 template <int D>
 inline void divide_by_factor(const Sym<D>& c, Mat<D>& b) {
     std::array<std::array<double, D>, D> l{};
@@ -114,10 +113,9 @@ inline void divide_by_factor(const Sym<D>& c, Mat<D>& b) {
     }
 }
 
-/// B for which the points y = B x have the covariance 1 (about the origin), then divided so that the farthest is at
-/// |y| = 1. The covariance of the points as they are loses the thin direction's digits at an anisotropy of 1e8: it is
-/// taken again of what it has whitened, until it is 1. A direction in which the points extend by no more than `noise`,
-/// that of their coordinates, has a row of zeros.
+/// B for which y = B x has covariance 1 (about the origin), scaled to a maximum of |y| = 1. At an anisotropy of 1e8 the
+/// covariance of x loses the thin direction, so it is recomputed after whitening until it is 1. Directions no longer
+/// than `noise`, that of the coordinates, have zero rows.
 template <int D>
 [[nodiscard]] inline Mat<D> whitening(std::span<const Vec<D>> points, double noise) {
     double largest = 0;
@@ -126,7 +124,7 @@ template <int D>
     Mat<D> b;
     if (!(largest > 0)) return b;
     for (int i = 0; i < D; ++i) b(i, i) = 1 / largest;
-    constexpr int passes = 5;  // each makes 1e7 of the anisotropy
+    constexpr int passes = 5;  // each reduces the anisotropy by 1e7
     for (int pass = 0; pass < passes; ++pass) {
         const Sym<D> c = covariance(b, points);
         divide_by_factor(c, b);
@@ -145,7 +143,7 @@ template <int D>
     return b;
 }
 
-/// The nodes of a field of degree 1 or 2, by number: the vertices, then (degree 2) the edges.
+/// Nodes of a field: vertices, then (degree 2) edges.
 template <int D>
 struct NodalMesh {
     const QuadraticMesh<D>& mesh;
@@ -158,26 +156,23 @@ struct NodalMesh {
     }
 };
 
-/// Nodes of a field are numbered as in NodalMesh.
 struct NodeTag;
 
-/// Ring after ring of nodes around a vertex or an element, through elements of one material.
+/// Rings of nodes around a vertex or element, through elements of one material.
 template <int D>
 class Rings {
   public:
     explicit Rings(const NodalMesh<D>& nodal) : nodal_(nodal) {}
 
-    /// The vertex alone.
     void begin(VertexId v, Reference material);
-    /// The element's vertices, of its material.
+    /// Starts with the element's vertices, in its material.
     void begin(ElementId e);
-    /// Adds all nodes of the elements at the vertices that are new since the last ring. False if there are none.
+    /// Adds nodes of elements at the last ring's vertices; false if none are new.
     bool grow();
 
     [[nodiscard]] int count() const { return count_; }  ///< of rings
-    /// All so far; first those of the beginning.
+    /// All nodes, initial ones first.
     [[nodiscard]] std::span<const std::uint32_t> nodes() const { return nodes_; }
-    /// Those of the last ring.
     [[nodiscard]] std::span<const VertexId> last_vertices() const { return last_; }
 
   private:
@@ -192,38 +187,37 @@ class Rings {
     std::vector<VertexId> last_, next_;
 };
 
-/// A polynomial by its coefficients of the monomials of degree at most P in y, in their order.
+/// Coefficients of the monomials of degree at most P in y.
 template <int D, int P>
 using Coefficients = std::array<double, monomials_up_to<D>(P)>;
 
-/// The weighted least squares of polynomials in whitened coordinates y = B (x − vertex) over some nodes: min Σ w² (p(y)
-/// − u)², w = 1/(core + |y|). The normal matrix is the table of the moments Σ w² y^{α+β}, of which there are a quarter
-/// as many as entries; factorised once for all fields. Monomials rise by degree, so its leading blocks are the factors
-/// of lower degrees.
+/// Weighted least squares of polynomials in whitened coordinates y = B (x − vertex): min Σ w² (p(y) − u)², w = 1/(core
+/// + |y|). The normal matrix is filled from the moments Σ w² y^{α+β}, a quarter of its number of entries, and
+/// factorised once for all fields. Monomials ascend by degree, so leading blocks are the factors of lower degrees.
 template <int D, int P>
 class Fit {
   public:
     static constexpr std::size_t size = monomials_up_to<D>(P);
     static constexpr double nothing_left = 1e-30;
 
-    /// offsets: x − vertex, of the vertex's own first; noise: that of the coordinates.
+    /// `offsets`: x − vertex, the vertex's own first; `noise`: of the coordinates.
     void place(std::span<const Vec<D>> offsets, double noise, double core);
 
     [[nodiscard]] const Mat<D>& whitened_by() const { return whitened_by_; }
     [[nodiscard]] std::size_t nodes() const { return nodes_; }
-    /// Of the monomials of that degree and below: the least share of one's squared length that no combination of those
-    /// before it has. Small where the nodes hardly tell them apart, 0 where they do not.
+    /// Minimum over the monomials up to this degree: share of the squared length independent of earlier ones. 0 if the
+    /// nodes cannot distinguish them.
     [[nodiscard]] double independence(int degree) const { return independence_[static_cast<std::size_t>(degree)]; }
 
-    /// The polynomial of that degree of values, one a node; coefficients of higher degrees are 0. One step of iterative
-    /// refinement gives the digits that the normal equations would lose.
+    /// Polynomial of this degree, for one value per node; higher coefficients are 0. One step of iterative refinement
+    /// restores the digits lost in the normal equations.
     [[nodiscard]] Coefficients<D, P> solve(std::span<const double> values, int degree);
 
   private:
     using Lanes = std::array<double, pack_size>;
     struct Block {
         std::array<Lanes, D> y{};
-        Lanes squared_weight{};  ///< 0 where there is no node
+        Lanes squared_weight{};  ///< 0 without a node
     };
 
     void sum_moments();
@@ -235,17 +229,17 @@ class Fit {
     std::vector<Block> blocks_;
     std::vector<Lanes> values_;
     std::array<double, monomials_up_to<D>(2 * P)> moments_{};
-    std::array<double, size> scale_{};  ///< of each monomial, so that the matrix has 1 on its diagonal
-    std::array<std::array<double, size>, size> factor_{};  ///< U, the upper triangle; 1 / U_ii on the diagonal
+    std::array<double, size> scale_{};                     ///< per monomial; makes the matrix's diagonal 1
+    std::array<std::array<double, size>, size> factor_{};  ///< U, upper triangle; 1 / U_ii on the diagonal
     std::array<double, P + 1> independence_{};
 };
 
-/// u − u(vertex) in units of the largest such difference: values of 1e200 have fourth powers of nothing in them.
+/// u − u(vertex) in units of its maximum: fourth powers of 1e200 would overflow.
 struct Unit {
-    double half = 0;  ///< half of the largest difference, which may be beyond the range of numbers
+    double half = 0;  ///< half the maximum difference, which may overflow
     [[nodiscard]] double times(double x) const { return x * half * 2; }
 };
-/// Brings values to [−1, 1]; the vertex's is the first.
+/// Scales values to [−1, 1]; the first is the vertex's.
 [[nodiscard]] inline Unit scale(std::span<double> values) {
     const double first = values[0] / 2;
     Unit unit;
@@ -258,7 +252,6 @@ struct Unit {
     return unit;
 }
 
-/// First, second and third derivatives at a point.
 template <int D>
 struct Derivatives {
     Vec<D> gradient;
@@ -282,7 +275,6 @@ template <int D, int P>
     return sum;
 }
 
-/// Derivatives by y at a place y.
 template <int D, int P>
 [[nodiscard]] Derivatives<D> derivatives_at(const Coefficients<D, P>& c, const Vec<D>& y) {
     Derivatives<D> at;
@@ -294,7 +286,7 @@ template <int D, int P>
     return at;
 }
 
-/// The same at y = 0: α! c_α.
+/// At y = 0: α! c_α.
 template <int D, int P>
 [[nodiscard]] Derivatives<D> derivatives_at_origin(const Coefficients<D, P>& c) {
     constexpr std::array factorials{1.0, 1.0, 2.0, 6.0};
@@ -310,13 +302,13 @@ template <int D, int P>
     return at;
 }
 
-/// By x, y = B x: Bᵀ g, Bᵀ H B, T[B·, B·, B·].
+/// Derivatives by x for y = B x: Bᵀ g, Bᵀ H B, T[B·, B·, B·].
 template <int D>
 [[nodiscard]] Derivatives<D> pulled_back(const Derivatives<D>& by_y, const Mat<D>& b) {
     return {transposed_times(b, by_y.gradient), congruence(transposed(b), by_y.hessian), pulled_back(by_y.third, b)};
 }
 
-/// Where the nodes of an element's edges are off the middles of their chords.
+/// Offsets of edge nodes from the chords' middles.
 template <int D>
 using EdgeOffsets = std::array<Vec<D>, edges_per_simplex<D>>;
 template <int D>
@@ -330,7 +322,7 @@ template <int D>
     return offsets;
 }
 
-/// F(λ) = Σ λ_v x_v + Σ 4 λ_i λ_j offset of the edge from i to j.
+/// F(λ) = Σ λ_v x_v + Σ 4 λ_i λ_j offset of edge i–j.
 template <int D>
 [[nodiscard]] Vec<D> place_within(const LinearMesh<D>& mesh, ElementId e, const EdgeOffsets<D>& offsets,
                                   const std::array<double, D + 1>& at) {
@@ -352,7 +344,6 @@ template <int D>
     return places;
 }
 
-/// A polynomial in y at these y.
 template <int D, int P>
 [[nodiscard]] std::array<double, node_count<lattice_degree, D>> values_at(const Coefficients<D, P>& c,
                                                                           const Lattice<D>& places) {
@@ -368,24 +359,22 @@ template <int D, int P>
     return values;
 }
 
-/// The nodes of fields, and what is around them.
 template <int D>
 struct CheckedNodes {
-    int degree = 1;  ///< of the fields, by their numbers of values
+    int degree = 1;  ///< from the numbers of values
     Incidence<ElementId> balls;
 
     [[nodiscard]] NodalMesh<D> of(const QuadraticMesh<D>& mesh) const { return {mesh, balls, degree}; }
 };
 
-/// Errors: usage (numbers of values that are not of this mesh, or differ; a value that is not finite, with the node),
-/// input (a mesh without what fields of degree 2 need, or not of one reference an element; a node that is not at a
-/// finite place, with the node).
+/// Errors: usage (numbers of values that do not match the mesh or differ; a value that is not finite, with the node),
+/// input (missing data for degree 2; not one reference per element; a node not at a finite place, with the node).
 template <int D>
 [[nodiscard]] Outcome<CheckedNodes<D>> checked_nodes(const QuadraticMesh<D>& mesh,
                                                      std::span<const Column<double>> fields,
                                                      const Execution& execution);
 
-/// Errors: usage (derivatives beyond the range of numbers), with the vertex.
+/// Errors: usage (derivatives out of range), with the vertex.
 template <int D>
 [[nodiscard]] Outcome<Done> check_results(const RecoveredDerivatives<D>& recovered, const Execution& execution);
 

@@ -1,5 +1,4 @@
-/// Gradient, Hessian and third derivatives of fields that are known by their values at a mesh's nodes: what metrics for
-/// adaptation are made from.
+/// Gradients, Hessians and third derivatives of fields from nodal values, for adaptation metrics.
 export module camber.recovery;
 export import :derivatives;
 import :polynomials;

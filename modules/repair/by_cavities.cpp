@@ -1,4 +1,4 @@
-// Optimisation of the node of one edge, and of the nodes of a cavity.
+// Plans that optimise the node of one edge or all nodes of a cavity.
 module;
 #include <algorithm>
 #include <array>
@@ -19,13 +19,13 @@ namespace camber {
 
 namespace {
 
-/// A return that wins less of an edge's length is not made.
+/// Minimum gain of a return, as a share of the edge length.
 constexpr double min_return = 1e-7;
-/// Nor one on a segment that goes less of the way.
+/// Minimum step of a return along a segment.
 constexpr double min_step = 0.02;
 
-/// The elements around an edge with what they are to keep where `asked` is wanted: all that are good, and all that
-/// `keeps` says of the others.
+/// Returns the shell of an edge. Valid elements and those that `keeps(e)` selects must keep min(`asked`, their own
+/// value).
 template <int D, class Keeps>
 EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Keeps&& keeps) {
     EdgeShell<D> shell{state.moved.nodes[edge], {}};
@@ -36,7 +36,7 @@ EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Ke
         ShellElement<D> element{state.element(e), local, {}};
         if (state.good(e) || keeps(e)) {
             const double kept = jacobian_to_keep(state, e, asked);
-            // A good element whose coefficients are too weak a test still holds the bound.
+            // The coefficients of a valid element can be a weaker bound than its verdict.
             const double least = state.good(e) ? std::max(kept, state.options.min_scaled_jacobian.value) : kept;
             if (least < asked) element.keep = least;
         }
@@ -45,7 +45,6 @@ EdgeShell<D> shell_of(const RepairState<D>& state, EdgeId edge, double asked, Ke
     return shell;
 }
 
-/// The plan that moves one node, with the verdicts around it.
 template <int D>
 std::optional<Moves<D>> plan_of(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
     Moves<D> plan;
@@ -89,7 +88,7 @@ Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed) {
     };
     const double target = state.options.aim();
     if (try_all(target, none) || try_all(target, no_other)) return best;
-    // Cavities may still reach the target.
+    // With the other methods, cavities may still reach the target.
     if (target > bound && state.options.method == RepairMethod::edge && !try_all(bound, none)) try_all(bound, no_other);
     return best;
 }
@@ -132,13 +131,12 @@ Planned<D> plan_return(const RepairState<D>& state, EdgeId edge) {
 
 namespace {
 
-/// Beyond it a cavity does not grow.
 constexpr std::size_t max_edges = 240;
-/// What a surface node weighs more than one of the volume.
+/// Cost of a surface node relative to a volume node.
 constexpr double surface_weight = 1e4;
-/// A joint return that wins less, as a share of an edge's length, is not made.
+/// Minimum gain of a joint return, as a share of the edge length.
 constexpr double min_joint_return = 1e-5;
-/// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
+/// Shares of neighbouring determinants that vertex moves preserve, tried in this order.
 constexpr std::array kept_shares{0.2, 0.02, 0.0};
 
 bool may_move(EdgeKind kind, CavityExtent extent) {
@@ -170,7 +168,7 @@ bool moves_vertex(const RepairState<D>& state, VertexId v, CavityExtent extent) 
            (*state.vertices_onto)(v, state.moved.points[v]).across != Sym<D>::identity();
 }
 
-/// All edges at these vertices, which take their nodes along.
+/// Adds all edges at these vertices: their nodes move with them.
 template <int D>
 void add_edges_at(const RepairState<D>& state, const std::vector<VertexId>& vertices, std::vector<EdgeId>& edges) {
     for (const VertexId v : vertices)
@@ -181,14 +179,13 @@ void add_edges_at(const RepairState<D>& state, const std::vector<VertexId>& vert
     edges |= ranges::actions::sort | ranges::actions::unique;
 }
 
-/// A good element holds the bound, though it lies on it or its coefficients are too weak a test.
+/// The floor of a valid element is at least the bound, even if its coefficients do not show it.
 template <int D>
 double jacobian_to_keep_valid(const RepairState<D>& state, ElementId e, double asked) {
     return std::max(jacobian_to_keep(state, e, asked), state.options.min_scaled_jacobian + floor_slack);
 }
 
-/// All of what the cavity can move is asked for; elements that it moves in part only keep what they have, but for the
-/// seed.
+/// Returns `asked` for the seed and for invalid elements with all volume edges in the cavity; others keep their value.
 template <int D>
 double floor_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e, ElementId seed, double asked) {
     if (e == seed) return asked;
@@ -206,7 +203,7 @@ OffsetModel<D> model_of(const RepairState<D>& state, EdgeId edge) {
     return {model.centre - state.moved.nodes[edge].point, weight * model.hessian};
 }
 
-/// The cavity's programme; `floor_of(e)`: what element e is to have.
+/// `floor_of(e)`: scaled Jacobian required of element e.
 template <int D, class FloorOf>
 JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D>& cavity, FloorOf&& floor_of) {
     JointProgramme<D> programme;
@@ -231,7 +228,7 @@ JointProgramme<D> programme_of(const RepairState<D>& state, const RepairCavity<D
     return programme;
 }
 
-/// All edges with an end at a free vertex move by half of it.
+/// The node of each edge also moves by half the offset of each free end vertex.
 template <int D>
 Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity, const std::vector<Vec<D>>& offsets) {
     Moves<D> plan;
@@ -255,7 +252,6 @@ Moves<D> changes_of(const RepairState<D>& state, const RepairCavity<D>& cavity, 
     return plan;
 }
 
-/// The element with what the plan moves.
 template <int D>
 NodalSimplex<D> changed_element(const RepairState<D>& state, const Moves<D>& plan, ElementId e) {
     NodalSimplex<D> s = state.element(e);
@@ -270,7 +266,7 @@ NodalSimplex<D> changed_element(const RepairState<D>& state, const Moves<D>& pla
     return s;
 }
 
-/// Whether a surface node stays as near to its place as relaxation would leave it, or as the tolerance says.
+/// True if a surface node is no farther from its target than the chord midpoint, or within the boundary tolerance.
 template <int D>
 bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D>& node) {
     const auto& [a, b] = state.mesh().edges.vertices[edge];
@@ -282,7 +278,7 @@ bool within_reach(const RepairState<D>& state, EdgeId edge, const LagrangeNode<D
            std::max(distance(midpoint(p, q), wanted) + rounding, state.options.boundary_tolerance);
 }
 
-/// The verdicts that the plan changes; false when it breaks an element.
+/// Appends the verdicts to the plan; false if an element degrades.
 template <int D>
 bool judge(const RepairState<D>& state, const RepairCavity<D>& cavity, Moves<D>& plan) {
     for (const auto& [edge, node] : plan.nodes)
@@ -301,7 +297,6 @@ bool repairs(const Moves<D>& plan, ElementId seed) {
     return std::ranges::find(plan.verdicts, std::pair{seed, Verdict::valid}) != plan.verdicts.end();
 }
 
-/// What the programme's models cost at the offsets.
 template <int D>
 double cost_of(const JointProgramme<D>& programme, const std::vector<Vec<D>>& offsets) {
     double sum = 0;

@@ -1,4 +1,4 @@
-// The boundary's displacement extended locally, return to it, and slides within planes.
+// Local extension of the boundary displacement, restoration to the extension positions, and slides within planes.
 module;
 #include <algorithm>
 #include <array>
@@ -21,7 +21,6 @@ namespace camber {
 
 namespace {
 
-/// The volume edges of the elements, rising.
 template <int D>
 std::vector<EdgeId> volume_edges(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                  const std::vector<ElementId>& elements) {
@@ -33,7 +32,6 @@ std::vector<EdgeId> volume_edges(const QuadraticMesh<D>& mesh, const Column<Edge
     return edges;
 }
 
-/// The elements around the edges, rising.
 std::vector<ElementId> elements_around(const Incidence<ElementId>& shells, const std::vector<EdgeId>& edges) {
     std::vector<ElementId> elements;
     for (const EdgeId edge : edges) elements.insert(elements.end(), shells[edge].begin(), shells[edge].end());
@@ -41,7 +39,7 @@ std::vector<ElementId> elements_around(const Incidence<ElementId>& shells, const
     return elements;
 }
 
-/// The numbers that things of the mesh have in a part of it, in the order in which they are met.
+/// Local numbers of mesh entities, in order of first use.
 template <class Id>
 struct Numbering {
     SparseMap<Id, Id> of = {};
@@ -57,12 +55,11 @@ struct Numbering {
     }
 };
 
-/// A part of a mesh as a mesh, with the places that it has now.
 template <int D>
 struct Part {
     QuadraticMesh<D> mesh;
-    Column<EdgeKind> kinds;     ///< those of `free` of the volume, all others given
-    std::vector<EdgeId> edges;  ///< of the whole mesh
+    Column<EdgeKind> kinds;     ///< `volume` for the free edges, else `fixed`
+    std::vector<EdgeId> edges;  ///< numbers in the whole mesh
 };
 
 template <int D>
@@ -108,7 +105,7 @@ template <int D>
 Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column<EdgeKind>& kinds,
                                          const Incidence<ElementId>& all_shells, const std::vector<ElementId>& seeds,
                                          int rings, const Execution& execution) {
-    constexpr double iteration_work = 2e-3;  // of an edge
+    constexpr double iteration_work = 2e-3;  // per unknown, relative to `edge_work`
     std::vector<EdgeId> free = volume_edges(moved.mesh, kinds, seeds);
     std::vector<ElementId> elements = elements_around(all_shells, free);
     for (int ring = 0; ring < rings; ++ring) {
@@ -128,21 +125,20 @@ Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column
 
 namespace {
 
-/// Edges of a mesh that are chosen to have their nodes elsewhere, where `there` has them.
+/// A set of edges that take their nodes from `there`.
 template <int D>
 struct Growth {
     const MovedMesh<D>& moved;
     const Incidence<ElementId>& shells;
-    const Column<EdgeKind>& kinds;  ///< nodes of volume edges may move
+    const Column<EdgeKind>& kinds;  ///< only nodes of volume edges may move
     const Overlay<EdgeId, LagrangeNode<D>>& there;
-    SparseMap<EdgeId, std::uint8_t> chosen = {};  ///< 1: has its node of `there`
-    std::vector<EdgeId> edges = {};               ///< those
+    SparseMap<EdgeId, std::uint8_t> chosen = {};  ///< 1: takes its node from `there`
+    std::vector<EdgeId> edges = {};
 
     [[nodiscard]] bool is_chosen(EdgeId edge) const {
         const std::uint8_t* mark = chosen.find(edge);
         return mark && *mark == 1;
     }
-    /// The element with the nodes that are chosen.
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const {
         NodalSimplex<D> element = moved.element(e);
         const auto& edges_of = moved.mesh.edges.of_elements[e];
@@ -157,7 +153,7 @@ struct Growth {
         chosen.at(edge) = 1;
         edges.push_back(edge);
     }
-    /// Its volume edges that are not chosen yet.
+    /// Returns the edges that it added.
     std::vector<EdgeId> choose_all_of(ElementId e) {
         std::vector<EdgeId> added;
         for (const EdgeId edge : moved.mesh.edges.of_elements[e]) {
@@ -169,7 +165,7 @@ struct Growth {
     }
 };
 
-/// Outwards: the nodes of the seeds, and those of whatever is not above the bound with the nodes chosen so far.
+/// Chooses the volume edges of the seeds, then those of elements that this makes invalid.
 template <int D>
 void grow(Growth<D>& growth, const std::vector<ElementId>& seeds, double bound) {
     std::vector<ElementId> queue = seeds;
@@ -185,7 +181,7 @@ void grow(Growth<D>& growth, const std::vector<ElementId>& seeds, double bound) 
     }
 }
 
-/// Inwards again: around elements that would be spoilt nodes stay.
+/// Deselects the edges of degraded elements until none is degraded.
 template <int D>
 void shrink(const RepairState<D>& state, Growth<D>& growth) {
     std::vector<ElementId> suspects = growth.around(growth.edges);
@@ -204,10 +200,10 @@ void shrink(const RepairState<D>& state, Growth<D>& growth) {
     std::erase_if(growth.edges, [&](EdgeId e) { return !growth.is_chosen(e); });
 }
 
-/// Steps of a node; each but the last takes it half of the way that is left.
+/// Maximum number of steps of a node; each but the last covers half of the distance.
 constexpr int max_steps = 4;
 
-/// The next step of all volume nodes of these elements that are not at home.
+/// Next steps of the volume nodes to their extension positions.
 template <int D>
 Moves<D> steps_home(const RepairState<D>& state, const std::vector<ElementId>& elements, const HomeOf<D>& home,
                     SparseMap<EdgeId, int>& steps) {
@@ -285,10 +281,10 @@ Moves<D> plan_towards(const RepairState<D>& state, const Overlay<EdgeId, Lagrang
 
 namespace {
 
-/// Nodes that are nearer than this to a plane, as a share of the edge's chord, are in it.
+/// Tolerance of coplanarity, as a share of the chord.
 constexpr double flat = 1e-9;
 
-/// The unit normal of the plane in which all facets around a surface edge lie with their nodes; none if they do not.
+/// Returns the normal of the plane of all facets around an edge; nothing if they are not coplanar.
 std::optional<Vec<3>> plane_of(const QuadraticMesh<3>& mesh, const Column<LagrangeNode<3>>& nodes,
                                const Incidence<FacetId>& around, std::size_t e) {
     const auto& [a, b] = mesh.edges.vertices[e];

@@ -20,7 +20,7 @@ namespace camber {
 
 namespace {
 
-/// What det J of an element is divided by in comparisons: |det straight|, or its largest coefficient if that is flat.
+/// Normalises det J by |det straight|, or by the largest coefficient if the straight element is flat.
 template <int D>
 double scale_of(const BoundedJacobian<D>& j) {
     if (std::abs(j.straight) > 2 * j.error) return std::abs(j.straight);
@@ -29,7 +29,7 @@ double scale_of(const BoundedJacobian<D>& j) {
     return largest;
 }
 
-/// An element of a shell along a segment of the edge's node: its scaled coefficients at both ends.
+/// An element whose node moves on a segment: coefficients at both ends (θ = 0, 1).
 template <int D>
 struct Swept {
     ElementId element;
@@ -37,7 +37,7 @@ struct Swept {
     BoundedJacobian<D> at_0, at_1;
     double scale = 1;
     double min_at_1 = 0;    ///< smallest scaled coefficient at θ = 1
-    double min_needed = 0;  ///< scaled coefficients above it make the element valid, rounding included
+    double min_needed = 0;  ///< larger scaled coefficients prove validity, rounding included
 };
 
 template <int D>
@@ -61,7 +61,7 @@ void append(const Swept<D>& s, double floor, std::vector<AffineConstraint>& cons
         constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, floor});
 }
 
-/// The same without the coefficients that do not contain the node: they cap a minimum that it cannot raise.
+/// Omits coefficients independent of the node: they limit a minimum that it cannot raise.
 template <int D>
 void append_moving(const Swept<D>& s, std::vector<AffineConstraint>& constraints) {
     for (int i = 0; i < jacobian_coefficients<D>; ++i)
@@ -69,14 +69,13 @@ void append_moving(const Swept<D>& s, std::vector<AffineConstraint>& constraints
             constraints.push_back({s.at_0.coefficients[i] / s.scale, s.at_1.coefficients[i] / s.scale, 0});
 }
 
-/// What a programme asks of the elements that are not valid: all of them repaired or only one, and how well.
+/// Requirement on invalid elements: all or only the seed, to the target or the bound.
 struct Demand {
     bool whole_shell;
     bool to_target;
 };
 constexpr std::array<Demand, 4> demands{{{true, true}, {false, true}, {true, false}, {false, false}}};
 
-/// Valid elements keep their coefficients, or the target where they have more.
 template <int D>
 double floor_of(const Trial<D>& trial, const Swept<D>& s, ElementId e, Demand demand) {
     const double target = std::max(trial.state.options.target.value, s.min_needed);
@@ -85,7 +84,7 @@ double floor_of(const Trial<D>& trial, const Swept<D>& s, ElementId e, Demand de
     return s.min_at_1;
 }
 
-/// A place for a node, and what it is worth: lower is better.
+/// A candidate position: lower rank, then lower loss, is better.
 struct Candidate {
     EdgeId edge;
     double theta;
@@ -95,13 +94,12 @@ struct Candidate {
     }
 };
 
-/// How much of the edge's curvature a step to θ takes.
 template <int D>
 double loss(const Trial<D>& trial, EdgeId edge, double theta) {
     return (1 - theta) * distance(trial.node(edge).point, trial.middle(edge).point) / trial.length(edge);
 }
 
-/// The farthest θ that repairs the element, by the first demand that can be met.
+/// Returns the largest θ that repairs the element, for the first feasible demand.
 template <int D>
 std::optional<Candidate> repairing_candidate(const Trial<D>& trial, ElementId e, EdgeId edge,
                                              std::span<const Demand> allowed) {
@@ -118,7 +116,7 @@ std::optional<Candidate> repairing_candidate(const Trial<D>& trial, ElementId e,
     return {};
 }
 
-/// Σ over elements that are not valid and their coefficients of what is missing to the target.
+/// Sum of the coefficients' shortfalls from the target.
 template <int D>
 double missing(const Trial<D>& trial, const BoundedJacobian<D>& j) {
     double sum = 0;
@@ -126,7 +124,7 @@ double missing(const Trial<D>& trial, const BoundedJacobian<D>& j) {
     return sum;
 }
 
-/// The θ with the largest smallest coefficient of the elements that are not valid, while the valid ones hold.
+/// Returns the θ that maximises the minimum coefficient of the invalid elements; valid ones stay valid.
 template <int D>
 std::optional<Candidate> helping_candidate(const Trial<D>& trial, EdgeId edge) {
     const LagrangeNode<D> middle = trial.middle(edge);
@@ -150,12 +148,12 @@ std::optional<Candidate> helping_candidate(const Trial<D>& trial, EdgeId edge) {
         before += missing(trial, s.at_1);
         after += missing(trial, jacobian_with(trial, s.element, edge, there));
     }
-    // Steps that hardly help are not worth the curvature.
+    // A small improvement does not justify the loss of curvature.
     if (!(after < 0.95 * before)) return {};
     return Candidate{edge, theta, after / before, 0};
 }
 
-/// Moves the node there unless that breaks a valid element.
+/// False, without a change, if an element breaks or `must_be_valid` stays invalid.
 template <int D>
 bool try_candidate(Trial<D>& trial, const Candidate& candidate, ElementId must_be_valid) {
     Changes<D> changes;
@@ -217,32 +215,28 @@ bool put_back(Trial<D>& trial, EdgeId edge) {
 
 namespace {
 
-/// Steps from one tangent plane to the next.
 constexpr int max_slide_steps = 10;
-/// What a slide weighs more than a move in the volume: it takes the surface's best approximation along.
+/// Cost relative to a move in the volume, since a slide changes the surface approximation.
 constexpr double slide_weight = 10;
-/// Beside it the geometry is left at no price.
+/// Large enough to prevent displacements off the geometry.
 constexpr double off_weight = 1e8;
-/// What it costs an element to bring points back onto the geometry, as a scaled Jacobian: so much more is asked for, of
-/// the seed most.
+/// Scaled Jacobian required in addition, because projection onto the geometry reduces it; more for the seed.
 constexpr double slack = 2e-5, slack_of_seed = 1e-4;
-/// A node is at most this share of its chord from where the chord's middle is on the geometry, or where it was: at a
-/// quarter the curve's speed vanishes at an end.
+/// Maximum distance of a node from the projected chord midpoint, as a share of the chord, unless it was farther before.
+/// At a quarter the speed of the curve vanishes at one end.
 constexpr double farthest = 0.24;
-/// What vertices that move are asked to leave of the determinants around them, as shares, one after the other.
+/// Shares of determinants that vertex moves preserve, tried in this order.
 constexpr std::array kept_shares{0.2, 0.02};
 
-/// A point that moves, and the projector onto the directions that it cannot go: 0 in the volume.
+/// A moving point, and the projector onto the directions off the geometry (0 in the volume).
 template <int D>
 struct Slider {
     Vec<D> at;
     Sym<D> across = {};
 
-    /// x without its part off the geometry.
     [[nodiscard]] Vec<D> along(const Vec<D>& x) const { return x - across * x; }
 };
 
-/// Where the nodes and vertices of a cavity are after some steps, in the order of its edges and vertices.
 template <int D>
 struct Sliding {
     const RepairState<D>& state;
@@ -283,8 +277,8 @@ struct Sliding {
         const GeometryFoot<D> there = (*state.vertices_onto)(v, p);
         return {there.point, there.across};
     }
-    /// Goes on by these offsets of nodes and vertices, each in its tangent plane, and back onto the geometry. Vertices
-    /// take half of their ways along to the nodes of their edges.
+    /// Applies the offsets (nodes, then vertices) in the tangent planes and projects onto the geometry. Nodes also move
+    /// with their chord midpoints.
     void go(const std::vector<Vec<D>>& offsets) {
         std::vector<Vec<D>> before(nodes.size());
         for (std::size_t i = 0; i < nodes.size(); ++i) before[i] = middle(i);
@@ -295,8 +289,8 @@ struct Sliding {
     }
 };
 
-/// Where nodes of boundary edges begin: where they are, or where the middles of their chords are on the geometry.
-/// Sliding goes downhill, and does not come out of a wrinkle of the boundary.
+/// Start of boundary nodes: current positions or projected chord midpoints. Descent from a folded boundary does not
+/// unfold it.
 enum class SlideStart : std::uint8_t { as_it_is, from_middles };
 
 template <int D>
@@ -315,7 +309,7 @@ Sliding<D> beginning(const RepairState<D>& state, const RepairCavity<D>& cavity,
     return at;
 }
 
-/// The model about where it is wanted, `back` of here, for a point that stays on the geometry.
+/// Cost model of a point on the geometry; `back` is the vector to its target position.
 template <int D>
 OffsetModel<D> on_geometry(const Slider<D>& slider, const Vec<D>& back, const Sym<D>& hessian) {
     double trace = 0;
@@ -323,7 +317,7 @@ OffsetModel<D> on_geometry(const Slider<D>& slider, const Vec<D>& back, const Sy
     return {slider.along(back), slide_weight * hessian + off_weight * trace * slider.across};
 }
 
-/// What it costs node i to go on from where it is; one of the boundary is wanted where its chord's middle is.
+/// The target position of a boundary node is the projected chord midpoint.
 template <int D>
 OffsetModel<D> node_model(const Sliding<D>& at, std::size_t i) {
     const QuadraticModel<D> model = at.state.model(at.cavity.edges[i]);
@@ -341,7 +335,7 @@ OffsetModel<D> vertex_model(const Sliding<D>& at, std::size_t i) {
     return on_geometry(at.points[i], back, model.hessian);
 }
 
-/// `wanted`: what the seed is to have; `share`: what is to be left of determinants where vertices move.
+/// `wanted`: scaled Jacobian required of the seed; `share`: share of determinants that vertex moves preserve.
 template <int D>
 JointProgramme<D> programme_at(const Sliding<D>& at, ElementId seed, double wanted, double share) {
     const RepairState<D>& state = at.state;
@@ -372,7 +366,7 @@ JointProgramme<D> programme_at(const Sliding<D>& at, ElementId seed, double want
     return programme;
 }
 
-/// Whether each node is where its edge's speed vanishes nowhere, or no farther than it was.
+/// True if each node is within `farthest`, or no farther than before.
 template <int D>
 bool within_chords(const Sliding<D>& at) {
     for (std::size_t i = 0; i < at.nodes.size(); ++i) {
@@ -386,7 +380,7 @@ bool within_chords(const Sliding<D>& at) {
     return true;
 }
 
-/// The places as a plan with its verdicts; nothing where they spoil an element or do not repair the seed.
+/// Returns nothing if an element degrades or the seed stays invalid.
 template <int D>
 std::optional<Moves<D>> plan_of(const Sliding<D>& at, ElementId seed) {
     const RepairState<D>& state = at.state;

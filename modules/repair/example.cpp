@@ -1,5 +1,5 @@
-// camber.repair: one node of a P2 mesh is pulled so far that an element folds; one call finds which and moves the node
-// as little as needed, while the boundary stays.
+// camber.repair: one displaced node folds an element of a P2 mesh. One call finds the element and moves the node back
+// by a small distance; the boundary stays.
 #include <cstdio>
 #include <utility>
 
@@ -10,7 +10,7 @@ import camber.repair;
 
 using namespace camber;
 
-/// A square of four triangles around its middle, vertex 4.
+/// Four triangles around vertex 4.
 static LinearMesh<2> square() {
     const auto v = [](std::size_t i) { return VertexId(i); };
     LinearMesh<2> mesh;

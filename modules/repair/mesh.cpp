@@ -139,7 +139,7 @@ double determinant(const std::array<Vec<D>, D>& c) {
         return det(c[0], c[1], c[2]);
 }
 
-/// det J at local vertex i by that of the straight element, in Lagrange nodes: the columns are 4 P_ij − 3 P_i − P_j.
+/// Returns det J / det straight at local vertex i; the columns of J are 4 P_ij − 3 P_i − P_j.
 template <int D>
 double at_vertex(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t e, int i) {
     const auto& vertices = mesh.linear.elements.vertices[e];
@@ -158,7 +158,6 @@ double at_vertex(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std:
     return determinant<D>(curved) / determinant<D>(straight);
 }
 
-/// Whether all edges of the element at local vertex i are on the boundary.
 template <int D>
 bool is_given(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, std::size_t e, int i) {
     for (int edge = 0; edge < edges_per_simplex<D>; ++edge) {
@@ -176,7 +175,7 @@ bool is_flat(const QuadraticMesh<D>& mesh, std::size_t e) {
     return !(determinant<D>(columns) > 0);
 }
 
-/// Where a facet of the boundary is folded: a vertex at which its normal points away from the straight facet's.
+/// A vertex where the normal of a boundary facet opposes the straight facet's.
 struct Fold {
     VertexId vertex;
     double jacobian = 0;
@@ -193,7 +192,7 @@ Folds<D> find_folds(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
             const auto point = [&](int i) { return mesh.linear.points[v[i % 3]]; };
             const auto node = [&](int i) { return proposal.mid_nodes[mesh.edges.of_facets[f][i % 3]].point; };
             const Vec<3> straight = cross(point(1) - point(0), point(2) - point(0));
-            // Edge i of a triangle is from vertex i to vertex i + 1.
+            // Edge i of a triangle connects the vertices i and i + 1.
             for (int i = 0; i < 3; ++i) {
                 const Vec<3> along = 4.0 * node(i) - 3.0 * point(i) - point(i + 1);
                 const Vec<3> back = 4.0 * node(i + 2) - 3.0 * point(i) - point(i + 2);
@@ -208,7 +207,6 @@ Folds<D> find_folds(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal) {
     return folds;
 }
 
-/// The fold of one of the element's facets; none when they have none.
 template <int D>
 const Fold* fold_of(const QuadraticMesh<D>& mesh, const Folds<D>& folds, std::size_t e) {
     const auto& v = mesh.linear.elements.vertices[e];
@@ -222,7 +220,7 @@ const Fold* fold_of(const QuadraticMesh<D>& mesh, const Folds<D>& folds, std::si
     return nullptr;
 }
 
-/// What of the element must not change; empty without any.
+/// Describes the element's required edges or vertices; empty if there are none.
 template <int D>
 std::string required_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, const Buffer<std::uint8_t>& required,
                         std::size_t e) {
@@ -234,7 +232,6 @@ std::string required_of(const QuadraticMesh<D>& mesh, const Proposal<D>& proposa
     return {};
 }
 
-/// A reason, and the vertex where it is.
 struct Reason {
     std::string what;
     VertexId at = {};

@@ -22,26 +22,25 @@ namespace camber {
 
 namespace {
 
-/// Plans that share what work is left: so many of a round at once.
+/// Number of plans that share the remaining work.
 constexpr std::size_t plans_at_once = 32;
 
-// Claims and plans of all passes have one type: the rounds are compiled once and not for each pass.
+// Type-erased so that `plan_in_rounds` is compiled once per item type and not once per pass.
 template <class Item>
 using ClaimOf = std::function<std::vector<ElementId>(Item)>;
 template <int D, class Item>
 using PlanOf = std::function<Planned<D>(Item, double max_work)>;
 
-/// The functions that plan the items of a pass.
 template <int D, class Item>
 struct ItemPlanning {
-    std::function<bool(Item)> is_needless;  ///< true if the item is left out when its round comes
-    const ClaimOf<Item>& claim;             ///< the elements that the plan of an item looks at
-    const PlanOf<D, Item>& plan;            ///< plans an item for no more work than that
+    std::function<bool(Item)> is_needless;  ///< skips the item when its round starts
+    const ClaimOf<Item>& claim;             ///< elements that the plan reads
+    const PlanOf<D, Item>& plan;            ///< plans within `max_work`
     std::function<void(Item, const Planned<D>&)> finished;
 };
 
-/// Plans one after the other in the order of their numbers, what does not overlap in parallel (`in_rounds` of
-/// camber.core), until the state's work is spent. Progress tells of the items that are done with.
+/// Plans items in ascending order, non-overlapping ones in parallel (`in_rounds` of camber.core), until the work is
+/// used up. Progress counts processed items.
 template <int D, class Item>
 Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, const ItemPlanning<D, Item>& planning,
                              const Execution& execution) {
@@ -74,31 +73,30 @@ Outcome<Done> plan_in_rounds(RepairState<D>& state, std::vector<Item> items, con
         [&](std::size_t i) { return Claim(std::span((*claims)[i])); }, round);
 }
 
-/// Turns over what may return, while any of it does.
+/// Maximum number of sweeps.
 constexpr int segment_turns = 2;
 constexpr int max_edge_turns = 4;
 constexpr int max_joint_turns = 12;
-/// What one pass may take of the work that is left.
+/// Maximum share of the remaining work for one pass.
 constexpr double max_of_work = 0.5;
-/// Passes in a repair that needs all of them.
 constexpr double max_passes = 14;
-/// Elements with an edge that costs less of its length return by single edges only.
+/// Minimum edge cost for joint returns, as a share of the edge length.
 constexpr double costly = 1e-3;
-/// What slides ask for, as shares of the target: more than nothing, since bringing nodes back costs a little.
+/// Scaled Jacobians that slides require, as shares of the target; positive because projection reduces the value.
 constexpr std::array slide_shares{1.0, 0.1, 0.001};
-/// How many rings of elements around what is left the boundary's displacement is extended over.
+/// Rings of elements around the queue in local extensions.
 constexpr int nearest_rings = 2;
 constexpr int farthest_rings = 8;
 
-/// The passes of a repair over the elements that are not good enough yet, the queue.
+/// Passes over the queue of invalid elements.
 template <int D>
 struct Passes {
     RepairState<D> state;
     std::vector<ElementId> queue;
     Execution execution;
-    std::vector<ElementId> first_queue = queue;  ///< as it began
-    std::size_t begun = 0;                       ///< passes so far
-    bool cut_short = false;                      ///< some pass spent the work that it had and left elements
+    std::vector<ElementId> first_queue = queue;  ///< initial queue
+    std::size_t begun = 0;                       ///< started passes
+    bool cut_short = false;                      ///< a pass used up its work and left elements
 
     [[nodiscard]] Outcome<Done> by_edges() {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, CavityExtent{}).elements; },
@@ -110,14 +108,13 @@ struct Passes {
                               return plan_cavity_repair(state, repair_cavity(state, e, extent), e, asked, max_work);
                           });
     }
-    /// Nodes of boundary edges slide on the geometry, together with those of the volume.
     [[nodiscard]] Outcome<Done> by_slides(CavityExtent extent, double asked) {
         return over_queue([&](ElementId e) { return repair_cavity(state, e, extent).elements; },
                           [&](ElementId e, double max_work) {
                               return plan_slide_repair(state, repair_cavity(state, e, extent), e, asked, max_work);
                           });
     }
-    /// What is left goes home; what this spoils is repaired as before, or stays as it was.
+    /// Restores queued elements to the extension positions. Degraded ones are repaired, or their nodes stay.
     [[nodiscard]] Outcome<Done> by_homes(const HomeOf<D>& home) {
         const Execution quiet = without_progress(execution);
         Passes trial{state, {}, quiet};
@@ -143,13 +140,11 @@ struct Passes {
         if (std::ranges::any_of(plan.verdicts, repaired)) state.moved.apply(plan);
         return finish(Done{});
     }
-    /// Home is where the extension of the boundary's displacement has the nodes, that of all the mesh.
     [[nodiscard]] Outcome<Done> by_home(const Column<LagrangeNode<D>>& home) {
-        // It is of the mesh's own vertices, some of which may have moved.
+        // The extension refers to the vertices of the mesh, some of which may have moved.
         return by_homes(
             [&](EdgeId edge) { return std::optional(LagrangeNode<D>{home[edge].point + state.moved.shift(edge)}); });
     }
-    /// The same of so many rings of elements around what is left.
     [[nodiscard]] Outcome<Done> by_extension(int rings) {
         if (state.exhausted()) return Done{};
         const auto home =
@@ -162,21 +157,21 @@ struct Passes {
             return there ? std::optional(*there) : std::nullopt;
         });
     }
-    /// Nodes that are off their places come as near as they may, one at a time, on segments.
+    /// Moves single nodes towards their targets along segments.
     [[nodiscard]] Outcome<Done> returns_on_segments() {
         return returning(off_their_places(), segment_turns,
                          [&](EdgeId e, double) { return plan_return_on_segment(state, e); });
     }
-    /// The same by programmes.
+    /// Moves single nodes by optimisation.
     [[nodiscard]] Outcome<Done> returns() {
         return returning(off_their_places(), max_edge_turns, [&](EdgeId e, double) { return plan_return(state, e); });
     }
-    /// The same of those that cost most, for no more work than this.
+    /// Moves single nodes in order of cost, within `max_work`.
     [[nodiscard]] Outcome<Done> returns_of_costliest(double max_work) {
         const double kept = std::max(0.0, state.work_left - max_work);
         state.work_left -= kept;
         std::vector<EdgeId> all = off_their_places();
-        // The passes before may have spent more than there was.
+        // Earlier passes may have overspent the work.
         const double most = std::clamp(state.work_left / edge_work, 0.0, static_cast<double>(all.size()));
         auto edges = costliest(std::move(all), static_cast<std::size_t>(most));
         if (!edges) return fail(edges.error());
@@ -185,7 +180,7 @@ struct Passes {
         state.work_left += kept;
         return done;
     }
-    /// And those of an element together, where one of them costs much.
+    /// Moves the nodes of elements with a costly edge jointly.
     [[nodiscard]] Outcome<Done> joint_returns() {
         std::vector<ElementId> elements;
         for (const EdgeId edge : edges_concerned())
@@ -198,7 +193,6 @@ struct Passes {
     }
 
   private:
-    /// Volume edges whose node may be off its place: those that moved, and those of what was not good enough.
     [[nodiscard]] std::vector<EdgeId> edges_concerned() const {
         std::vector<EdgeId> edges = state.moved.nodes.set_rows();
         for (const ElementId e : first_queue)
@@ -213,7 +207,7 @@ struct Passes {
         std::erase_if(edges, [&](EdgeId e) { return state.moved.nodes[e].point == state.wanted(e); });
         return edges;
     }
-    /// So many of them whose nodes cost most where they are, by what is quick to tell: the mesh's own metric.
+    /// Ranks by cost in the implied metric, which is fast to evaluate.
     [[nodiscard]] Outcome<std::vector<EdgeId>> costliest(std::vector<EdgeId> edges, std::size_t most) const {
         if (edges.size() <= most) return edges;
         const auto costs = map_each(without_progress(execution), edges.size(), [&](std::size_t i) {
@@ -241,7 +235,6 @@ struct Passes {
         std::erase_if(queue, [&](ElementId e) { return state.good(e); });
         return done;
     }
-    /// The next pass's share of the progress of them all.
     [[nodiscard]] Execution next_pass(std::size_t turn = 0, std::size_t turns = 1) {
         if (turn == 0) ++begun;
         const auto share = [turns = static_cast<double>(turns), before = static_cast<double>(begun - 1)](double done) {
@@ -250,7 +243,7 @@ struct Passes {
         return part_of(execution, share(static_cast<double>(turn)), share(static_cast<double>(turn + 1)));
     }
     Outcome<Done> over_queue(const ClaimOf<ElementId>& claim, const PlanOf<D, ElementId>& plan) {
-        // A pass that repairs nothing leaves something to those that come after it.
+        // Each pass reserves a share of the work for later passes.
         const double kept = state.work_left * (1 - max_of_work);
         state.work_left -= kept;
         const ItemPlanning<D, ElementId> planning{[&](ElementId e) { return state.good(e); }, claim, plan,
@@ -260,8 +253,7 @@ struct Passes {
         state.work_left += kept;
         return done;
     }
-    /// Turns over the items, each next one over those with an element that the last one claimed and moved: there may be
-    /// room now.
+    /// Sweeps over the items. Later sweeps contain only items next to moved ones.
     template <class Item>
     Outcome<Done> while_moving(std::vector<Item> items, int max_turns, const ClaimOf<Item>& claim,
                                const PlanOf<D, Item>& plan) {
@@ -283,7 +275,6 @@ struct Passes {
     }
 };
 
-/// What passes that move vertices look at.
 template <int D>
 Outcome<Done> look_around_vertices(RepairState<D>& state, const Execution& execution) {
     auto around = balls(state.mesh().linear, without_progress(execution));
@@ -300,7 +291,7 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
     const RepairOptions& options = passes.state.options;
     const bool homes_first = options.method == RepairMethod::extension;
     const bool with_cavities = has_cavities(options.method);
-    // What is only recommended is not worth large cavities, nor vertices and surface nodes that leave their places.
+    // A recommended bound does not justify large cavities, vertex moves or surface moves.
     const bool is_asked = options.min_scaled_jacobian.is_asked;
     Outcome<Done> done = Done{};
     const auto counted = [&](std::size_t& counter, auto&& pass) {
@@ -349,7 +340,6 @@ Outcome<Done> run(Passes<D>& passes, const RepairGuide<D>& guide, RepairStatisti
     return done;
 }
 
-/// The state as a proposal with its verdicts, and what it took.
 template <int D>
 Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, const JudgedProposal<D>& wanted,
                                const RepairStatistics& passes, const Execution& execution) {
@@ -368,15 +358,17 @@ Outcome<Repaired<D>> judge_all(const RepairState<D>& state, bool cut_short, cons
     return Repaired<D>{std::move(*judged), statistics, std::move(given_up)};
 }
 
-/// The methods `extension`, `cavity` and `edge`. Repairs what is not valid in a mesh with the places of `wanted`. By
-/// `extension` nodes first go home, to the boundary's displacement extended, by as few steps as their elements need.
-/// What is left, and by `cavity` all, is repaired at the least cost by the models: for each such element a cavity, its
-/// volume nodes, which move together (joint_programme) while its surroundings and the boundary stay; then one volume
-/// node; then the nodes around it extend the boundary's displacement; then larger cavities, and the vertices of the
-/// volume; last, surface nodes, which are counted. Then nodes return as near to their places as they may, one at a time
-/// and together. No element that is valid ever stops being so. Cavities that do not overlap are planned in parallel;
-/// the result is the same for any number of threads. Where a vertex moves, det J is to be above bound · |det of the
-/// mesh's straight element| too, and the mean ratio at least min(before, 0.05), or the vertex stays. Errors: stopped.
+/// Repairs invalid elements by `extension`, `cavity` or `edge`:
+///
+/// 1. `extension`: nodes move towards the extension of the boundary displacement, only as far as required.
+/// 2. The volume nodes of an element's cavity move jointly (joint_programme) at minimum cost.
+/// 3. Single volume nodes move.
+/// 4. The boundary displacement is extended locally.
+/// 5. Larger cavities move, then vertices of the volume, then surface nodes.
+/// 6. Nodes return towards their targets, singly and jointly.
+///
+/// No valid element becomes invalid. The result does not depend on the number of threads. If a vertex moves, det J must
+/// also exceed bound · |det of the mesh's straight element|, and the mean ratio min(before, 0.05). Errors: stopped.
 template <int D>
 Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& wanted, const RepairGuide<D>& guide,
                                             const RepairOptions& options, const Execution& execution) {
@@ -389,7 +381,7 @@ Outcome<Repaired<D>> repair_by_optimisation(const JudgedProposal<D>& wanted, con
                      execution};
     if (guide.onto) passes.state.onto = &guide.onto;
     if (guide.vertices_onto) passes.state.vertices_onto = &guide.vertices_onto;
-    // Where vertices are elsewhere already, their elements are judged by what is around them.
+    // If vertices have moved already, their elements are judged with data of the surroundings.
     if (wanted.proposal().points != mesh.linear.points)
         if (auto made = look_around_vertices(passes.state, execution); !made) return fail(made.error());
     RepairStatistics statistics;
@@ -411,7 +403,7 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
 /// Effort of each repair after the first, as a share.
 constexpr double share_of_retries = 0.25;
 
-/// What is prescribed is left that elements be valid, for no higher bound.
+/// Nodes leave a prescribed geometry only for validity, not for a higher bound.
 template <int D>
 bool stays_on_geometry(const RepairGuide<D>& guide, double bound) {
     return guide.onto && bound > min_bound;
@@ -455,9 +447,9 @@ Outcome<Repaired<D>> repair_or_straighten(const JudgedProposal<D>& wanted, const
         return to(judged, of);
     };
     auto kept = min_invalid(wanted, to(wanted, options), options, execution, again);
-    if (is_surface_alone(wanted.mesh().linear)) return kept;  // chords were tried
+    if (is_surface_alone(wanted.mesh().linear)) return kept;  // already straightened
     if (!kept || kept->judged.validation().all_valid()) return kept;
-    // The surface is not left for a bound that is only recommended.
+    // Nodes do not leave the surface for a bound that is only recommended.
     RepairOptions demanded = options;
     if (!options.min_scaled_jacobian.is_asked || stays_on_geometry(guide, options.min_scaled_jacobian))
         demanded.min_scaled_jacobian = min_bound;
@@ -504,7 +496,7 @@ Outcome<RepairGuide<D>> own_guide(const JudgedProposal<D>& judged, const Inciden
     for (const ElementId e : broken)
         for (const EdgeId edge : judged.mesh().edges.of_elements[e])
             if (const auto* node = extended->nodes.find(edge)) wanted.at(edge) = *node;
-    // Models are about places of the mesh's own vertices.
+    // Models refer to the vertex positions of the mesh.
     const auto centre = [moved, wanted = std::move(wanted)](EdgeId edge) {
         const LagrangeNode<D>* node = wanted.find(edge);
         return LagrangeNode<D>{(node ? *node : moved.nodes[edge]).point - moved.shift(edge)};

@@ -13,19 +13,17 @@ import :options;
 
 namespace camber {
 
-/// What is to change in a mesh.
 template <int D>
 struct Moves {
-    std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< rising
-    std::vector<std::pair<VertexId, Vec<D>>> points;        ///< rising
-    std::vector<std::pair<ElementId, Verdict>> verdicts;    ///< of the elements that these touch
+    std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;  ///< ascending
+    std::vector<std::pair<VertexId, Vec<D>>> points;        ///< ascending
+    std::vector<std::pair<ElementId, Verdict>> verdicts;    ///< of the elements around these
 };
 
-/// A mesh with some points and nodes elsewhere, and its elements' verdicts there: what every way of repair looks at.
-/// Its cost goes with what is elsewhere, so that trying something on a copy is cheap.
+/// A mesh with moved points and nodes, and its verdicts. The cost of a copy depends only on the number of changes.
 template <int D>
 struct MovedMesh {
-    const QuadraticMesh<D>& mesh;  ///< topology, and where vertices were; its nodes are not looked at
+    const QuadraticMesh<D>& mesh;  ///< topology and original vertices; its nodes are not used
     Overlay<VertexId, Vec<D>> points;
     Overlay<EdgeId, LagrangeNode<D>> nodes;
     Overlay<ElementId, Verdict> verdicts;
@@ -43,16 +41,14 @@ struct MovedMesh {
         for (int i = 0; i < edges_per_simplex<D>; ++i) s.nodes[D + 1 + i] = nodes[mesh.edges.of_elements[e][i]].point;
         return s;
     }
-    /// The same with one of its nodes elsewhere.
     [[nodiscard]] NodalSimplex<D> element_with(ElementId e, EdgeId edge, const LagrangeNode<D>& node) const {
         NodalSimplex<D> s = element(e);
         for (int i = 0; i < edges_per_simplex<D>; ++i)
             if (mesh.edges.of_elements[e][i] == edge) s.nodes[D + 1 + i] = node.point;
         return s;
     }
-    /// How far a vertex is from where the mesh has it.
     [[nodiscard]] Vec<D> shift(VertexId v) const { return points[v] - mesh.linear.points[v]; }
-    /// How far that takes the middle of an edge.
+    /// Displacement of the chord midpoint.
     [[nodiscard]] Vec<D> shift(EdgeId edge) const {
         const auto& [a, b] = mesh.edges.vertices[edge];
         return 0.5 * (shift(a) + shift(b));
@@ -66,7 +62,6 @@ struct MovedMesh {
         for (const auto& [vertex, point] : moves.points) points.set(vertex, point);
         for (const auto& [element, verdict] : moves.verdicts) verdicts.set(element, verdict);
     }
-    /// All that is elsewhere.
     [[nodiscard]] Moves<D> moves() const {
         Moves<D> all;
         for (const EdgeId edge : nodes.set_rows()) all.nodes.emplace_back(edge, nodes[edge]);
@@ -74,7 +69,7 @@ struct MovedMesh {
         for (const ElementId e : verdicts.set_rows()) all.verdicts.emplace_back(e, verdicts[e]);
         return all;
     }
-    /// Its places as a proposal for the mesh, with the kinds of the one that it began with.
+    /// `before`: the initial proposal, which gives the kinds.
     [[nodiscard]] Proposal<D> proposal(const Proposal<D>& before) const {
         Proposal<D> after{points.column(), nodes.column(), before.kinds, {}};
         after.changes = changes_after(mesh, before, after.points, after.mid_nodes);
@@ -82,12 +77,11 @@ struct MovedMesh {
     }
 };
 
-/// Its places, judged where they are others than in `before`: all of them where vertices moved. Errors: stopped.
+/// Judges the elements around changed nodes, or all elements if vertices moved. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<JudgedProposal<D>> judge_moved(const MovedMesh<D>& moved, const Incidence<ElementId>& shells,
                                                      const JudgedProposal<D>& before, const Execution& execution);
 
-/// A mesh while nodes move on the segments to the middles of their chords.
 template <int D>
 struct SegmentState {
     MovedMesh<D> moved;
@@ -96,7 +90,7 @@ struct SegmentState {
     const RepairOptions& options;
 };
 
-/// What a piece of work tries on it, seen as the mesh that it would become.
+/// Tentative changes of a work item.
 template <int D>
 struct Trial {
     const SegmentState<D>& state;
@@ -122,81 +116,74 @@ struct Trial {
     }
     [[nodiscard]] LagrangeNode<D> middle(EdgeId edge) const { return state.moved.middle(edge); }
     [[nodiscard]] bool straight(EdgeId edge) const { return node(edge) == middle(edge); }
-    /// M + θ (P^l − M), which is P_11 ← θ P_11 + (1 − θ) M (paper §3.2) in Lagrange form.
+    /// M + θ (P^l − M): P_11 ← θ P_11 + (1 − θ) M (paper §3.2) in Lagrange form.
     [[nodiscard]] LagrangeNode<D> towards_middle(EdgeId edge, double theta) const;
     [[nodiscard]] double length(EdgeId edge) const;
-    /// What it came to.
     [[nodiscard]] Moves<D> moves() const;
 };
 
-/// Which edges a step may move.
 enum class EdgeGroup { volume, surface, all };
 [[nodiscard]] bool contains(EdgeGroup group, EdgeKind kind);
 
-/// The edges of an element that are of the group and not straight yet.
+/// Returns the element's edges in the group that are not straight.
 template <int D>
 [[nodiscard]] std::vector<EdgeId> loose_edges(const Trial<D>& trial, ElementId e, EdgeGroup group);
 
-/// What changes did, to take them back.
+/// Undo record.
 template <int D>
 struct Changes {
     std::vector<std::pair<EdgeId, LagrangeNode<D>>> nodes;
     std::vector<std::pair<ElementId, Verdict>> verdicts;
-    std::vector<ElementId> broken;  ///< elements that were valid and are not any more
+    std::vector<ElementId> broken;  ///< elements that became invalid
 };
 
-/// Moves one node without a look at its elements.
+/// Moves one node without updating verdicts.
 template <int D>
 void move_node(Trial<D>& trial, EdgeId edge, const LagrangeNode<D>& node, Changes<D>& changes);
 
-/// Verdicts of the elements around these edges.
 template <int D>
 void check_shells(Trial<D>& trial, std::span<const EdgeId> edges, Changes<D>& changes);
 
-/// Takes all changes back.
 template <int D>
 void undo(Trial<D>& trial, const Changes<D>& changes);
 
-/// Jacobian of an element with one of its nodes elsewhere.
 template <int D>
 [[nodiscard]] BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge,
                                                const LagrangeNode<D>& node);
 
-/// One node of an element at a time, each by a linear programme over its shell: the one that repairs the element at the
-/// least loss (to the target; failing that, to the bound; failing that, one that only helps, each if allowed), until
-/// the element is valid or nothing helps. True if any node moved.
+/// Moves single nodes, each by a linear program with minimum loss, until the element is valid or no move helps. Prefers
+/// the target to the bound, and this to partial improvement, as far as `steps` allows. True if a node moved.
 enum class Steps { to_target, to_bound, helping };
 template <int D>
 bool repair_element(Trial<D>& trial, ElementId e, EdgeGroup group, Steps steps);
 
-/// Plain θ-steps on an element and on those that break by it, kept only if all of them reach this scaled Jacobian in
-/// the end and not too many were drawn in.
+/// Applies θ-steps to an element and to those that become invalid. Undone unless all reach `scaled_jacobian` within a
+/// limited number of elements.
 template <int D>
 bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, double scaled_jacobian);
 
-/// Moves a node back to where it was at first, as far as its shell allows. True if it moved.
+/// Moves a node towards its initial position as far as its elements allow. True if it moved.
 template <int D>
 bool put_back(Trial<D>& trial, EdgeId edge);
 
-/// Nodes of edges, and the work that it took to find them, in the units of `RepairOptions::effort`.
+/// Nodes, and the work of their computation (unit: `RepairOptions::effort`).
 template <int D>
 struct LocalExtension {
     SparseMap<EdgeId, LagrangeNode<D>> nodes;
     double work = 0;
 };
 
-/// The boundary's displacement extended (`extend_boundary`) around some elements alone: nodes of the volume edges of
-/// the `seeds` and of so many rings of elements around them, while all nodes around these are given where they are.
-/// Its cost goes with these elements. Errors: stopped.
+/// Extends the boundary displacement (`extend_boundary`) to the volume edges of the `seeds` and of `rings` rings around
+/// them; surrounding nodes are fixed. The cost is proportional to these elements. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<LocalExtension<D>> extend_around(const MovedMesh<D>& moved, const Column<EdgeKind>& kinds,
                                                        const Incidence<ElementId>& shells,
                                                        const std::vector<ElementId>& seeds, int rings,
                                                        const Execution& execution);
 
-/// Volume nodes around elements that are not valid, and nodes of the boundary's plane pieces within their planes by at
-/// most the tolerance, go where a linear extension of all other boundary nodes' displacements has them, as far out as
-/// that breaks elements. The boundary's shape stays. The proposal need not be better. Errors: stopped.
+/// Moves volume nodes around invalid elements, and nodes of planar boundary parts within their planes by at most
+/// `tolerance`, to a linear extension of the other boundary displacements. Includes all elements that become invalid.
+/// The boundary shape stays; the result is not necessarily better. Errors: stopped.
 [[nodiscard]] Outcome<Proposal<3>> slid_in_planes(const JudgedProposal<3>& judged, double tolerance,
                                                   const Execution& execution);
 

@@ -16,21 +16,19 @@ import camber.curving;
 
 export namespace camber {
 
-/// How nodes find a place at which the elements around them are valid.
 enum class RepairMethod : std::uint8_t {
-    /// Towards the boundary's displacement extended, by as few halvings as the elements need, the last step exactly
-    /// there; what that leaves as by `cavity`. Then nodes return towards where they are wanted.
+    /// Towards the extension of the boundary displacement by few halvings, the last step exact; then as `cavity`; then
+    /// nodes return towards their targets.
     extension,
-    /// By programmes over cavities, nearest to where nodes are wanted: several nodes together; then one; then the
-    /// boundary's displacement extended; then larger cavities, vertices and, last, surface nodes.
+    /// Optimisation nearest to the targets: all nodes of a cavity; one node; local extension of the boundary
+    /// displacement; larger cavities; vertices; surface nodes.
     cavity,
-    edge,  ///< by programmes of one volume node at a time alone
-    /// Node by node, as little as needed: each moves on the segment to the middle of its chord to the farthest place
-    /// where the elements of its shell hold, by a linear programme; steps by theta only for what that cannot repair;
-    /// nodes are put back as far as they may at the end.
+    edge,  ///< single volume nodes only
+    /// Each node moves towards its chord midpoint by the minimum distance (a linear program). θ-steps repair the rest.
+    /// Finally nodes are put back as far as possible.
     segment,
-    /// The paper's (§3.2): P_11 ← θ P_11 + (1 − θ) M for all volume edges of an element that is not valid, then for its
-    /// surface edges, until it is; elements that break by it are next.
+    /// Paper §3.2: P_11 ← θ P_11 + (1 − θ) M for all volume edges of an invalid element, then for its surface edges.
+    /// Elements that become invalid follow.
     backtracking,
 };
 [[nodiscard]] constexpr auto words(RepairMethod) {
@@ -39,12 +37,12 @@ enum class RepairMethod : std::uint8_t {
                     Word{RepairMethod::backtracking, "backtracking"});
 }
 
-/// Whether a method ends with cavities, which may move vertices and surface nodes.
+/// True if the method includes cavities, which may move vertices and surface nodes.
 [[nodiscard]] constexpr bool has_cavities(RepairMethod method) {
     return method == RepairMethod::extension || method == RepairMethod::cavity;
 }
 
-/// Whether a method weighs places by models, one an edge; the others take none.
+/// True if the method uses cost models of edges.
 [[nodiscard]] constexpr bool needs_models(RepairMethod method) {
     return has_cavities(method) || method == RepairMethod::edge;
 }
@@ -54,22 +52,21 @@ enum class VertexMoves : std::uint8_t { allowed, never };
     return words_of(Word{VertexMoves::allowed, "move"}, Word{VertexMoves::never, "keep"});
 }
 
-/// What is asked of the elements, and what may be done for it.
 struct RepairOptions {
     JacobianBound min_scaled_jacobian = {};
     JacobianBound target = {};
     RepairMethod method = RepairMethod::extension;
     double boundary_tolerance = 0;
     VertexMoves vertices = VertexMoves::allowed;
-    /// A step of a programme with ten unknown points counts 1, others with the square of their number. So repair ends
-    /// where what is asked cannot be had; counts, not seconds, so that the result is the same on any machine.
+    /// Work limit per element. A step of a problem with n unknown points counts (n/10)². Counts, unlike seconds, give
+    /// the same result on any machine.
     double effort = 500;
-    double restore_effort = 0.05;  ///< the same, of the programmes by which nodes return where they went home
+    double restore_effort = 0.05;  ///< same unit, for returns after `extension`
     double theta = 0.75;
     int max_corrections = 40;
-    double max_work = std::numeric_limits<double>::infinity();  ///< what may be spent in all, beside `effort`
+    double max_work = std::numeric_limits<double>::infinity();  ///< absolute limit besides `effort`
 
-    /// What repaired elements are to reach where they can.
+    /// Scaled Jacobian that repaired elements should reach.
     [[nodiscard]] constexpr double aim() const { return std::max(target.value, min_scaled_jacobian.value); }
 
     [[nodiscard]] static constexpr auto options() {
@@ -122,91 +119,84 @@ struct RepairOptions {
     friend bool operator==(const RepairOptions&, const RepairOptions&) = default;
 };
 
-/// The work that a repair of so many elements that are not good enough may take: effort · (200 + elements). Where there
-/// are few, one may take more.
+/// The constant allows a few difficult elements more work.
 [[nodiscard]] constexpr double allowed_work(std::size_t elements, double effort) {
     return (200 + static_cast<double>(elements)) * effort;
 }
 
-/// What of it may be spent on returns of nodes that went home: 100 + restore_effort · elements.
+/// Work limit of returns after `extension`.
 [[nodiscard]] constexpr double allowed_return_work(std::size_t elements, const RepairOptions& options) {
     return 100 + static_cast<double>(elements) * options.restore_effort;
 }
 
-/// A place of the geometry for a point of the boundary, and the projector onto the directions that lead off it there:
-/// n nᵀ on a surface, I − t tᵀ on a curve, I where the point is not to slide.
+/// A point on the geometry, and the projector onto the directions off it: n nᵀ on a surface, I − t tᵀ on a curve, I if
+/// the point must not slide.
 template <int D>
 struct GeometryFoot {
     Vec<D> point;
     Sym<D> across;
 };
-/// The foot near a point on what an edge of the boundary lies on: a pure function, asked from several threads.
+/// Projects a point onto the geometry of a boundary edge. Pure, called from several threads.
 template <int D>
 using FootOnGeometry = std::function<GeometryFoot<D>(EdgeId, const Vec<D>&)>;
-/// The same for a vertex of the boundary.
+/// The same for a boundary vertex.
 template <int D>
 using VertexOnGeometry = std::function<GeometryFoot<D>(VertexId, const Vec<D>&)>;
 
-/// Where nodes of boundary edges that may move end in the worst case.
 enum class SurfaceMoves : std::uint8_t { off_geometry, on_geometry };
 
-/// What repair goes by, beside the places and the options.
 template <int D>
 struct RepairGuide {
     Incidence<ElementId> shells;  ///< elements around each edge
-    /// Where an edge's node is wanted while its vertices are where the mesh has them, and what it costs to have it
-    /// elsewhere; asked of edges near elements that are not valid. Null for methods that need none (`needs_models`).
+    /// Target position of an edge's node, for the vertices of the mesh. Called for edges near invalid elements. Null
+    /// for methods without models (`needs_models`).
     std::function<LagrangeNode<D>(EdgeId)> wanted = {};
     EdgeModels<D> models = {};
-    /// Where nodes go back to in elements that are not valid, one an edge: the extension of the boundary's displacement
-    /// (`extend_boundary`). Empty: one is made around these elements alone.
+    /// Extension of the boundary displacement (`extend_boundary`), one node per edge. Empty: computed locally.
     Column<LagrangeNode<D>> home = {};
-    /// Where nodes of boundary edges slide before any of them leaves the geometry; null: they do not slide.
+    /// Projection of boundary nodes, used before any leaves the geometry; null: they do not slide.
     FootOnGeometry<D> onto = {};
-    /// Where vertices of the boundary slide, with the nodes of their edges; null: they stay.
+    /// Projection of boundary vertices, which take their edges' nodes with them; null: they stay.
     VertexOnGeometry<D> vertices_onto = {};
     SurfaceMoves surface = SurfaceMoves::off_geometry;
 };
 
-/// What a repair changed.
 struct RepairStatistics {
-    std::size_t corrected_elements = 0;   ///< not valid before, valid now
-    std::size_t raised_elements = 0;      ///< valid before but below `RepairOptions::target`, not below it now
-    std::size_t moved_volume_nodes = 0;   ///< edges whose node is not where it was
-    std::size_t moved_surface_nodes = 0;  ///< the same, of surface and ridge edges: they may have left the geometry
-    std::size_t moved_vertices = 0;       ///< in the volume
-    double work = 0;                      ///< of its programmes, as `RepairOptions::effort` counts it
+    std::size_t corrected_elements = 0;   ///< invalid before, valid now
+    std::size_t raised_elements = 0;      ///< from below `RepairOptions::target` to at least the target
+    std::size_t moved_volume_nodes = 0;   ///< volume edges
+    std::size_t moved_surface_nodes = 0;  ///< surface and ridge edges; nodes possibly off the geometry
+    std::size_t moved_vertices = 0;
+    double work = 0;  ///< unit of `RepairOptions::effort`
     std::size_t by_edges = 0, by_cavities = 0, by_extension = 0, by_vertices = 0, by_slides = 0,
                 by_surface = 0;  ///< elements
 };
 
-/// A proposal after a repair, and what that changed.
 template <int D>
 struct Repaired {
     JudgedProposal<D> judged;
     RepairStatistics statistics = {};
-    std::vector<ElementId> given_up = {};  ///< not valid when the work that may be spent was spent; rising
+    std::vector<ElementId> given_up = {};  ///< invalid when the work limit was reached; ascending
 };
 
-/// What is otherwise in a later judgement of the same mesh: elements, and nodes and vertices, by the kinds of `before`.
+/// Counts the differences; nodes by the kinds of `before`.
 template <int D>
 [[nodiscard]] RepairStatistics changes_between(const JudgedProposal<D>& before, const JudgedProposal<D>& after);
 
-/// The later state with all that changed since `before` counted, and with its kinds; the work is that of `after`.
+/// Returns `after` with the kinds of `before` and statistics of all changes since; the work is that of `after`.
 template <int D>
 [[nodiscard]] Repaired<D> with_all_changes(const JudgedProposal<D>& before, Repaired<D> after);
 
-/// The elements that are not valid, rising.
+/// Ascending.
 template <int D>
 [[nodiscard]] std::vector<ElementId> elements_not_valid(const Validation<D>& validation);
 
-/// The changes with those of edges whose node is not where it was: straightened, where it is in the middle now, else
-/// relaxed.
+/// Marks moved nodes as straightened (at the chord midpoint) or relaxed.
 template <int D>
 [[nodiscard]] Column<EdgeChange> changes_after(const QuadraticMesh<D>& mesh, const Proposal<D>& before,
                                                const Column<Vec<D>>& points, const Column<LagrangeNode<D>>& mid_nodes);
 
-/// Returns the options with a recommended target if they require none and their method raises elements.
+/// Sets the recommended target if none is required and the method raises elements.
 [[nodiscard]] inline RepairOptions with_target(RepairOptions options, const JacobianBound& recommended) {
     if (!options.target.is_asked && options.method == RepairMethod::extension) options.target = recommended;
     return options;
@@ -216,14 +206,14 @@ template <int D>
 
 namespace camber {
 
-/// How a vertex may move while a mesh is repaired.
 enum class VertexFreedom : std::uint8_t {
-    held,     ///< it stays
-    free,     ///< in the volume
-    sliding,  ///< on the boundary: as far as it slides on the geometry
+    held,     ///< does not move
+    free,     ///< moves in the volume
+    sliding,  ///< slides on the geometry
 };
 
-/// All vertices are held, or required ones, those at edges that are, and those of the boundary where none slides.
+/// Without moves all are `held`, else required vertices and those of fixed edges; `of_boundary`: freedom of other
+/// boundary vertices.
 template <int D>
 [[nodiscard]] inline Buffer<VertexFreedom> vertex_freedoms(const QuadraticMesh<D>& mesh, const Column<EdgeKind>& kinds,
                                                            VertexMoves moves, VertexFreedom of_boundary) {
@@ -241,13 +231,13 @@ template <int D>
     return freedoms;
 }
 
-/// A repair judged for the least bound and for the one that is asked for.
+/// A repair judged for the minimum and the requested bound.
 template <int D>
 struct TwiceJudged {
-    Repaired<D> repaired;  ///< judged for the latter
+    Repaired<D> repaired;  ///< for the requested bound
     std::size_t invalid = 0;
 
-    /// Fewer invalid ones first, then fewer below the bound.
+    /// Sort key.
     [[nodiscard]] std::pair<std::size_t, std::size_t> left() const {
         return {invalid, repaired.judged.validation().not_valid()};
     }
@@ -265,10 +255,10 @@ template <int D>
     return TwiceJudged<D>{std::move(repaired), least->validation().not_valid()};
 }
 
-/// To the passes elements below a bound are alike: where it cannot be had, some may have been left invalid that need
-/// not be. `asked`: what came of the bound of the options. If that has invalid elements, `repair(start, options)` is
-/// asked for the least bound, from there and from what was `wanted`; what leaves fewest invalid is taken; if that is
-/// none, the bound is tried once more from there. Errors: those of `repair`, stopped.
+/// For an unreachable bound, since passes do not distinguish elements below it from invalid ones. `asked`: result for
+/// the requested bound. If it has invalid elements, repairs with the minimum bound from `asked` and from `wanted` and
+/// selects the fewest invalid elements. If none is left, tries the requested bound once more. Errors: those of
+/// `repair`, stopped.
 template <int D, class Repair>
 [[nodiscard]] Outcome<Repaired<D>> min_invalid(const JudgedProposal<D>& wanted, Outcome<Repaired<D>> asked,
                                                const RepairOptions& options, const Execution& execution,
@@ -280,7 +270,7 @@ template <int D, class Repair>
     RepairOptions from_wanted = options;
     from_wanted.min_scaled_jacobian = min_bound;
     RepairOptions from_there = from_wanted;
-    from_there.boundary_tolerance = 0;  // what it allows was taken
+    from_there.boundary_tolerance = 0;  // `asked` already used the tolerance
     const JudgedProposal<D> there = best->repaired.judged;
     for (const auto& [start, by] : {std::pair(&there, &from_there), std::pair(&wanted, &from_wanted)}) {
         if (best->invalid == 0) break;

@@ -1,4 +1,4 @@
-// Raises elements above the bound, to the target of repair.
+// Raises elements above the bound, to the target of the repair.
 module;
 #include <algorithm>
 #include <cstddef>
@@ -19,14 +19,14 @@ namespace camber {
 
 namespace {
 
-/// An element may lose this share of its scaled Jacobian: certified values are that close to it.
+/// Tolerated relative loss: the accuracy of certified values.
 constexpr double tolerated_loss = 1e-3;
 
-/// Work that raising may spend, as a share of that of the repair: valid elements can do without.
+/// Share of the work of the repair.
 constexpr double share_of_effort = 0.25;
 
-/// Puts nodes back where an element ended lower than it was before (`before`, judged for the target), until no element
-/// that was valid is both lower and below the target. Elements that held the bound (`at_bound`) hold it.
+/// Puts nodes back until no valid element is both below the target and below its value in `before` (judged for the
+/// target). Elements valid in `at_bound` stay valid.
 template <int D>
 Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& before, const Validation<D>& at_bound,
                               const Incidence<ElementId>& shells, const Execution& execution) {
@@ -58,7 +58,7 @@ Outcome<Done> put_back_losses(MovedMesh<D>& raised, const JudgedProposal<D>& bef
     return Done{};
 }
 
-/// Number of elements that are valid at the bound of the repair and below the target, and reach the target now.
+/// Counts elements valid in `at_bound` that newly reach the target.
 template <int D>
 Outcome<std::size_t> count_raised(const MovedMesh<D>& raised, const Validation<D>& at_target,
                                   const Validation<D>& at_bound, const Execution& execution) {

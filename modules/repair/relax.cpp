@@ -89,7 +89,7 @@ BoundedJacobian<D> jacobian_with(const Trial<D>& trial, ElementId e, EdgeId edge
     return bounded_jacobian(element);
 }
 
-/// Elements that one attempt of repair_with_neighbours may relax, repeats counted.
+/// Maximum number of relaxed elements of `repair_with_neighbours`, repeats included.
 constexpr std::size_t max_drawn_in = 200;
 
 template <int D>
@@ -122,7 +122,7 @@ bool repair_with_neighbours(Trial<D>& trial, ElementId e, EdgeGroup group, doubl
 
 namespace {
 
-/// Turns over all elements that are not valid, and over all moved edges.
+/// Maximum numbers of sweeps over invalid elements, and over moved edges.
 constexpr int max_rounds = 20;
 constexpr int put_back_rounds = 2;
 
@@ -134,7 +134,7 @@ Outcome<Done> check(const QuadraticMesh<D>& mesh, const Proposal<D>& proposal, c
     return check_limits(options);
 }
 
-/// A piece of work: an element or an edge, and the elements that it reads and writes; none: not known before.
+/// An element or edge, and the elements that it reads and writes; nothing: not known in advance.
 template <class Id>
 struct Piece {
     Id id;
@@ -143,16 +143,15 @@ struct Piece {
     [[nodiscard]] Claim claim() const { return elements ? Claim(std::span(*elements)) : Claim(); }
 };
 
-/// What a piece came to.
 template <int D>
 struct Step {
     Moves<D> moves;
     bool moved = false;
-    std::vector<EdgeId> corrected;  ///< once more
+    std::vector<EdgeId> corrected;  ///< with one more correction
     std::vector<ElementId> broken;
 };
 
-/// Relaxation, piece by piece as if one after the other: what is done to one decides what the next one needs.
+/// Parallel relaxation with the result of sequential processing.
 template <int D>
 struct Relaxing {
     SegmentState<D> state;
@@ -166,7 +165,7 @@ struct Relaxing {
         elements |= ranges::actions::sort | ranges::actions::unique;
         return {e, std::move(elements)};
     }
-    /// f(trial, id, step) for each piece, when its turn comes; `finished(step)` in their order.
+    /// Calls f(trial, id, step) for each item, and `finished(step)` in their order.
     template <class Id, class Needless, class F, class Finished>
     Outcome<Done> each_piece(std::vector<Piece<Id>> pieces, Needless&& needless, F&& f, Finished&& finished) {
         const auto round = [&](std::span<const Piece<Id>> now) -> Outcome<bool> {
@@ -191,8 +190,8 @@ struct Relaxing {
         const auto claim = [](const Piece<Id>& piece) { return piece.claim(); };
         return in_rounds(schedule, std::move(pieces), execution, needless, claim, round);
     }
-    /// The same for the elements of the queue that are not valid; keeps these in the queue. True if any of them moved
-    /// something.
+    /// Calls f(trial, element) for invalid elements of the queue, which keeps those that stay invalid. True if any
+    /// moved.
     template <class PieceOf, class F>
     Outcome<bool> turn(std::vector<ElementId>& queue, PieceOf&& piece, F&& f) {
         std::vector<Piece<ElementId>> pieces;
@@ -221,9 +220,8 @@ Outcome<Done> repair_in_turns(Relaxing<D>& relaxing, std::vector<ElementId>& que
     return Done{};
 }
 
-/// The paper's correction (§3.2) over a queue: all volume edges of an element that is not valid by θ, surface edges
-/// once its volume edges are straight; what breaks joins the next round. Ends: every edge is straight after
-/// max_corrections + 1 steps.
+/// Correction of the paper (§3.2): all volume edges of an invalid element by θ, then its surface edges. Elements that
+/// become invalid join the next iteration. Terminates: every edge is straight after max_corrections + 1 steps.
 template <int D>
 Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
     const RepairOptions& options = relaxing.state.options;
@@ -231,7 +229,7 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
     const auto correct = [&](Trial<D>& trial, ElementId e, Step<D>& step) {
         std::vector<EdgeId> loose = loose_edges(trial, e, EdgeGroup::volume);
         if (loose.empty()) loose = loose_edges(trial, e, EdgeGroup::surface);
-        if (loose.empty()) return;  // straight, and still not valid
+        if (loose.empty()) return;  // straight but still invalid
         Changes<D> changes;
         for (const EdgeId edge : loose) {
             const int* before = corrections.find(edge);
@@ -261,8 +259,8 @@ Outcome<Done> relax_by_theta(Relaxing<D>& relaxing, std::vector<ElementId> queue
     return Done{};
 }
 
-/// Moves the nodes of these edges back to where they were at first, as far as their elements allow. Surface and ridge
-/// nodes come first: they make the geometry.
+/// Moves nodes towards their initial positions as far as their elements allow; surface and ridge nodes first, because
+/// they define the geometry.
 template <int D>
 Outcome<Done> put_all_back(Relaxing<D>& relaxing, std::vector<EdgeId> moved) {
     const SegmentState<D>& state = relaxing.state;
@@ -283,7 +281,7 @@ Outcome<Done> put_all_back(Relaxing<D>& relaxing, std::vector<EdgeId> moved) {
 template <int D>
 Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> queue) {
     const auto in_turns = [&](EdgeGroup group, Steps steps) { return repair_in_turns(relaxing, queue, group, steps); };
-    // What it draws in is not known before.
+    // The set of affected elements is not known in advance.
     const auto with_neighbours = [&](EdgeGroup group, double scaled_jacobian) -> Outcome<Done> {
         return relaxing
             .turn(
@@ -304,30 +302,28 @@ Outcome<Done> relax_by_segments(Relaxing<D>& relaxing, std::vector<ElementId> qu
     return put_all_back(relaxing, relaxing.state.moved.nodes.set_rows());
 }
 
-/// Number of steps of a node to its place in the input mesh; each but the last goes half of the way that is left.
+/// Number of steps of a node; each but the last covers half of the distance.
 constexpr int restoring_steps = 4;
 
-/// Nodes and vertices on their way back to their places in the input mesh. An element that is not valid moves all its
-/// volume nodes; once these have arrived its boundary nodes, then its vertices. So an element of which all has arrived
-/// is the input's.
+/// Moves nodes and vertices back to the input mesh. An invalid element moves its volume nodes, then its boundary nodes,
+/// then its vertices, until it equals the input element.
 template <int D>
 struct Restoring {
     MovedMesh<D> moved;
     const Incidence<ElementId>& shells;
     const Column<EdgeKind>& kinds;
     double bound = 0;
-    Incidence<ElementId> balls = {};  ///< made once vertices move
+    Incidence<ElementId> balls = {};  ///< computed when vertices first move
     SparseMap<EdgeId, int> steps = {};
 
     [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] NodalSimplex<D> input_element(ElementId e) const {
         return nodal_element<D>(mesh(), mesh().mid_nodes.view(), e);
     }
-    /// The node's place in the input mesh, moved along with the edge's vertices.
+    /// Node of the input mesh, shifted with the edge's vertices.
     [[nodiscard]] LagrangeNode<D> input_node(EdgeId edge) const {
         return {mesh().mid_nodes[edge].point + moved.shift(edge)};
     }
-    /// The next step of a node; none once it has arrived.
     [[nodiscard]] std::optional<LagrangeNode<D>> next_place(EdgeId edge) {
         const LagrangeNode<D> there = input_node(edge);
         const LagrangeNode<D>& now = moved.nodes[edge];
@@ -336,7 +332,6 @@ struct Restoring {
         return is_last ? there : LagrangeNode<D>{midpoint(now.point, there.point)};
     }
 
-    /// What the elements move next.
     struct Wave {
         std::vector<EdgeId> edges;
         std::vector<VertexId> vertices;
@@ -363,7 +358,6 @@ struct Restoring {
         return wave;
     }
 
-    /// Puts the vertices where the input mesh has them; the nodes of their edges go along.
     void restore_vertices(const std::vector<VertexId>& vertices, std::vector<ElementId>& touched) {
         std::vector<EdgeId> edges;
         for (const VertexId v : vertices)
@@ -410,7 +404,6 @@ struct Restoring {
         return Done{};
     }
 
-    /// Number of elements that are not valid.
     [[nodiscard]] std::size_t not_valid() const {
         std::size_t count = 0;
         for (std::size_t e = 0; e < moved.verdicts.size(); ++e) count += !moved.is_valid(ElementId(e));
@@ -418,7 +411,7 @@ struct Restoring {
     }
 };
 
-/// Edges whose node is in another place than in `before`, between vertices that are where `wanted` has them.
+/// Edges whose node differs from `before` and whose vertices are those of `wanted`.
 template <int D>
 std::vector<EdgeId> restored_edges(const MovedMesh<D>& moved, const Proposal<D>& before, const Proposal<D>& wanted) {
     std::vector<EdgeId> edges = moved.nodes.set_rows();
@@ -453,7 +446,7 @@ Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& wanted, Repaired<D> 
     return guarded([&]() -> Outcome<Repaired<D>> {
         const Execution quiet = without_progress(execution);
         RepairOptions to = options;
-        // What is only recommended is not worth nodes that leave their places.
+        // A recommended bound does not justify moving nodes off their target positions.
         if (!bound.is_asked) to.min_scaled_jacobian = min_bound;
         const auto before = validate(mesh, repaired.judged.proposal(), to.min_scaled_jacobian, quiet);
         if (!before) return fail(before.error());
@@ -470,7 +463,8 @@ Outcome<Repaired<D>> restore_input(const JudgedProposal<D>& wanted, Repaired<D> 
         if (restoring.not_valid() >= before->validation().not_valid()) return repaired;
         const auto edges = restored_edges(restoring.moved, before->proposal(), wanted.proposal());
         Relaxing<D> relaxing{{std::move(restoring.moved), *around, kinds, to}, quiet};
-        // Nodes are put back to where they are wanted, not to where repair had them.
+        // `put_all_back` moves nodes towards the base of the overlay, which must be the target positions and not the
+        // repaired ones.
         auto& nodes = relaxing.state.moved.nodes;
         const Column<LagrangeNode<D>> restored = nodes.column();
         nodes = Overlay<EdgeId, LagrangeNode<D>>(wanted.proposal().mid_nodes);

@@ -20,13 +20,12 @@ import :options;
 
 namespace camber {
 
-/// What moving vertices asks of the mesh: made when they first do.
+/// Data for vertex moves; computed before the first one.
 struct VertexSurroundings {
     Incidence<ElementId> balls;
-    Column<VertexFreedom> freedom;  ///< of vertices
+    Column<VertexFreedom> freedom;  ///< per vertex
 };
 
-/// A mesh while programmes repair it.
 template <int D>
 struct RepairState {
     MovedMesh<D> moved;
@@ -35,20 +34,20 @@ struct RepairState {
     Memo<EdgeId, QuadraticModel<D>> models;
     const RepairOptions& options;
     Column<EdgeKind> kinds;
-    Schedule& schedule;    ///< of the mesh's elements
-    double work_left = 0;  ///< of programmes and extensions, see element_work
-    double work = 0;       ///< done so far
+    Schedule& schedule;    ///< over the elements of the mesh
+    double work_left = 0;  ///< unit: `edge_work`
+    double work = 0;       ///< used so far
     VertexSurroundings around_vertices = {};
-    const FootOnGeometry<D>* onto = nullptr;             ///< none: boundary nodes do not slide
-    const VertexOnGeometry<D>* vertices_onto = nullptr;  ///< none: nor do the boundary's vertices
+    const FootOnGeometry<D>* onto = nullptr;             ///< null: boundary nodes do not slide
+    const VertexOnGeometry<D>* vertices_onto = nullptr;  ///< null: boundary vertices do not slide
 
     [[nodiscard]] const QuadraticMesh<D>& mesh() const { return moved.mesh; }
     [[nodiscard]] bool exhausted() const { return work_left < 1; }
     [[nodiscard]] bool good(ElementId e) const { return moved.is_valid(e); }
     [[nodiscard]] NodalSimplex<D> element(ElementId e) const { return moved.element(e); }
-    /// Where the edge's node is wanted; that goes along with its vertices.
+    /// Target position, shifted with the edge's vertices.
     [[nodiscard]] Vec<D> wanted(EdgeId edge) const { return wanted_nodes(edge).point + moved.shift(edge); }
-    /// The edge's model; what is wanted goes along with its vertices.
+    /// Cost model, shifted with the edge's vertices.
     [[nodiscard]] QuadraticModel<D> model(EdgeId edge) const {
         QuadraticModel<D> m = models[edge];
         m.centre += moved.shift(edge);
@@ -56,7 +55,7 @@ struct RepairState {
     }
 };
 
-/// The scaled Jacobian that an element must keep while others are given `asked`: its own where that is less.
+/// Returns `asked`, or the element's own scaled Jacobian if that is lower.
 template <int D>
 [[nodiscard]] inline double jacobian_to_keep(const RepairState<D>& state, ElementId e, double asked) {
     const NodalSimplex<D> element = state.element(e);
@@ -67,8 +66,7 @@ template <int D>
     return now < asked ? now : asked;
 }
 
-/// Whether an element that becomes `next`, with this verdict, is spoilt: it was good enough and is not, or it was valid
-/// below the bound and is not even that.
+/// True if the element changes from valid to not valid, or loses det J > 0.
 template <int D>
 [[nodiscard]] inline bool is_degraded(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
                                       Verdict verdict) {
@@ -76,97 +74,90 @@ template <int D>
     return state.good(e) || (decide(state.element(e), 0) == Verdict::valid && decide(next, 0) != Verdict::valid);
 }
 
-/// What planning came to, and the work that it was.
 template <int D>
 struct Planned {
     std::optional<Moves<D>> plan;
     double work = 0;
 };
 
-/// The work of the programme of one edge.
+/// Unit of work: the optimisation of one edge.
 inline constexpr double edge_work = 1;
 
-/// One volume node moves, such that the seed is good enough and no element around it stops being so: the cheapest of
-/// the seed's edges. None when none can.
+/// Plans the cheapest move of one volume node that makes the seed valid without degrading an element.
 template <int D>
 [[nodiscard]] Planned<D> plan_edge_repair(const RepairState<D>& state, ElementId seed);
 
-/// An edge's node on the segment to where it is wanted, as far as the elements around it allow by their coefficients:
-/// they are affine there. None if that is not far. It counts as no work.
+/// Plans a move along the segment to the target position, with affine coefficients. Nothing if the step is short. Costs
+/// no work.
 template <int D>
 [[nodiscard]] Planned<D> plan_return_on_segment(const RepairState<D>& state, EdgeId edge);
 
-/// A return that wins less of what its nodes cost is not made.
+/// Minimum relative gain of a return.
 inline constexpr double min_returned_share = 0.01;
 
-/// An edge's node nearer to where it is wanted, as far as the elements around it allow; none if that is not worth it.
+/// Plans a move towards the target position as far as the elements allow; nothing if the gain is small.
 template <int D>
 [[nodiscard]] Planned<D> plan_return(const RepairState<D>& state, EdgeId edge);
 
-/// What a cavity may move, and how far it reaches around its element.
 struct CavityExtent {
-    /// `slides`: surface nodes and vertices of volume and boundary, with the nodes of all their edges.
+    /// `slides`: surface nodes, and vertices of volume and boundary with the nodes of their edges.
     enum class Moves : std::uint8_t { volume_nodes, vertices, surface_nodes, slides };
     Moves moves = Moves::volume_nodes;
-    int closures = 0;  ///< 0: the element's own edges; each more: those of all elements around these
+    int closures = 0;  ///< 0: edges of the seed; each step adds those of adjacent elements
 };
 
-/// What a cavity holds: its elements are those around its free edges and vertices.
+/// Free edges and vertices, and all elements around them.
 template <int D>
 struct RepairCavity {
-    std::vector<EdgeId> edges;       ///< free, rising
-    std::vector<VertexId> vertices;  ///< free, rising
+    std::vector<EdgeId> edges;       ///< free, ascending
+    std::vector<VertexId> vertices;  ///< free, ascending
     std::vector<ElementId> elements;
 };
 template <int D>
 [[nodiscard]] RepairCavity<D> repair_cavity(const RepairState<D>& state, ElementId seed, CavityExtent extent);
 
-/// The cavity's nodes and vertices together: repairs the seed, to `asked` as a scaled Jacobian; no other element that
-/// is good enough stops being so. `asked` 0: to the bound, at whatever cost. None when that is not found.
+/// Plans a joint move that raises the seed to the scaled Jacobian `asked` (0: to the bound, at any cost) without
+/// degrading an element.
 template <int D>
 [[nodiscard]] Planned<D> plan_cavity_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                             double asked, double max_work);
 
-/// Floors lie this much above the bound: the programme ends within a part of it.
+/// Floors are this amount above the bound, because the solver ends within a fraction of it.
 inline constexpr double floor_slack = 2e-6;
 
-/// The same with nodes of boundary edges that slide on the geometry (`state.onto`), and the cavity's vertices, of which
-/// those of the boundary slide too (`state.vertices_onto`): each step of the programme is taken in the tangent planes
-/// (on curves along the tangents), then brought back onto the geometry, from where the next begins. None when that is
-/// not found in a few steps.
+/// Plans the same with boundary nodes and vertices sliding on the geometry (`onto`, `vertices_onto`). Each step moves
+/// in the tangent planes (along tangents on curves), then projects. Nothing if a few steps do not succeed.
 template <int D>
 [[nodiscard]] Planned<D> plan_slide_repair(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId seed,
                                            double asked, double max_work);
 
-/// The cavity's nodes together nearer to where they are wanted, as far as its elements allow: from where they are, and
-/// from where they are wanted, whichever costs less; none if that is not worth it.
+/// Plans a joint move towards the target positions: the cheaper result of starts from the current and the target
+/// positions. Nothing if the gain is small.
 template <int D>
 [[nodiscard]] Planned<D> plan_joint_return(const RepairState<D>& state, const RepairCavity<D>& cavity, double max_work);
 
-/// Where the node of a volume edge goes back to; none: it stays.
+/// Restored position of a volume edge's node; nothing: it stays.
 template <int D>
 using HomeOf = std::function<std::optional<LagrangeNode<D>>(EdgeId)>;
 
-/// Nodes of elements that are not good enough go home, step by step, the last one exactly there, until these elements
-/// reach the target; those that break on the way are next. Only what is around nodes that moved is looked at. Where
-/// homes are not valid themselves elements may be left spoilt. Errors: stopped.
+/// Restores the nodes of queued elements in steps, the last one exact, until these reach the target. Elements that
+/// become invalid join the queue; some may stay degraded if the restored positions are invalid. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> go_home(RepairState<D>& state, std::vector<ElementId> queue, const HomeOf<D>& home,
                                     const Execution& execution);
 
-/// As many nodes to where they are `there` as spoil no element: around such nodes stay.
+/// Moves nodes to `there`, except those of elements that would degrade.
 template <int D>
 [[nodiscard]] Moves<D> plan_towards(const RepairState<D>& state, const Overlay<EdgeId, LagrangeNode<D>>& there);
 
-/// The mean ratio that the straight form of an element must keep when its vertices move, unless it has less already.
+/// Mean ratio that straight elements keep when their vertices move, unless it is lower already.
 inline constexpr double enough_mean_ratio = 0.05;
-/// Below it a straight element counts as flat.
+/// Straight elements below it count as flat.
 inline constexpr double flat_mean_ratio = 1e-10;
 
-/// What vertices that move must leave of a straight element.
 template <int D>
 struct ShapeFloor {
-    double determinant = 0;  ///< of the mesh's straight element: det J is to be above bound · this
+    double determinant = 0;  ///< det J must exceed bound · this
     double mean_ratio = 0;
 };
 
@@ -187,7 +178,7 @@ template <int D>
     return (D == 2 ? 2 : 6) * signed_measure<D>(corners);
 }
 
-/// The mesh's own element; where that is flat or inverted, the mean over the sound elements around its free vertices.
+/// From the mesh's element or, if that is flat or inverted, the mean over sound elements around its free vertices.
 template <int D>
 [[nodiscard]] inline ShapeFloor<D> shape_floor(const RepairState<D>& state, ElementId e) {
     const auto own = corners_of(state, e);
@@ -211,8 +202,8 @@ template <int D>
     return {determinants / count, std::min(ratios / count, enough_mean_ratio)};
 }
 
-/// The verdict on an element that becomes `next`: det J ≥ bound · |det| of its own straight form, and, where its
-/// vertices are not where the mesh has them, of the mesh's too (`shape_floor`).
+/// Verdict for det J ≥ bound · |det| of the straight form and, if vertices moved, of the mesh's straight element
+/// (`shape_floor`).
 template <int D>
 [[nodiscard]] inline Verdict verdict_of(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next) {
     const double bound = state.options.min_scaled_jacobian;
@@ -224,8 +215,8 @@ template <int D>
     return is < was ? decide(next, bound * was / is) : own;
 }
 
-/// Whether vertices that move leave the straight element shaped well enough: a mean ratio of at least min(the mesh's
-/// element's, 0.05). An element that stays invalid may only become better.
+/// True if the straight element keeps the mean ratio min(that in the mesh, 0.05). Elements that stay invalid must not
+/// lose mean ratio.
 template <int D>
 [[nodiscard]] inline bool keeps_shape(const RepairState<D>& state, ElementId e, const NodalSimplex<D>& next,
                                       Verdict verdict) {
@@ -237,14 +228,13 @@ template <int D>
     return ratio >= shape_floor(state, e).mean_ratio;
 }
 
-/// Where something is in a rising list; -1: it is not there.
+/// −1: absent.
 template <class T>
 [[nodiscard]] inline int position_in(const std::vector<T>& sorted, const T& wanted) {
     const auto it = std::lower_bound(sorted.begin(), sorted.end(), wanted);
     return it != sorted.end() && *it == wanted ? static_cast<int>(it - sorted.begin()) : -1;
 }
 
-/// What the coefficients of an element with a free vertex are to be above.
 template <int D>
 [[nodiscard]] inline double min_of(const RepairState<D>& state, const RepairCavity<D>& cavity, ElementId e,
                                    double share) {
@@ -255,10 +245,10 @@ template <int D>
     return nothing;
 }
 
-/// What a vertex weighs more than an edge's node.
+/// Cost of a vertex relative to an edge node.
 inline constexpr double vertex_weight = 4;
 
-/// The mean of the models of the vertex's edges, heavier, about where the vertex was.
+/// Mean model of the vertex's edges, centred at the original vertex.
 template <int D>
 [[nodiscard]] inline OffsetModel<D> model_of(const RepairState<D>& state, VertexId vertex) {
     OffsetModel<D> model{-state.moved.shift(vertex), {}};

@@ -24,16 +24,15 @@ namespace {
 constexpr int max_turns = 60;
 constexpr int max_slides = 6;
 constexpr int return_turns = 2;
-constexpr double farthest_share = 0.4;  ///< of the chord, that a node may go
+constexpr double farthest_share = 0.4;  ///< displacement limit, as a share of the chord
 
-/// Directions in which a node may go.
 struct Freedom {
     std::array<Vec<3>, 3> basis{};
     int size = 0;
 };
 constexpr Freedom all_of_space{{Vec<3>{{1, 0, 0}}, Vec<3>{{0, 1, 0}}, Vec<3>{{0, 0, 1}}}, 3};
 
-/// Those that do not lead off the geometry; none where the node is not to slide.
+/// Tangential directions; none for a node that must not slide.
 Freedom along_geometry(const Sym<3>& across) {
     const double rank = trace(across);
     if (rank > 2.5) return {};
@@ -50,7 +49,7 @@ Freedom along_geometry(const Sym<3>& across) {
     return {{first, cross(direction, first)}, 2};
 }
 
-/// A node's new place, and how far that is from where it was, as a share of the chord.
+/// `share`: displacement relative to the chord.
 struct Move {
     EdgeId edge;
     Vec<3> point;
@@ -102,7 +101,7 @@ class Surface {
     }
 
     [[nodiscard]] double bound() const { return options_.min_scaled_jacobian; }
-    /// What nodes may leave the geometry for.
+    /// Bound for moves that leave the geometry.
     [[nodiscard]] double hard_bound() const { return options_.min_scaled_jacobian.is_asked ? bound() : min_bound; }
 
     [[nodiscard]] bool is_free(EdgeId e) const {
@@ -122,14 +121,13 @@ class Surface {
     }
 
     [[nodiscard]] SurfaceTriangle triangle(std::size_t t) const { return surface_triangle(mesh_, nodes_, t); }
-    /// With the node of one of its edges elsewhere.
     [[nodiscard]] SurfaceTriangle triangle(std::size_t t, EdgeId edge, const Vec<3>& p) const {
         SurfaceTriangle s = triangle(t);
         for (int k = 0; k < 3; ++k)
             if (mesh_.edges.of_facets[t][k] == edge) s.nodes[3 + k] = p;
         return s;
     }
-    /// The coefficients over those of the straight triangle.
+    /// Coefficients divided by that of the straight triangle.
     static std::array<double, 6> scaled(const SurfaceTriangle& s) {
         const BoundedJacobian<2> j = bounded_jacobian(s);
         std::array<double, 6> c{};
@@ -138,8 +136,7 @@ class Surface {
     }
     static double lowest(const SurfaceTriangle& s) { return std::ranges::min(scaled(s)); }
 
-    /// Whether the triangle is good enough with the node there, and no other around the edge ceases to be, or gets
-    /// worse.
+    /// True if triangle `of` reaches `least` and no other triangle around the edge becomes invalid or worse.
     [[nodiscard]] bool helps(std::size_t of, EdgeId edge, const Vec<3>& p, double least) const {
         for (const FacetId f : triangles_[edge]) {
             const std::size_t t = f.index();
@@ -161,8 +158,8 @@ class Surface {
         }
     }
 
-    /// The least displacement from `at` in these directions that raises the coefficients of the triangle to `floor`,
-    /// and lets none beside it fall below that, or below what it has; none if there is no such.
+    /// Minimum displacement from `at` that raises triangle `of` to `floor`; adjacent triangles stay above `floor` or
+    /// their own minimum.
     template <int M>
     [[nodiscard]] std::optional<Vec<3>> min_displacement(std::size_t of, EdgeId edge, const Vec<3>& at,
                                                          const Freedom& freedom, double floor) {
@@ -202,7 +199,7 @@ class Surface {
         return {edge, p, distance(p, nodes_[edge.index()].point) / chord(edge)};
     }
 
-    /// What floors are tried: the target, then little more than the bound.
+    /// The target, then slightly above the bound.
     [[nodiscard]] std::array<double, 2> floors(double least) const {
         return {std::max(options_.target.value, least), least + 1e-3 * (1 - least)};
     }
@@ -239,7 +236,6 @@ class Surface {
         return move_to(edge, p);
     }
 
-    /// The shortest of the moves of its edges, if any helps.
     bool by_shortest(std::size_t t, const auto& way) {
         std::optional<Move> best;
         for (const EdgeId edge : mesh_.edges.of_facets[t]) {
@@ -251,7 +247,7 @@ class Surface {
         return best.has_value();
     }
 
-    /// All nodes of the triangle towards their chords, by theta, until it holds.
+    /// Moves all nodes towards their chords by θ until the triangle is valid.
     bool straighten(std::size_t t) {
         const auto& edges = mesh_.edges.of_facets[t];
         for (int correction = 0; correction <= options_.max_corrections; ++correction) {
@@ -272,7 +268,7 @@ class Surface {
         return decide(triangle(t), hard_bound()) == Verdict::valid;
     }
 
-    /// A node goes as far back as the coefficients around it bear, which are affine on the way.
+    /// Moves a node back as far as the coefficients allow, which are affine along the way.
     void give_back(EdgeId edge) {
         const Vec<3> from = nodes_[edge.index()].point;
         const Vec<3> to = before_.mid_nodes[edge].point;
@@ -295,7 +291,6 @@ class Surface {
         put(edge, p);
     }
 
-    /// False: all was tried.
     bool correct(std::size_t t) {
         const bool by_chords = !needs_models(options_.method);
         if (!by_chords) {
@@ -317,7 +312,7 @@ class Surface {
     const RepairOptions& options_;
     SurfaceLeave leave_;
     Incidence<FacetId> triangles_;
-    std::vector<Verdict> verdicts_;  ///< to the bound
+    std::vector<Verdict> verdicts_;
     std::vector<std::size_t> bad_;
     std::vector<EdgeId> pulled_;
     double work_ = 0;
@@ -376,10 +371,9 @@ std::vector<RemainingElement> remaining_triangles(const Repaired<3>& repaired) {
 
 namespace {
 
-/// Rounds in which nodes that went beyond the tolerance are held.
+/// Maximum number of iterations that fix nodes beyond the tolerance.
 constexpr int max_rounds = 12;
 
-/// The kinds with the boundary edges that are marked not to be moved.
 Column<EdgeKind> with_held(const Column<EdgeKind>& kinds, const std::vector<std::uint8_t>& held) {
     Buffer<EdgeKind> all(kinds.begin(), kinds.end());
     for (std::size_t e = 0; e < all.size(); ++e)
@@ -387,7 +381,7 @@ Column<EdgeKind> with_held(const Column<EdgeKind>& kinds, const std::vector<std:
     return all;
 }
 
-/// Marks the boundary nodes that are further than the tolerance from where they were; false when there are none.
+/// Marks boundary nodes displaced by more than the tolerance; false if none.
 template <int D>
 bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tolerance,
                  std::vector<std::uint8_t>& held) {
@@ -401,7 +395,7 @@ bool hold_beyond(const Proposal<D>& before, const Proposal<D>& after, double tol
     return any;
 }
 
-/// Repair with the boundary given, over several tries that share the work.
+/// Attempts of `repair_within`, which share one work limit.
 template <int D>
 struct Within {
     const JudgedProposal<D>& wanted;
@@ -410,7 +404,6 @@ struct Within {
     double work_left = 0;
     const Execution& execution;
 
-    /// From `start`, with the boundary edges held that are marked.
     Outcome<Repaired<D>> tried(const JudgedProposal<D>& start, const std::vector<std::uint8_t>& held,
                                SurfaceMoves surface = SurfaceMoves::off_geometry) {
         options.max_work = work_left;
@@ -422,10 +415,10 @@ struct Within {
     }
 };
 
-/// What repair gives from nodes that slid in planes, or `kept` if that is no better.
+/// Repairs after a slide in planes; returns `kept` if that is better.
 Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> kept, const std::vector<std::uint8_t>& held,
                                         double tolerance, SurfaceMoves surface) {
-    // The kinds of the boundary, not those that hold it.
+    // Restores the boundary kinds, because fixed edges would not slide.
     auto slid = slid_in_planes(kept.judged.with_kinds(within.wanted.proposal().kinds), tolerance, within.execution);
     if (!slid) return fail(slid.error());
     const auto start = validate(kept.judged.mesh(), std::move(*slid), kept.judged.validation().bound, within.execution);
@@ -435,7 +428,7 @@ Outcome<Repaired<3>> repair_after_slide(Within<3>& within, Repaired<3> kept, con
     return kept;
 }
 
-/// The boundary slides on the geometry: first in its planes, where that alone may do, else from where it is.
+/// Slides in planes first, then from the initial positions if that leaves invalid elements.
 template <int D>
 Outcome<Repaired<D>> repair_on_geometry(Within<D>& within, Repaired<D> kept) {
     const std::vector<std::uint8_t> none(within.wanted.proposal().kinds.size(), 0);
@@ -504,7 +497,7 @@ Outcome<Repaired<D>> repair_within(const JudgedProposal<D>& wanted, const Repair
     auto kept = min_invalid(wanted, to(wanted, options), options, execution, to);
     if (!kept) return kept;
     RepairOptions demanded = options;
-    // Boundary nodes slide on the geometry for no higher bound.
+    // Boundary nodes slide on the geometry only for validity (`min_bound`).
     if (guide.onto && options.min_scaled_jacobian > min_bound) demanded.min_scaled_jacobian = min_bound;
     return restore_input(wanted, std::move(*kept), demanded, without_progress(execution));
 }

@@ -1,4 +1,4 @@
-// Feet on a prescribed geometry, and walls that are moved back until none cross.
+// Projection onto a prescribed geometry, and removal of boundary crossings.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,6 @@ namespace camber {
 
 namespace {
 
-/// The edges of a boundary, as a geometry is asked for them.
 template <int D>
 struct Sites {
     QuadraticMesh<D> mesh;
@@ -48,7 +47,7 @@ Sym<D> outer(const Vec<D>& v) {
     return s;
 }
 
-/// The unit tangent of the curve that a point lies on; by the chord where the geometry does not tell it.
+/// Unit tangent of the curve; the chord direction if the geometry has none.
 template <int D>
 Vec<D> tangent_at(const Geometry<D>& geometry, const SurfacePoint<D>& foot, const EdgeSite<D>& site) {
     if (foot.parameters)
@@ -64,7 +63,6 @@ GeometryFoot<D> foot_on(const Geometry<D>& geometry, const EdgeSite<D>& site, co
     return {foot.point, Sym<D>::identity() - outer<D>(tangent_at(geometry, foot, site))};
 }
 
-/// Feet of the edges that are chosen: is_chosen(sites, edge).
 template <int D>
 Outcome<FootOnGeometry<D>> feet_of(const Geometry<D>& geometry, const Column<EdgeKind>& boundary_kinds,
                                    const QuadraticMesh<D>& mesh, const Execution& execution, const auto& is_chosen) {
@@ -96,7 +94,7 @@ Outcome<FootOnGeometry<D>> feet_on_any(const Geometry<D>& geometry, const Column
 
 namespace {
 
-/// Boundary edges by the vertices at their ends.
+/// Sorted by vertex.
 using EdgesAtVertices = std::vector<std::pair<VertexId, EdgeId>>;
 
 template <int D>
@@ -109,7 +107,7 @@ EdgesAtVertices edges_at_vertices(const QuadraticMesh<D>& mesh, const Column<Edg
     return all;
 }
 
-/// An edge that lies on what its vertex slides on; none where it does not slide.
+/// Returns an edge on the entity that the vertex slides on; nothing if it does not slide.
 template <int D>
 std::optional<EdgeId> edge_to_follow(const Geometry<D>& geometry, const Sites<D>& sites, const EdgesAtVertices& edges,
                                      VertexKind kind, VertexId v) {
@@ -162,7 +160,7 @@ Outcome<Column<LagrangeNode<D>>> own_nodes_on(const Geometry<D>& geometry, const
 
 namespace {
 
-/// Pairs of facets, the lower one first.
+/// Lower number first.
 using FacetPairs = std::vector<std::pair<FacetId, FacetId>>;
 
 FacetPairs crossing_pairs(const Crossings& crossings) {
@@ -172,7 +170,7 @@ FacetPairs crossing_pairs(const Crossings& crossings) {
     return pairs;
 }
 
-/// Nodes of boundary edges on their ways from the middles of the chords (0) to their positions (`whole`).
+/// Nodes at shares of the way from the chord midpoint (0) to the initial position (`whole`).
 template <int D>
 class Uncrossing {
   public:
@@ -223,7 +221,7 @@ class Uncrossing {
         shares_[edge] = share;
         nodes_[edge.index()] = node_at(edge, share);
     }
-    /// A step back for each edge of these facets. False if none of them has one left.
+    /// Moves each edge of these facets one step back; false if none can move.
     bool lower(const FacetPairs& pairs) {
         std::vector<EdgeId> edges;
         for (const auto& [f, g] : pairs)
@@ -252,7 +250,6 @@ class Uncrossing {
                 if (const auto at = facets_.find(edge); at != facets_.end()) at->second.emplace_back(f);
         }
     }
-    /// Whether the facets of an edge cross others, or themselves.
     [[nodiscard]] bool crosses(EdgeId edge) {
         for (const FacetId f : facets_.at(edge)) {
             const NodalFacet<D> facet = nodal(f);
@@ -263,7 +260,7 @@ class Uncrossing {
                 if (g == f) continue;
                 const NodalFacet<D> other = nodal(g);
                 if (!box_of(other).meets(box) || is_hopeless(f, g)) continue;
-                // In the order of find_crossings: limited work may decide a pair in one order alone.
+                // Same order as in `find_crossings`: with limited work a pair may be decidable in one order only.
                 if ((f < g ? crossing_of(facet, other) : crossing_of(other, facet)) == Crossing::crossing) return true;
             }
         }
@@ -272,7 +269,7 @@ class Uncrossing {
     [[nodiscard]] bool is_hopeless(FacetId f, FacetId g) const {
         return std::ranges::binary_search(hopeless_, std::pair(std::min(f, g), std::max(f, g)));
     }
-    /// The edge with this share of its way, unless its facets cross then.
+    /// Moves the edge to this share unless its facets cross there.
     bool raise(EdgeId edge, int share) {
         const int before = shares_.at(edge);
         put(edge, share);
@@ -280,7 +277,7 @@ class Uncrossing {
         for (const FacetId f : facets_.at(edge)) grid_.insert(f, box_of(nodal(f)));
         return true;
     }
-    /// All edges in turn, a step each, until none of them goes farther; then by smaller steps.
+    /// Advances all edges until none can advance, then repeats with half the step.
     void raise_all() {
         find_facets_of_edges();
         for (int step = raising; step >= 1; step /= 2) {
@@ -297,14 +294,14 @@ class Uncrossing {
     std::span<const LagrangeNode<D>> wanted_;
     std::span<const EdgeKind> kinds_;
     Buffer<LagrangeNode<D>> nodes_;
-    std::map<EdgeId, int> shares_;  ///< of edges that were moved back
+    std::map<EdgeId, int> shares_;  ///< edges that were moved back
     std::map<EdgeId, std::vector<FacetId>> facets_;
     FacetGrid<D> grid_;
     FacetPairs hopeless_;
     std::vector<FacetId> near_;
 };
 
-/// The guide, or of a mesh for which the caller made none (all of its elements were valid), the mesh's own.
+/// The mesh's own guide if the caller has none, because all elements were valid.
 template <int D>
 Outcome<RepairGuide<D>> guide_or_own(const RepairGuide<D>& guide, const JudgedProposal<D>& judged,
                                      const Incidence<ElementId>& holders, const Execution& execution) {
@@ -318,7 +315,7 @@ Outcome<RepairGuide<D>> guide_or_own(const RepairGuide<D>& guide, const JudgedPr
     return made;
 }
 
-/// The proposal with other nodes, judged; `is_broken`: an element around them is not valid.
+/// `is_broken`: an element around the moved nodes is not valid.
 template <int D>
 struct Moved {
     JudgedProposal<D> judged;
@@ -376,7 +373,7 @@ Outcome<UncrossedWalls<D>> uncross_walls(const JudgedProposal<D>& judged, const 
             if (!moved) return fail(moved.error());
             now = std::move(moved->judged);
             if (!moved->is_broken) break;
-            // The last time nothing is fixed: chords are valid where the straight mesh is.
+            // The last iteration fixes no node, because chords are valid wherever the straight mesh is.
             Buffer<EdgeKind> kinds(before.kinds.begin(), before.kinds.end());
             if (round + 1 < rounds)
                 for (const EdgeId edge : edges) kinds[edge.index()] = EdgeKind::fixed;

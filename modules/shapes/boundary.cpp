@@ -31,7 +31,7 @@ Outcome<Done> check_volumes(const LinearMesh<D>& mesh, const Execution& executio
     return no_positive_volume<D>(*first);
 }
 
-/// The elements whose faces can be facets, rising: those with D marked vertices.
+/// Elements with at least D marked vertices, ascending.
 template <int D>
 Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh, const Buffer<std::uint8_t>& marked,
                                                        const Execution& execution) {
@@ -48,11 +48,11 @@ Outcome<std::vector<std::size_t>> elements_near_facets(const LinearMesh<D>& mesh
         });
 }
 
-/// The part of a mesh that has facets, and which of its vertices may have them.
+/// Submesh with all facets; vertices that may have facets.
 template <int D>
 struct NearFacets {
     LinearMesh<D> mesh;
-    Buffer<std::uint8_t> marked;  ///< one a vertex
+    Buffer<std::uint8_t> marked;  ///< one per vertex
 };
 
 template <int D>
@@ -93,11 +93,11 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
     for (std::size_t e = 0; e < mesh.elements.size(); ++e)
         for (int opposite = 0; opposite <= D; ++opposite) {
             const ElementId other = (*adjacent)[e][opposite];
-            if (other.valid() && material[other] <= material[e]) continue;  // inside, or seen from the other side
+            if (other.valid() && material[other] <= material[e]) continue;  // interior, or output from the other side
             SimplexVertices<D - 1> facet;
             const auto local = face_opposite<D>(opposite);
             for (int i = 0; i < D; ++i) facet[i] = mesh.elements.vertices[e][local[i]];
-            // A face with another vertex has its neighbour in the rest of the mesh.
+            // The neighbour across a face with an unmarked vertex is not in the submesh.
             if (std::any_of(facet.begin(), facet.end(), [&](VertexId v) { return part->marked[v.index()] == 0; }))
                 continue;
             vertices.push_back(facet);
@@ -106,7 +106,7 @@ Outcome<Simplices<D - 1>> boundary_facets(const LinearMesh<D>& whole, const Face
     return Simplices<D - 1>{std::move(vertices), std::move(references), {}};
 }
 
-/// Pairs in rising order, each once: (where, a reference there).
+/// Sorted unique pairs of an entity and a reference there.
 template <class Key>
 using ReferencesAt = std::vector<std::pair<Key, Reference>>;
 
@@ -116,7 +116,7 @@ void order(ReferencesAt<Key>& at) {
     at.erase(std::unique(at.begin(), at.end()), at.end());
 }
 
-/// f(key, its references rising) for each key in rising order.
+/// Calls f(key, sorted references) for each key in ascending order.
 template <class Key, class F>
 void each_key(const ReferencesAt<Key>& at, F&& f) {
     std::vector<Reference> found;
@@ -138,7 +138,7 @@ ReferencesAt<VertexId> references_at_vertices(const LinearMesh<D>& mesh) {
     return at;
 }
 
-/// Edges between facets of two references; numbered in the order of the pairs.
+/// Adds edges between facets of different references. Edge references number the sets of facet references.
 void add_ridges(LinearMesh<3>& mesh) {
     using Edge = std::array<VertexId, 2>;
     ReferencesAt<Edge> at;
@@ -205,10 +205,10 @@ double volume(const Buffer<Vec<3>>& p, const SimplexVertices<3>& s) {
     return det(p[s[1].index()] - p[s[0].index()], p[s[2].index()] - p[s[0].index()], p[s[3].index()] - p[s[0].index()]);
 }
 
-/// Vertices marked from any thread, all to the same value.
+/// Marks of vertices; threads write equal values.
 using Marks = std::vector<std::uint8_t>;
 
-/// A move of vertices, with the share of its volume that each element must keep.
+/// `least`: minimum volume ratio of an element.
 template <int D>
 struct Move {
     const Buffer<Vec<D>>& from;
@@ -216,8 +216,7 @@ struct Move {
     double least = 0;
 };
 
-/// Marks the vertices of elements that lost too much, among those with a vertex that has just moved; whether there are
-/// any.
+/// Marks vertices of elements below the volume ratio, among those with a vertex in `just_moved`. True if there are any.
 template <int D>
 Outcome<bool> mark_complaints(const Move<D>& move, std::span<const SimplexVertices<D>> elements,
                               const Marks& just_moved, Marks& halve, const Execution& execution) {
@@ -244,7 +243,7 @@ Outcome<Done> move_points(Buffer<Vec<D>>& points, const Moved<D>& moved, const E
     auto made = map_each(execution, points.size(), [&](std::size_t v) { return moved(v); });
     if (!made) return fail(made.error());
     Buffer<Vec<D>> at = std::move(*made);
-    Marks halved(points.size(), 0);  // how often
+    Marks halved(points.size(), 0);  // number of halvings
     Marks just_moved(points.size(), 1);
     for (int round = 0; round < halvings; ++round) {
         Marks halve(points.size(), 0);

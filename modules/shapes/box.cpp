@@ -1,4 +1,4 @@
-// Boxes and channels, as a whole and by rows, and numbers of elements.
+// Boxes and channels, whole and by rows, and numbers of elements.
 module;
 #include <algorithm>
 #include <array>
@@ -112,7 +112,7 @@ template Outcome<LinearMesh<3>> generate<3>(const BoxOptions<3>&, const Executio
 
 namespace {
 
-/// Segments along the edges of a box in space, with a number for each two sides that meet, in rising order.
+/// Segments along 3D box edges. References number pairs of sides in ascending order.
 void add_edges(const Lattice<3>& lattice, LinearMesh<3>& mesh) {
     struct Segment {
         std::array<VertexId, 2> ends;
@@ -123,7 +123,7 @@ void add_edges(const Lattice<3>& lattice, LinearMesh<3>& mesh) {
         return VertexId(static_cast<std::size_t>(at[0]) + x * (at[1] + y * at[2]));
     };
     constexpr std::array<std::array<int, 2>, 3> sides_along{{{1, 2}, {0, 2}, {0, 1}}};
-    // Pairs rise: (1, 3), (1, 4), (1, 5), (1, 6), (2, 3) … (4, 6).
+    // Ascending pairs: (1, 3), (1, 4), (1, 5), (1, 6), (2, 3) … (4, 6).
     constexpr std::array<int, 3> first_number{9, 3, 1}, numbers_a_side{2, 4, 4};
     std::vector<Segment> segments;
     for (int axis = 0; axis < 3; ++axis) {
@@ -210,7 +210,7 @@ class BoxRows final : public PrismRows<D> {
         return side != 0 ? std::optional(side) : std::nullopt;
     }
     [[nodiscard]] bool may_have_facets(VertexId v) const override { return lattice().on_boundary(v.index()); }
-    /// That of the first side that it lies on.
+    /// Reference of the first side with the vertex.
     [[nodiscard]] Reference point_reference(VertexId v) const override {
         const auto place = lattice().place(v.index());
         for (int i = 0; i < D; ++i) {
@@ -223,7 +223,7 @@ class BoxRows final : public PrismRows<D> {
         const std::size_t ends = (row == 0 ? 1U : 0U) + (row + 1 == this->rows() ? 1U : 0U);
         return (D - 1) * rim() + ends * this->base().simplices.size();
     }
-    /// Faces of the base on its boundary.
+    /// Number of boundary faces of the base.
     [[nodiscard]] std::size_t rim() const {
         std::size_t faces = 1;
         if constexpr (D == 3) faces = static_cast<std::size_t>(lattice().cells[0]) + lattice().cells[1];
@@ -275,7 +275,7 @@ Outcome<Done> check(const BumpOptions& o) {
     return Done{};
 }
 
-/// Heights of the rows of vertices over a flat floor: the layers, then equal cells.
+/// Heights of vertex rows over a flat floor: layers, then equal cells.
 std::vector<double> row_heights(const BumpOptions& o) {
     std::vector<double> rows{0};
     for (const double d : layer_distances(o.floor_layer)) rows.push_back(d);
@@ -285,15 +285,14 @@ std::vector<double> row_heights(const BumpOptions& o) {
     return rows;
 }
 
-/// Lifts a point of the flat channel: layers rise with the floor, what is above is squeezed between them and the
-/// ceiling.
+/// From the flat channel: layers follow the floor, the rest is compressed below the ceiling.
 Vec<2> lifted(const BumpOptions& o, const Vec<2>& p) {
     const double top = thickness(o.floor_layer);
     const double part = p[1] <= top ? 1.0 : (o.height - p[1]) / (o.height - top);
     return {{p[0], p[1] + part * floor_height(o, p[0])}};
 }
 
-/// The points of the unit lattice in the channel, and where jitter would have them.
+/// Maps the unit lattice to the channel; returns jittered positions.
 Outcome<Buffer<Vec<2>>> place_points(Lattice<2>& lattice, const BumpOptions& options, const std::vector<double>& rows,
                                      const Execution& execution) {
     const int layers = options.floor_layer.count;
@@ -304,7 +303,7 @@ Outcome<Buffer<Vec<2>>> place_points(Lattice<2>& lattice, const BumpOptions& opt
         Vec<2> p{{std::lerp(0.0, options.length, lattice.points[v][0]), rows[row]}};
         Vec<2> shifted = p;
         const Vec<2> shift = options.jitter * noise.vector<2>(v);
-        // A column of the layers moves as one along the floor, so that its heights stay what was asked.
+        // Layers above a floor vertex have the same shift along the floor, so that their heights are exact.
         const bool within_layers = row <= layers;
         if (column > 0 && column < options.cells[0])
             shifted[0] += cell[0] * (within_layers ? options.jitter * noise.symmetric(column, 1) : shift[0]);
@@ -325,7 +324,7 @@ Outcome<LinearMesh<2>> generate_bump(const BumpOptions& options, const Execution
     if (!moved) return fail(moved.error());
     auto jittered = move_points<2>(lattice.points, *moved, lattice.elements, 0.2, execution);
     if (!jittered) return fail(jittered.error());
-    // Halved moves are chords of the lift: put the floor exactly back onto the bump.
+    // Halved moves are chords of the map, so the floor is projected onto the bump again.
     auto on_floor = each(execution, lattice.points.size(), [&](std::size_t v) {
         if (lattice.place(v)[1] == 0) lattice.points[v][1] = floor_height(options, lattice.points[v][0]);
     });
@@ -361,14 +360,14 @@ Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& exe
 
 namespace {
 
-/// Points that cover the sphere of this radius with triangles of this edge length (the circle with edges).
+/// Number of points on a sphere for triangles (2D: edges) of this size.
 template <int D>
 double cover(double radius, double size) {
     return D == 2 ? 2 * std::numbers::pi * radius / size
                   : 8 * std::numbers::pi * radius * radius / (std::numbers::sqrt3 * size * size);
 }
 
-/// Facets of a sphere (edges of a circle) with so many points.
+/// Facets of a sphere (edges of a circle) with `points` vertices.
 template <int D>
 double facets_of(double points) {
     return D == 2 ? points : 2 * points - 4;
@@ -381,8 +380,8 @@ double prisms(const ShellOptions<D>& o) {
     return D * facets * (counts.rows + o.inner_layer.count + o.outer_layer.count);
 }
 
-/// By spheres of points a simplex's height apart. By Euler there are two triangles an inner point and one a point of
-/// the boundary in 2D; the tetrahedra of each were counted on shells of 10^3 to 1.5·10^5.
+/// Estimate from spheres of points at distances of a simplex height. 2D (Euler): two triangles per inner point, one per
+/// boundary point. 3D: ratios measured on shells with 10^3 to 1.5·10^5 elements.
 template <int D>
 double unstructured(const ShellOptions<D>& o) {
     constexpr double an_inner_point = D == 2 ? 2 : 6.2, a_wall_point = D == 2 ? 1 : 3.1;
@@ -401,10 +400,10 @@ double unstructured(const ShellOptions<D>& o) {
     return an_inner_point * std::max(0.0, points - inner - outer) + a_wall_point * (inner + outer) + D * layers;
 }
 
-/// How far a number of elements is from the one that is wanted, as a factor.
+/// Absolute logarithm of the ratio.
 double off(double elements, double wanted) { return std::abs(log(elements / wanted)); }
 
-/// Cells along each axis about `ideal`, rounded up or down so that elements({cells}) is next to `wanted`.
+/// Rounds cells along each axis so that elements({cells}) is closest to the target.
 template <std::size_t N, class Elements>
 std::array<int, N> rounded(const std::array<double, N>& ideal, const std::array<int, N>& least, double wanted,
                            Elements&& elements) {
@@ -456,7 +455,7 @@ ShellOptions<D> with_elements(ShellOptions<D> options, double count) {
         o.outer_size *= exp(log_factor);
         return o;
     };
-    double fine = -40, coarse = 40;  // the logarithms of factors
+    double fine = -40, coarse = 40;  // logarithms of factors
     for (int step = 0; step < 60; ++step) {
         const double middle = (fine + coarse) / 2;
         (expected_elements(scaled(middle)) > count ? fine : coarse) = middle;
@@ -479,7 +478,7 @@ BoxOptions<D> with_elements(BoxOptions<D> options, double count) {
 }
 
 BumpOptions with_elements(BumpOptions options, double count) {
-    // 2 a f (b f + layers) = count for the factor f of a × b cells.
+    // Solves 2 a f (b f + layers) = count for the factor f of a × b cells.
     const double a = options.cells[0], b = options.cells[1], layers = options.floor_layer.count;
     const double factor = (std::sqrt(a * a * layers * layers + 2 * a * b * count) - a * layers) / (2 * a * b);
     options.cells = rounded(std::array{factor * a, factor * b}, {2, 1}, count, [&](const std::array<int, 2>& cells) {

@@ -12,13 +12,13 @@ import :delaunay;
 
 export namespace camber {
 
-/// Thin layers along a wall: heights first_height, first_height × growth, ….
+/// Layer heights: first_height, first_height × growth, ….
 struct BoundaryLayer {
-    int count = 0;               ///< layers; 0 for none
-    double first_height = 0.02;  ///< height of the layer at the wall (model units)
-    double growth = 1.25;        ///< each layer's height over that of the one nearer to the wall
-    Reference material = 1;      ///< of the layers' elements; what is not layers has 1
-    Reference interface = 9;     ///< of the facets between the layers and what is above, if that is another material
+    int count = 0;               ///< 0: none
+    double first_height = 0.02;  ///< of the layer at the wall (model units)
+    double growth = 1.25;        ///< ratio to the next layer towards the wall
+    Reference material = 1;      ///< of the layers; other elements have 1
+    Reference interface = 9;     ///< of facets between layers and another material
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryLayer;
@@ -33,7 +33,7 @@ struct BoundaryLayer {
     friend bool operator==(const BoundaryLayer&, const BoundaryLayer&) = default;
 };
 
-/// Distances from the wall of the layers' outer sides, in rising order.
+/// Outer sides, ascending.
 [[nodiscard]] inline std::vector<double> layer_distances(const BoundaryLayer& layer) {
     std::vector<double> distances;
     double height = layer.first_height, total = 0;
@@ -41,13 +41,12 @@ struct BoundaryLayer {
     return distances;
 }
 
-/// Height of all layers together (model units).
+/// Total height (model units).
 [[nodiscard]] inline double thickness(const BoundaryLayer& layer) {
     return layer.count > 0 ? layer_distances(layer).back() : 0.0;
 }
 
-/// An axis-aligned rectangle or box: a lattice of cells cut to simplices along random diagonals, graded and bent by a
-/// map of the box to itself that leaves its sides where they are.
+/// A rectangle or box: lattice cells cut along random diagonals, graded, and warped by a map that preserves the sides.
 /// Facet references: 2i + 1 on the side of low x_i, 2i + 2 on that of high x_i.
 template <int D>
 struct BoxOptions {
@@ -66,10 +65,10 @@ struct BoxOptions {
         std::array<double, D> even{};
         for (double& ratio : even) ratio = 1;
         return even;
-    }();  ///< of each axis: the last cell's length over the first's, a geometric series
-    double warp = 0;         ///< x_i moves by warp (high_i − low_i) ∏ sin(2π u_j), u the place in the unit box
-    double jitter = 0.2;     ///< largest move of a vertex along each axis, in cell sizes; on a side it stays there
-    std::uint64_t seed = 1;  ///< of diagonals and jitter
+    }();  ///< per axis: last over first cell length (geometric series)
+    double warp = 0;         ///< x_i moves by warp (high_i − low_i) ∏ sin(2π u_j), u in the unit box
+    double jitter = 0.2;     ///< maximum move along each axis, in cell sizes; sides are preserved
+    std::uint64_t seed = 1;  ///< for diagonals and jitter
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoxOptions;
@@ -100,14 +99,14 @@ struct BoxOptions {
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const BoxOptions<D>& options, const Execution& execution = {});
 
-/// The lattice of a box before jitter: vertex (i, j, k) is i + (n_x + 1) (j + (n_y + 1) k).
+/// Box lattice before jitter; vertex (i, j, k) has number i + (n_x + 1) (j + (n_y + 1) k).
 template <int D>
 struct Lattice {
     std::array<int, D> cells{};
     Buffer<Vec<D>> points;
     Buffer<SimplexVertices<D>> elements;
 
-    /// The vertex's place along each axis, 0 … cells.
+    /// Indices along the axes, 0 … cells.
     [[nodiscard]] std::array<int, D> place(std::size_t vertex) const {
         std::array<int, D> at{};
         for (int i = 0; i < D; ++i) {
@@ -122,7 +121,7 @@ struct Lattice {
             if (at[i] == 0 || at[i] == cells[i]) return true;
         return false;
     }
-    /// Returns the reference of a boundary facet: 2i + 1 on the side of low x_i, 2i + 2 on that of high x_i.
+    /// Reference of a boundary facet, see BoxOptions.
     [[nodiscard]] Reference side(const SimplexVertices<D - 1>& facet) const {
         for (int i = 0; i < D; ++i)
             for (const int end : {0, cells[i]}) {
@@ -134,20 +133,20 @@ struct Lattice {
     }
 };
 
-/// The unit box in `cells` equal cells. Errors: stopped.
+/// Unit box with equal cells. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Lattice<D>> lattice_of(const std::array<int, D>& cells, std::uint64_t seed,
                                              const Execution& execution);
 
-/// A 2D channel [0, length] × [0, height] whose floor rises as a smooth bump b(x) = bump_height (1 − s²)³,
-/// s = 2 (x − length/2)/bump_width, |s| < 1 (twice continuously differentiable at its feet).
-/// Facet references: 1 inlet (x = 0), 2 outlet, 3 floor, 4 ceiling; four corners.
+/// A 2D channel [0, length] × [0, height] with a bump on the floor: b(x) = bump_height (1 − s²)³, s = 2 (x −
+/// length/2)/bump_width, |s| < 1 (C² at its ends). Facet references: 1 inlet (x = 0), 2 outlet, 3 floor, 4 ceiling;
+/// four corners.
 struct BumpOptions {
-    double length = 3, height = 1;             ///< of the channel (model units)
-    double bump_height = 0.2, bump_width = 1;  ///< of the bump at the middle of the floor (model units)
-    std::array<int, 2> cells{36, 8};           ///< along the channel, and across it above the layers
+    double length = 3, height = 1;             ///< (model units)
+    double bump_height = 0.2, bump_width = 1;  ///< at the middle of the floor (model units)
+    std::array<int, 2> cells{36, 8};           ///< along the channel; across it above the layers
     BoundaryLayer floor_layer{.count = 0, .first_height = 0.01, .growth = 1.3};
-    double jitter = 0.2;  ///< largest move of an inner vertex along each axis, in cell sizes
+    double jitter = 0.2;  ///< maximum move of inner vertices along each axis, in cell sizes
     std::uint64_t seed = 1;
 
     [[nodiscard]] static constexpr auto options() {
@@ -172,28 +171,27 @@ struct BumpOptions {
 /// b(x).
 [[nodiscard]] double floor_height(const BumpOptions& options, double x);
 
-/// Errors: usage (sizes that do not fit together); stopped.
+/// Errors: usage (incompatible sizes); stopped.
 [[nodiscard]] Outcome<LinearMesh<2>> generate(const BumpOptions& options, const Execution& execution = {});
 
-/// How the volume between the spheres is filled.
 enum class ShellStructure : std::uint8_t {
-    unstructured,  ///< Delaunay of points spread to the sizes, flat elements moved away
-    prisms,        ///< rows of prisms over a divided icosahedron, cut along random diagonals: fast at any size
+    unstructured,  ///< Delaunay of spread points, without flat elements
+    prisms,        ///< prism rows over an icosphere, cut along random diagonals: fast
 };
 [[nodiscard]] constexpr auto words(ShellStructure) {
     return words_of(Word{ShellStructure::unstructured, "unstructured"}, Word{ShellStructure::prisms, "prisms"});
 }
 
-/// The volume between two concentric spheres (the annulus between two circles in 2D), with boundary layers on
-/// either. With layers, the volume between them has inner_size at the inner layers' top and outer_size at the outer's.
+/// Volume between concentric spheres (2D: circles) with optional layers. inner_size and outer_size are at the layer
+/// tops.
 template <int D>
 struct ShellOptions {
     Vec<D> centre{};
     double inner_radius = 1, outer_radius = 5;  ///< (model units)
-    double inner_size = 0.6, outer_size = 1.8;  ///< edge lengths at the spheres (model units), linear in between
+    double inner_size = 0.6, outer_size = 1.8;  ///< at the spheres (model units), linear in between
     BoundaryLayer inner_layer{}, outer_layer{};
     ShellStructure structure = ShellStructure::unstructured;
-    double jitter = 0.15;  ///< largest move of a point off its regular place, in edge lengths
+    double jitter = 0.15;  ///< maximum move of a point, in edge lengths
     Reference inner_reference = 2, outer_reference = 1;
     std::uint64_t seed = 1;
 
@@ -239,24 +237,23 @@ struct ShellOptions {
     friend bool operator==(const ShellOptions&, const ShellOptions&) = default;
 };
 
-/// Vertices of the two boundaries lie on the spheres to rounding. Errors: usage (radii, sizes and layers that do not
-/// fit together); stopped.
+/// Boundary vertices are on the spheres to rounding. Errors: usage (incompatible sizes); stopped.
 template <int D>
 [[nodiscard]] Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution& execution = {});
 
-/// Which boundary of the shell, or which top of layers, a vertex lies on.
+/// Boundary or layer top of a vertex.
 enum class ShellSide : std::uint8_t { between, inner, outer, above_inner_layer, above_outer_layer };
 
-/// The shell without its layers, about the origin.
+/// Shell without layers, centred at the origin.
 template <int D>
 struct ShellCore {
     Buffer<Vec<D>> points;
-    Buffer<ShellSide> sides;  ///< one a point
+    Buffer<ShellSide> sides;  ///< one per point
     Buffer<SimplexVertices<D>> elements;
-    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< facets; (their edges, the way outwards) are positive frames
+    Buffer<SimplexVertices<D - 1>> inner, outer;  ///< (facet edges, outward direction) is a positive frame
 };
 
-/// Between spheres of `inner_radius` and `outer_radius` with edge lengths linear in the radius.
+/// Edge lengths between two spheres, linear in the radius.
 struct ShellSizes {
     double inner_radius, outer_radius, inner_size, outer_size, jitter;
 
@@ -265,42 +262,40 @@ struct ShellSizes {
     }
 };
 
-/// Of the shell without its layers.
 template <int D>
 [[nodiscard]] ShellSizes core_sizes(const ShellOptions<D>& o) {
     return {o.inner_radius + thickness(o.inner_layer), o.outer_radius - thickness(o.outer_layer), o.inner_size,
             o.outer_size, o.jitter};
 }
 
-/// Delaunay, after spreading and after moving the vertices of flat elements. The boundary of the hole is the star of a
-/// vertex at the centre, which is taken out. Errors: usage (a point so near to a sphere that it pierces it); stopped.
+/// Spreads points and moves vertices of flat elements. The hole is the star of a vertex at the centre. Errors: usage (a
+/// point pierces a sphere); stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> unstructured_core(const ShellSizes& sizes, const Noise& noise,
                                                       const Execution& execution);
 
-/// How often the icosphere's edges are cut (the circle's fifths in 2D) for edges of inner_size, and the rows of prisms
-/// that then have regular heights.
+/// Subdivisions of icosphere edges (2D: of a fifth of the circle) for inner_size, and rows of prisms with regular
+/// heights.
 struct PrismCounts {
     double cuts, rows;
 };
 template <int D>
 [[nodiscard]] PrismCounts prism_counts(const ShellSizes& sizes);
 
-/// Rows of prisms over an icosphere. Has room for the prisms of `layers` more rows. Errors: stopped.
+/// Rows of prisms over an icosphere; reserves space for `layers` more. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<ShellCore<D>> prism_core(const ShellSizes& sizes, int layers, const Noise& noise,
                                                const Execution& execution);
 
-/// 1 for the regular simplex, 0 for a flat one, negative when inverted.
+/// 1: regular, 0: flat, negative: inverted.
 [[nodiscard]] double quality(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c);
 [[nodiscard]] double quality(const Vec<3>& a, const Vec<3>& b, const Vec<3>& c, const Vec<3>& d);
 
-/// So many a shape's mesh has.
 struct ShapeCounts {
     std::size_t vertices = 0, elements = 0, facets = 0, edges = 0;
 };
 
-/// What some rows of a shape have of its mesh: runs of vertices, elements and facets by their numbers in the whole.
+/// Runs for some rows, with whole-mesh numbers.
 template <int D>
 struct ShapeRun {
     std::size_t first_vertex = 0, first_element = 0, first_facet = 0;
@@ -312,19 +307,18 @@ struct ShapeRun {
     Buffer<Reference> facet_references = {};
 };
 
-/// A shape that is rows of prisms over one base, cut to simplices: its mesh, that of `generate`, is made from any row
-/// to any other by itself. What is asked for is made anew each time, from a few rows more on either side.
+/// A shape of prism rows over one base, equal to the mesh of `generate`. Each request computes any range of rows, with
+/// a few around it.
 template <int D>
 class ShapeRows {
   public:
     virtual ~ShapeRows() = default;
     [[nodiscard]] virtual ShapeCounts counts() const = 0;
     [[nodiscard]] virtual std::size_t rows() const = 0;
-    /// Those of [first, last); runs follow each other as rows do. Errors: usage (an element without positive volume);
-    /// memory, stopped.
+    /// Rows [first, last), in order. Errors: usage (an element without positive volume); memory, stopped.
     [[nodiscard]] virtual Outcome<ShapeRun<D>> run(std::size_t first, std::size_t last,
                                                    const Execution& execution) const = 0;
-    /// What is said beside the rows: corners, and feature edges with their ridges.
+    /// Corners, feature edges and ridges.
     [[nodiscard]] virtual Outcome<LinearMesh<D>> lists() const = 0;
 
   protected:
@@ -335,7 +329,7 @@ class ShapeRows {
     ShapeRows& operator=(ShapeRows&&) = default;
 };
 
-/// Errors: as of `generate`; unsupported (an unstructured shell, which is made as a whole).
+/// Errors: those of `generate`; unsupported (unstructured shells).
 template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const BoxOptions<D>& options,
                                                                          const Execution& execution = {});
@@ -343,16 +337,14 @@ template <int D>
 [[nodiscard]] Outcome<std::unique_ptr<const ShapeRows<D>>> rows_of_shape(const ShellOptions<D>& options,
                                                                          const Execution& execution = {});
 
-/// How many elements `generate` makes: exactly of boxes, channels and shells of prisms; of unstructured shells by the
-/// density of their points, some per cent off. For options that `generate` takes.
+/// Exact for boxes, channels and prism shells, within a few per cent for unstructured shells. For valid options.
 template <int D>
 [[nodiscard]] double expected_elements(const ShellOptions<D>& options);
 template <int D>
 [[nodiscard]] double expected_elements(const BoxOptions<D>& options);
 [[nodiscard]] double expected_elements(const BumpOptions& options);
 
-/// The same shape in about `count` elements (at least 1): all edge lengths times one factor, or all numbers of cells,
-/// as near as whole numbers come. Layers keep their number and heights.
+/// Scales edge lengths or numbers of cells to about `count` elements (at least 1). Layers do not change.
 template <int D>
 [[nodiscard]] ShellOptions<D> with_elements(ShellOptions<D> options, double count);
 template <int D>

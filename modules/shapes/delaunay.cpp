@@ -1,4 +1,4 @@
-// Delaunay triangulation with exact predicates, and points spread over circles and spheres.
+// Delaunay triangulation with exact predicates, and points on circles and spheres.
 module;
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// Coordinates on the grid: integers in [−2^22, 2^22], so that every predicate fits in 128 bits.
+/// Integers in [−2^22, 2^22], so that predicates fit in 128 bits.
 template <int D>
 using GridPoint = std::array<std::int64_t, D>;
 
@@ -32,7 +32,7 @@ std::vector<GridPoint<D>> grid_points(std::span<const Vec<D>> points) {
     for (const Vec<D>& p : points) box.include(p);
     double extent = 0;
     for (int i = 0; i < D; ++i) extent = std::fmax(extent, box.high[i] - box.low[i]);
-    // A power of two: coordinates that are short in binary (lattices) stay exact, and planes planes.
+    // A power of two: coordinates with few binary digits (lattices) are exact, and planes are preserved.
     int exponent = 0;
     std::frexp(extent, &exponent);
     const double steps = std::ldexp(1.0, 23 - exponent);
@@ -50,7 +50,7 @@ T determinant3(const std::array<std::array<T, 3>, 3>& m) {
 
 int sign(Int128 x) { return (x > 0) - (x < 0); }
 
-/// +1 where the simplex is positively oriented, 0 where it is flat. At most 6 · 2^69.
+/// 1: positive, 0: flat, −1: negative. Magnitude at most 6 · 2^69.
 int orientation(const std::array<const GridPoint<2>*, 3>& s) {
     std::array<GridPoint<2>, 2> d{};
     for (int r = 0; r < 2; ++r)
@@ -64,7 +64,7 @@ int orientation(const std::array<const GridPoint<3>*, 4>& s) {
     return sign(determinant3(d));
 }
 
-/// +1 where p is inside the circle of a positively oriented triangle, 0 on it.
+/// 1: p is inside the circle of a positive triangle, 0: on it.
 int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p) {
     std::array<std::array<Int128, 3>, 3> m{};
     for (int r = 0; r < 3; ++r) {
@@ -74,7 +74,7 @@ int in_sphere(const std::array<const GridPoint<2>*, 3>& s, const GridPoint<2>& p
     return sign(determinant3(m));
 }
 
-/// The lifted 4 × 4 determinant in T, expanded along the column of squares.
+/// Lifted 4 × 4 determinant, expanded along the column of squares.
 template <class T>
 T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squares) {
     const auto minor = [&](int a, int b, int c) { return determinant3<T>({d[a], d[b], d[c]}); };
@@ -82,8 +82,8 @@ T lifted(const std::array<std::array<T, 3>, 4>& d, const std::array<T, 4>& squar
            squares[3] * minor(0, 1, 2);
 }
 
-/// +1 where p is inside the sphere of a positively oriented tetrahedron, 0 on it. In doubles where their error cannot
-/// change the sign, else exactly (at most 24 · 2^(69 + 47.6) < 2^122).
+/// 1: p is inside the sphere of a positive tetrahedron, 0: on it. In doubles if certain, else in exact integers (at
+/// most 24 · 2^(69 + 47.6) < 2^122).
 int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p) {
     std::array<std::array<double, 3>, 4> d{};
     std::array<double, 4> squares{};
@@ -110,18 +110,18 @@ int in_sphere(const std::array<const GridPoint<3>*, 4>& s, const GridPoint<3>& p
     return sign(lifted(exact, exact_squares));
 }
 
-/// The point's place along a Z-curve.
+/// Position on a Z-curve.
 template <int D>
 std::uint64_t z_order(const GridPoint<D>& p) {
     std::uint64_t key = 0;
-    for (int bit = 23; bit >= 3; --bit)  // 21 bits an axis fill 63
+    for (int bit = 23; bit >= 3; --bit)  // 21 bits per axis, 63 in total
         for (int i = 0; i < D; ++i)
             key = key << 1U | (static_cast<std::uint64_t>(p[i] + (std::int64_t{1} << 22)) >> bit & 1U);
     return key;
 }
 
-/// Bowyer–Watson: the simplices whose spheres hold the new point are emptied and the hole is starred from it. Outside
-/// the hull, ghost simplices join each hull facet to one vertex at infinity; their "sphere" is the half space beyond.
+/// Bowyer–Watson: removes simplices whose spheres contain the new point, and fills the hole with its star. Ghost
+/// simplices join hull facets to infinity; their "sphere" is the half space beyond.
 template <int D>
 class Triangulation {
   public:
@@ -155,8 +155,8 @@ class Triangulation {
     struct Cell {
         std::array<Index, D + 1> vertices{};
         std::array<Index, D + 1> neighbours{};  ///< across the face opposite each vertex
-        Index stamp = 0;                        ///< the last insertion that asked about this cell …
-        bool conflict = false;                  ///< … and the answer
+        Index stamp = 0;                        ///< last insertion that tested this cell
+        bool conflict = false;                  ///< result of that test
         bool dead = false;
     };
     struct Face {
@@ -164,7 +164,7 @@ class Triangulation {
         int opposite;
     };
 
-    /// The ghost's vertex at infinity; −1 in a finite cell.
+    /// Local index of infinity; −1 in a finite cell.
     [[nodiscard]] int infinite_slot(const Cell& cell) const {
         for (int i = 0; i <= D; ++i)
             if (cell.vertices[i] == infinity_) return i;
@@ -176,15 +176,15 @@ class Triangulation {
         for (int i = 0; i <= D; ++i) at[i] = &grid_[vertices[i]];
         return at;
     }
-    /// Orientation of a cell with p in place of its vertex `slot`: negative when p is beyond that face.
+    /// Orientation with p in place of vertex `slot`: negative beyond that face.
     [[nodiscard]] int side(const Cell& cell, int slot, Index p) const {
         auto vertices = cell.vertices;
         vertices[slot] = p;
         return orientation(corners(vertices));
     }
 
-    /// A random half last, a quarter before it …, each along a Z-curve: expected linear work on any input (biased
-    /// randomised insertion order), with short walks.
+    /// Biased randomised insertion order: a random half last, a quarter before it …, along Z-curves. Expected linear
+    /// time, short walks.
     std::vector<Index> insertion_order() const {
         std::vector<Index> order(grid_.size());
         std::iota(order.begin(), order.end(), Index{0});
@@ -195,7 +195,7 @@ class Triangulation {
         return order;
     }
 
-    /// The first simplex, of the first points in general position, which leave `order`, and its ghosts.
+    /// Makes the first simplex and its ghosts from the first points in general position, which it removes from `order`.
     bool start(std::vector<Index>& order) {
         std::array<Index, D + 1> first{};
         int have = 0;
@@ -210,7 +210,7 @@ class Triangulation {
         if (orientation(corners(first)) < 0) std::swap(first[0], first[1]);
         cells_.push_back({first});
         for (int i = 0; i <= D; ++i) {
-            // Orientation as if the point at infinity lay beyond face i: mirrored, so two vertices change places.
+            // Mirrored, as if infinity were beyond face i: two vertices are swapped.
             Cell ghost{first};
             ghost.vertices[i] = infinity_;
             std::swap(ghost.vertices[(i + 1) % (D + 1)], ghost.vertices[(i + 2) % (D + 1)]);
@@ -221,7 +221,7 @@ class Triangulation {
         return true;
     }
 
-    /// Whether p is not in the flat space of the first `have` points, by exact Gram elimination on minors.
+    /// True if p is not in the affine hull of the first `have` points; exact, by minors.
     [[nodiscard]] bool extends(const std::array<Index, D + 1>& first, int have, Index p) const {
         const auto difference = [&](Index a, int i) { return Int128{grid_[a][i] - grid_[first[0]][i]}; };
         if (have == 0) return true;
@@ -238,7 +238,7 @@ class Triangulation {
         return orientation(corners(all)) != 0;
     }
 
-    /// Neighbours of the few first cells, by comparing all faces.
+    /// Compares all faces.
     void link_all() {
         const auto face = [&](Index cell, int opposite) {
             std::array<Index, D + 1> key = cells_[cell].vertices;
@@ -253,7 +253,7 @@ class Triangulation {
                         if (face(a, i) == face(b, j)) cells_[a].neighbours[i] = b;
     }
 
-    /// A cell in conflict with p: walks towards it, face by face.
+    /// Walks to a cell in conflict with p.
     [[nodiscard]] Index locate(Index p) const {
         Index at = last_;
         if (const int slot = infinite_slot(cells_[at]); slot >= 0) at = cells_[at].neighbours[slot];
@@ -281,7 +281,7 @@ class Triangulation {
             conflict = in_sphere(corners(cell.vertices), grid_[p]) > 0;
         } else {
             const int beyond = side(cell, slot, p);
-            // In the plane of a hull facet: inside its circle or not, which the sphere of the cell behind it tells.
+            // In the plane of a hull facet, the sphere of the cell behind it decides.
             conflict =
                 beyond != 0 ? beyond > 0 : in_sphere(corners(cells_[cell.neighbours[slot]].vertices), grid_[p]) > 0;
         }
@@ -290,7 +290,7 @@ class Triangulation {
         return conflict;
     }
 
-    /// Empties the cells in conflict and fills the hole with a star; false when p is at a vertex.
+    /// Returns false if p is at a vertex.
     bool insert(Index p) {
         ++stamp_;
         const Index from = locate(p);
@@ -305,12 +305,12 @@ class Triangulation {
         return true;
     }
 
-    /// Looks across one face of a cell of the hole: either the cell there joins the hole, or the face is its rim.
+    /// The next cell joins the hole, or the face is on its rim.
     void look_across(Index at, int i, Index p) {
         const Index across = cells_[at].neighbours[i];
         if (cells_[across].dead) return;
-        // With exact predicates the hole is star-shaped: were p in the plane of a rim face, it would be inside that
-        // face's circle, so inside the sphere beyond it, too.
+        // With exact predicates, the hole is star-shaped. If p were in the plane of a rim face, it would be inside the
+        // face's circle, and so inside the next cell's sphere.
         if (in_conflict(across, p)) {
             cells_[across].dead = true;
             hole_.push_back(across);
@@ -319,8 +319,7 @@ class Triangulation {
         }
     }
 
-    /// Joins each rim face to p and links the new cells: to what is beyond the rim, and to each other where their
-    /// faces share D − 1 vertices of the rim.
+    /// Joins rim faces to p. Links new cells across the rim, and to each other by D − 1 shared rim vertices.
     void star(Index p) {
         shared_.clear();
         std::size_t reuse = 0;
@@ -354,7 +353,7 @@ class Triangulation {
             cells_[shared_[k + 1].cell].neighbours[shared_[k + 1].opposite] = shared_[k].cell;
         }
     }
-    /// Whether v is one of the vertices other than the one at `except`.
+    /// Ignores vertex `except`.
     [[nodiscard]] static bool contains(const std::array<Index, D + 1>& vertices, Index v, int except) {
         for (int i = 0; i <= D; ++i)
             if (i != except && vertices[i] == v) return true;
@@ -416,7 +415,7 @@ Buffer<Vec<2>> circle(std::size_t n, double start) {
     return points;
 }
 
-/// Points of the icosphere by exact lattice weights on the icosahedron's corners, so that faces share them.
+/// Exact lattice weights of icosahedron corners, so that faces share points.
 class IcosphereBuilder {
   public:
     explicit IcosphereBuilder(int n) : n_(n), side_(static_cast<std::size_t>(n) + 1) {}
@@ -432,7 +431,7 @@ class IcosphereBuilder {
         sphere_.points.reserve(10 * squares + 2);
         sphere_.facets.reserve(20 * squares);
         on_edges_.resize(12 * 12);
-        // Faces of the icosahedron: triples at the least distance, 2.
+        // Icosahedron faces: triples at the minimum distance, 2.
         for (int a = 0; a < 12; ++a)
             for (int b = a + 1; b < 12; ++b)
                 for (int c = b + 1; c < 12; ++c)
@@ -467,7 +466,7 @@ class IcosphereBuilder {
         return id;
     }
 
-    /// Where the id of a lattice point is kept: with a corner, an edge of the icosahedron, or the face under way.
+    /// Id slot of a corner, an edge point, or a point of the current face.
     VertexId& place(const std::array<int, 3>& face, const std::array<int, 3>& weights) {
         for (int k = 0; k < 3; ++k) {
             if (weights[k] == n_) return at_corners_[face[k]];
@@ -486,7 +485,7 @@ class IcosphereBuilder {
     std::size_t side_;
     std::vector<Vec<3>> corners_;
     std::array<VertexId, 12> at_corners_;
-    std::vector<std::vector<VertexId>> on_edges_;  ///< by lesser corner × 12 + greater, then by the lesser's weight
+    std::vector<std::vector<VertexId>> on_edges_;  ///< by lower corner × 12 + higher, then by the lower one's weight
     std::vector<VertexId> inside_;
     UnitSphere<3> sphere_;
 };
@@ -520,7 +519,7 @@ template <>
 UnitSphere<2> icosphere<2>(int n) {
     UnitSphere<2> sphere{circle(5 * static_cast<std::size_t>(n), 0), {}};
     const std::size_t count = sphere.points.size();
-    // Clockwise, so that (the edge, the way outwards) is a positive frame, as for triangles in 3D.
+    // Clockwise, so that (edge, outward direction) is a positive frame, as in 3D.
     for (std::size_t i = 0; i < count; ++i) sphere.facets.push_back({VertexId((i + 1) % count), VertexId(i)});
     return sphere;
 }

@@ -1,5 +1,4 @@
-// camber.shapes: domains to try things on, from a handful of numbers. Same options, same mesh: `seed` is the only
-// chance.
+// Example of camber.shapes: test domains from a few numbers. Equal options and `seed` give equal meshes.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -9,14 +8,13 @@ import camber.shapes;
 
 using namespace camber;
 
-/// The volume of all tetrahedra.
 static double volume(const LinearMesh<3>& mesh) {
     double sum = 0;
     for (const auto& vertices : mesh.elements.vertices) sum += determinant(mesh.points, vertices) / 6;
     return sum;
 }
 
-/// How far a boundary vertex is from the sphere that its facet's reference names.
+/// Maximum distance of boundary vertices from their sphere.
 static double worst_distance(const LinearMesh<3>& mesh, const ShellOptions<3>& options) {
     double worst = 0;
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
@@ -29,7 +27,7 @@ static double worst_distance(const LinearMesh<3>& mesh, const ShellOptions<3>& o
 }
 
 int main() {
-    // The volume between two spheres, with three thin layers of tetrahedra on the inner one.
+    // Volume between two spheres, with three thin layers on the inner one.
     const ShellOptions<3> options{.inner_radius = 1,
                                   .outer_radius = 2,
                                   .inner_size = 0.4,
@@ -48,7 +46,7 @@ int main() {
     std::printf("%.1f %% of the volume between the spheres: straight facets cut the outer one\n", 100 * share);
     std::printf("boundary vertices are on their spheres to %.0e\n", off);
 
-    // Sizes that do not fit together are an error that says so, not a mesh.
+    // Incompatible sizes are an error.
     const auto refused = generate(ShellOptions<3>{.inner_radius = 2, .outer_radius = 1});
     if (!refused) std::printf("refused: %s\n", describe(refused.error()).c_str());
     return share > 0.9 && share < 1 && off < 1e-12 && !refused ? 0 : 1;

@@ -1,4 +1,4 @@
-// Boxes, plates and shells of several shapes of elements.
+// Boxes, plates and shells with elements of several shapes.
 module;
 #include <algorithm>
 #include <array>
@@ -14,7 +14,7 @@ namespace camber {
 
 namespace {
 
-/// Cells that are added one by one; then the facets on the boundary, each with a reference.
+/// Collects cells, then adds boundary facets with references.
 template <int D>
 class MeshParts {
   public:
@@ -28,7 +28,7 @@ class MeshParts {
     }
     [[nodiscard]] const Buffer<Vec<D>>& points() const { return points_; }
 
-    /// `reference(p)`: of the facet whose vertices have the mean p.
+    /// `reference(p)`: of the facet with vertex mean p.
     template <class Of>
     [[nodiscard]] Mesh<D> finish(Of&& reference) && {
         Mesh<D> mesh;
@@ -50,10 +50,10 @@ class MeshParts {
         Buffer<ShapeVertices<shape>> rows;
     };
 
-    /// Sides of elements that no other element has, as these have them: seen from outside.
+    /// Adds element sides without a neighbour, oriented outwards.
     template <class Of>
     void add_facets(Mesh<D>& mesh, Of&& reference) {
-        std::map<std::vector<VertexId>, std::vector<VertexId>> open;  // by their vertices, sorted
+        std::map<std::vector<VertexId>, std::vector<VertexId>> open;  // by sorted vertices
         const auto meet = [&](const std::vector<VertexId>& side) {
             auto key = side;
             std::ranges::sort(key);
@@ -95,7 +95,7 @@ class MeshParts {
     ByShape<D, Rows> elements_;
 };
 
-/// Returns the reference that `BoxOptions` gives the sides of a box from the origin to `high`.
+/// Side references of `BoxOptions`, for a box from the origin to `high`.
 template <int D>
 Reference side_of(const Vec<D>& p, const Vec<D>& high) {
     for (int i = 0; i < D; ++i) {
@@ -115,7 +115,7 @@ Outcome<Done> check_cells(const std::array<int, N>& cells) {
     return Done{};
 }
 
-/// The vertices of a lattice, x changing fastest.
+/// Lattice vertices, x fastest.
 template <int D>
 std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>& cells, const Vec<D>& high) {
     std::vector<VertexId> vertices;
@@ -132,7 +132,7 @@ std::vector<VertexId> add_lattice(MeshParts<D>& parts, const std::array<int, D>&
     return vertices;
 }
 
-/// The corners of the cell at (i, j), in the order of a quadrilateral, or at (i, j, k), in that of a hexahedron.
+/// Corners of cell (i, j) or (i, j, k), in shape order.
 std::array<VertexId, 4> square(const std::vector<VertexId>& v, const std::array<int, 2>& cells, std::size_t i,
                                std::size_t j) {
     const std::size_t columns = cells[0] + std::size_t{1};
@@ -148,21 +148,20 @@ std::array<VertexId, 8> cube(const std::vector<VertexId>& v, const std::array<in
     return {at(0, 0, 0), at(1, 0, 0), at(1, 1, 0), at(0, 1, 0), at(0, 0, 1), at(1, 0, 1), at(1, 1, 1), at(0, 1, 1)};
 }
 
-/// A quadrilateral cut along the diagonal through its lowest vertex: so both of its sides are cut alike.
+/// Cuts at the lowest vertex, equally from both sides.
 std::array<std::array<VertexId, 3>, 2> halves(const std::array<VertexId, 4>& q) {
     const bool first = std::min(q[0], q[2]) < std::min(q[1], q[3]);
     if (first) return {{{q[0], q[1], q[2]}, {q[0], q[2], q[3]}}};
     return {{{q[0], q[1], q[3]}, {q[1], q[2], q[3]}}};
 }
 
-/// A cube around its centre: tetrahedra over its sides, but a pyramid over the lower one if that belongs to a
-/// hexahedron.
+/// Splits a cube around its centre: tetrahedra over the sides; a pyramid over the lower side of a hexahedron.
 void add_split_cube(MeshParts<3>& parts, const std::array<VertexId, 8>& corners, bool has_pyramid) {
     Vec<3> mean;
     for (const VertexId v : corners) mean += 0.125 * parts.points()[v.index()];
     const VertexId centre = parts.add(mean);
     for (int f = 0; f < 6; ++f) {
-        std::array<VertexId, 4> side;  // from inside: counter-clockwise as seen from the centre
+        std::array<VertexId, 4> side;  // counter-clockwise seen from the centre
         for (std::size_t c = 0; c < 4; ++c) side[c] = corners[shape_table<Shape::hexahedron>.faces[f].corners[3 - c]];
         if (f == 0 && has_pyramid)
             parts.add<Shape::pyramid>({side[0], side[1], side[2], side[3], centre});
@@ -171,7 +170,7 @@ void add_split_cube(MeshParts<3>& parts, const std::array<VertexId, 8>& corners,
     }
 }
 
-/// Every third cell is two triangles.
+/// Cuts every third cell into two triangles.
 bool is_cut(int i, int j) { return (i + j) % 3 == 2; }
 
 }  // namespace
@@ -257,7 +256,7 @@ Outcome<Mesh<3>> generate_prisms(const ShellOptions<3>& options, const Execution
         MeshParts<3> parts;
         for (const Vec<3>& p : shell->points) parts.add(p);
         for (const auto& vertices : shell->elements.vertices) parts.add<Shape::tetrahedron>(vertices);
-        // Each vertex of the inner sphere has one on each layer's lower side.
+        // Each vertex of the inner sphere gets one on the lower side of each layer.
         const auto distances = layer_distances(options.inner_layer);
         std::map<VertexId, std::vector<VertexId>> columns;  // from the wall outwards
         const auto column = [&](VertexId v) -> const std::vector<VertexId>& {

@@ -17,16 +17,16 @@ import :delaunay;
 
 namespace camber {
 
-/// Errors: usage, of options that `generate` does not take.
+/// Errors: usage (options that `generate` rejects).
 template <int D>
 [[nodiscard]] Outcome<Done> check_box(const BoxOptions<D>& options);
 
-/// Simplices of the lattice, dimension by dimension: each is the extrusion of the one below. Errors: stopped.
+/// Lattice simplices, by extrusion from dimension to dimension. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<SimplexVertices<D>>> lattice_simplices(std::span<const int, D> cells, const Noise& noise,
                                                                     const Execution& execution);
 
-/// Where the lattice's planes are along one axis, from 0 to 1. Even ones are exact quotients.
+/// Positions of lattice planes, 0 to 1. Exact quotients for grading 1.
 [[nodiscard]] inline std::vector<double> lattice_planes(int cells, double grading) {
     std::vector<double> at(static_cast<std::size_t>(cells) + 1);
     if (grading == 1 || cells == 1) {
@@ -39,10 +39,10 @@ template <int D>
     return at;
 }
 
-/// No element is bent to less than this part of its volume.
+/// Minimum volume ratio after warping.
 inline constexpr double least_bent = 0.05;
 
-/// The vertices of a box's lattice by number: where they lie, and where its options would have them.
+/// Positions of a box's lattice vertices: regular and moved.
 template <int D>
 class BoxPlaces {
   public:
@@ -56,11 +56,11 @@ class BoxPlaces {
     [[nodiscard]] Vec<D> regular(std::size_t v) const {
         const auto place = lattice_.place(v);
         Vec<D> p;
-        // std::lerp is exact at both ends: sides are planes to the last bit.
+        // std::lerp is exact at both ends, so sides are exactly planar.
         for (int i = 0; i < D; ++i) p[i] = std::lerp(options_.low[i], options_.high[i], axes_[i][place[i]]);
         return p;
     }
-    /// A vertex at p moved by warp, where it is inside.
+    /// Applies the warp to an inner vertex at p.
     [[nodiscard]] Vec<D> bent(std::size_t v, const Vec<D>& p) const {
         if (lattice_.on_boundary(v)) return p;
         const auto place = lattice_.place(v);
@@ -68,7 +68,7 @@ class BoxPlaces {
         for (int i = 0; i < D; ++i) move *= sin(2 * std::numbers::pi * axes_[i][place[i]]);
         return p + move * (options_.high - options_.low);
     }
-    /// A vertex at p moved at random, on a side along it.
+    /// Applies jitter at p; side vertices stay on the side.
     [[nodiscard]] Vec<D> jittered(std::size_t v, Vec<D> p) const {
         const auto place = lattice_.place(v);
         const Vec<D> shift = options_.jitter * noise_.template vector<D>(v);
@@ -80,7 +80,7 @@ class BoxPlaces {
     }
 
   private:
-    /// The shorter of the two cells at an inner plane of an axis.
+    /// Shorter cell at an inner plane of an axis.
     [[nodiscard]] double cell_length(int axis, int k) const {
         const std::vector<double>& planes = axes_[axis];
         const double length = options_.high[axis] - options_.low[axis];
@@ -91,14 +91,13 @@ class BoxPlaces {
     BoxOptions<D> options_;
     Noise noise_;
     Lattice<D> lattice_;
-    std::array<std::vector<double>, D> axes_;  ///< the planes along each, in the unit box
+    std::array<std::vector<double>, D> axes_;  ///< planes per axis, in the unit box
 };
 
-/// Errors: usage, of options that `generate` does not take.
 template <int D>
 [[nodiscard]] Outcome<Done> check_shell(const ShellOptions<D>& options);
 
-/// The radii of layers from the core to the wall; the core's own is not among them.
+/// Layer radii from the core to the wall, without the core's.
 [[nodiscard]] inline std::vector<double> layer_radii(std::vector<double> from_wall, double wall) {
     if (from_wall.empty()) return from_wall;
     from_wall.pop_back();
@@ -119,7 +118,7 @@ template <int D>
     return layer_radii(std::move(radii), o.outer_radius);
 }
 
-/// The radii of the spheres that the vertices of rows of prisms lie on.
+/// Radii of the levels of prism rows.
 [[nodiscard]] inline std::vector<double> row_radii(const ShellSizes& sizes, std::size_t rows) {
     const double step = pow(sizes.outer_radius / sizes.inner_radius, 1.0 / static_cast<double>(rows));
     std::vector<double> radii{sizes.inner_radius};
@@ -128,8 +127,7 @@ template <int D>
     return radii;
 }
 
-/// The vertices of rows of prisms by number: those of a sphere, in the order of `directions`, after those of the sphere
-/// within it.
+/// Vertices of prism rows: sphere by sphere outwards, each in the order of `directions`.
 template <int D>
 struct PrismPlaces {
     ShellSizes sizes{};
@@ -145,14 +143,14 @@ struct PrismPlaces {
     [[nodiscard]] Vec<D> regular(std::size_t v) const {
         return radii[v / directions.size()] * directions[v % directions.size()];
     }
-    /// Where jitter would have it.
+    /// Position with jitter.
     [[nodiscard]] Vec<D> moved(std::size_t v) const {
         const double radius = radii[v / directions.size()];
         const double shift = sizes.jitter * sizes.inner_size * radius / sizes.inner_radius;
         const Vec<D> away = regular(v) + shift * noise.template vector<D>(v);
         return side(v) == ShellSide::between ? away : radius * normalised(away);
     }
-    /// Its last place, from where jitter left it: that of a wall on its sphere.
+    /// Final position from the jittered one: walls are projected onto their spheres.
     [[nodiscard]] Vec<D> settled(std::size_t v, const Vec<D>& p) const {
         switch (side(v)) {
             case ShellSide::inner: return sizes.inner_radius * normalised(p);
@@ -162,11 +160,11 @@ struct PrismPlaces {
     }
 };
 
-/// A row of prisms between two levels, each a copy of the base's vertices.
+/// A row of prisms between two levels (copies of the base vertices).
 struct PrismRow {
     std::size_t bottom = 0, top = 0;  ///< levels
-    Noise noise;                      ///< of its cuts
-    std::size_t drawn_for = 0;        ///< of the base's vertex v it is drawn for v and this
+    Noise noise;                      ///< for the cuts
+    std::size_t drawn_for = 0;        ///< offset of the random number index of base vertices
     Reference material = 1;
 };
 
@@ -175,14 +173,13 @@ struct Levels {
     std::size_t first = 0, last = 0;
 };
 
-/// A base of simplices of dimension D − 1 with `count` vertices.
 template <int D>
 struct PrismBase {
     Buffer<SimplexVertices<D - 1>> simplices;
     std::size_t count = 0;
 };
 
-/// The elements of a row, by the numbers of the vertices in the whole, less `less`. Errors: stopped, memory.
+/// Elements of a row, by whole-mesh vertex numbers minus `less`. Errors: stopped, memory.
 template <int D>
 [[nodiscard]] Outcome<Done> cut_row(const PrismBase<D>& base, const PrismRow& row, std::size_t less,
                                     std::span<SimplexVertices<D>> elements, const Execution& execution) {
@@ -194,23 +191,22 @@ template <int D>
         [&](VertexId v) { return VertexId(top + v.index()); }, elements, execution);
 }
 
-/// Levels that follow each other, whose vertices move at random: from `first` on, the rows between them one on the
-/// other.
+/// Points of consecutive levels, after random moves.
 template <int D>
 struct MovedLevels {
     std::size_t first = 0;
     Buffer<Vec<D>> points;
 };
 
-/// Levels over a base: rows[k] is the row from level k to k + 1.
+/// rows[k] is the row from level k to k + 1.
 template <int D>
 struct PrismLevels {
     const PrismBase<D>& base;
     std::span<const PrismRow> rows;
 };
 
-/// Of such levels: where `move_points` puts the vertices of `wanted`, from
-/// their places on so many levels around them: made(levels) → MovedLevels of those before the move, moved(v, point).
+/// Positions of the vertices of the requested levels after `move_points`, computed with enough levels around them.
+/// made(levels): MovedLevels before the move. moved(v, point): target.
 template <int D, class Made, class MovedTo>
 [[nodiscard]] Outcome<MovedLevels<D>> moved_levels(const PrismLevels<D>& all, Levels wanted, double least,
                                                    const Made& made, const MovedTo& moved, const Execution& execution) {
@@ -247,9 +243,8 @@ template <int D, class Made, class MovedTo>
     return levels;
 }
 
-/// What all shapes of rows of prisms share. Vertex v of the base on level l is l count + v; rows come in the order of
-/// their elements, each with the vertices of one more level: row k with level k up to `between`, of which the last has
-/// two, then with level k + 1.
+/// Base class of shapes of prism rows. Vertex v of level l has number l count + v. Rows are in the order of their
+/// elements. Row k has the vertices of level k up to `between`, whose last row has two levels, then of level k + 1.
 template <int D>
 class PrismRows : public ShapeRows<D> {
   public:
@@ -265,10 +260,10 @@ class PrismRows : public ShapeRows<D> {
     [[nodiscard]] std::span<const PrismRow> all_rows() const { return rows_; }
 
   private:
-    /// The points of some levels, which rise: one level's after the other's.
+    /// Points of ascending levels, level by level.
     [[nodiscard]] virtual Outcome<Buffer<Vec<D>>> points(std::span<const std::size_t> levels,
                                                          const Execution& execution) const = 0;
-    /// Of an element's face in that row, with vertices that all may have facets: none where it is no facet of its own.
+    /// Reference of an element face in the row, if it is a facet of this row. All its vertices may have facets.
     [[nodiscard]] virtual std::optional<Reference> facet_reference(const PrismRow& row,
                                                                    const SimplexVertices<D - 1>& face) const = 0;
     [[nodiscard]] virtual bool may_have_facets(VertexId v) const = 0;

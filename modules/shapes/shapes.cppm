@@ -1,4 +1,4 @@
-/// Generators of example domains: pure functions of their options, the same bytes for the same seed.
+/// Generators of example domains: pure functions of their options, including the seed.
 export module camber.shapes;
 export import :box;
 export import :delaunay;

@@ -36,7 +36,7 @@ Outcome<Done> check_shell(const ShellOptions<D>& o) {
 
 namespace {
 
-/// The vertices of the facets, rising; the facets then name them by their places there.
+/// Sorted facet vertices; renumbers the facets.
 template <int D>
 std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
     std::vector<VertexId> used;
@@ -51,8 +51,8 @@ std::vector<VertexId> own_numbers(Buffer<SimplexVertices<D - 1>>& facets) {
     return used;
 }
 
-/// Rows of prisms from `facets` (of the core) to spheres of these radii, one after the other; the last row's vertices
-/// become the side's. Radii fall towards the inner sphere and rise towards the outer one.
+/// Adds prism rows from core `facets` to spheres of these radii, which decrease towards the inner and increase towards
+/// the outer sphere. The last vertices get `side`.
 template <int D>
 Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> facets, std::span<const double> radii,
                          ShellSide side, const Noise& noise, const Execution& execution) {
@@ -84,7 +84,7 @@ Outcome<Done> add_layers(ShellCore<D>& core, Buffer<SimplexVertices<D - 1>> face
     return Done{};
 }
 
-/// Adds the layers; the materials of all elements.
+/// Returns the materials of all elements.
 template <int D>
 Outcome<Buffer<Reference>> add_layers(ShellCore<D>& core, const ShellOptions<D>& o, const Noise& noise,
                                       const Execution& execution) {
@@ -146,7 +146,7 @@ Outcome<LinearMesh<D>> generate(const ShellOptions<D>& options, const Execution&
 
 namespace {
 
-/// Points that cover the sphere of this radius with triangles of this edge length (the circle with edges).
+/// Number of points on a sphere for triangles (2D: edges) of this size.
 template <int D>
 std::size_t points_on_sphere(double radius, double size) {
     const double cover = D == 2 ? 2 * std::numbers::pi * radius / size
@@ -154,7 +154,7 @@ std::size_t points_on_sphere(double radius, double size) {
     return std::max<std::size_t>(D == 2 ? 6 : 12, static_cast<std::size_t>(std::lround(cover)));
 }
 
-/// Radii from sphere to sphere, each step a simplex's height at that place.
+/// In steps of the local simplex height.
 template <int D>
 std::vector<double> level_radii(const ShellSizes& sizes) {
     const double height = D == 2 ? std::numbers::sqrt3 / 2 : std::numbers::sqrt2 / std::numbers::sqrt3;
@@ -186,7 +186,7 @@ void add_points(ShellCore<D>& core, double radius, std::size_t count, ShellSide 
     }
 }
 
-/// A vertex's new place: kept on its sphere, or half an edge off both.
+/// Projects boundary vertices; limits others to half an edge from both spheres.
 template <int D>
 Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     if (side == ShellSide::inner) return sizes.inner_radius * normalised(p);
@@ -198,7 +198,7 @@ Vec<D> kept(const Vec<D>& p, ShellSide side, const ShellSizes& sizes) {
     return std::clamp(r, std::min(low, high), std::max(low, high)) / r * p;
 }
 
-/// The triangulation without the star of the centre, which is the last of the points given to it.
+/// Without the star of the centre.
 template <int D>
 Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise& noise) {
     Buffer<Vec<D>> points = core.points;
@@ -210,7 +210,7 @@ Outcome<Buffer<SimplexVertices<D>>> carved(const ShellCore<D>& core, const Noise
     return elements;
 }
 
-/// One step of springs that push only, each a little longer than the wanted length: the points spread.
+/// A step of repulsive springs, slightly above target length.
 template <int D>
 Outcome<Done> spread(ShellCore<D>& core, const ShellSizes& sizes, const Execution& execution) {
     std::vector<std::array<VertexId, 2>> edges;
@@ -238,7 +238,7 @@ double quality_of(const Buffer<Vec<D>>& p, const SimplexVertices<D>& s) {
         return quality(p[s[0].index()], p[s[1].index()], p[s[2].index()], p[s[3].index()]);
 }
 
-/// Moves the vertices of elements below `enough` at random; the worst quality before.
+/// Moves vertices of elements below `enough` at random. Returns the previous minimum quality.
 template <int D>
 Outcome<double> shake(ShellCore<D>& core, const ShellSizes& sizes, double enough, const Noise& noise,
                       const Execution& execution) {
@@ -267,7 +267,7 @@ Outcome<Done> triangulate(ShellCore<D>& core, const Noise& noise) {
     return Done{};
 }
 
-/// Spreads, then shakes until no element is flat or some rounds have passed; keeps the best round.
+/// Spreads, then shakes until no element is flat, for limited rounds. Keeps the best.
 template <int D>
 Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& noise, const Execution& execution) {
     constexpr int spreads = 8, shakes = 30;
@@ -295,7 +295,7 @@ Outcome<Done> improve(ShellCore<D>& core, const ShellSizes& sizes, const Noise& 
     return Done{};
 }
 
-/// Sorts the boundary facets into inner and outer; both have frames that point away from the centre.
+/// Inner and outer facets, with frames pointing away from the centre.
 template <int D>
 Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
     LinearMesh<D> mesh;
@@ -314,7 +314,7 @@ Outcome<Done> find_walls(ShellCore<D>& core, const Execution& execution) {
         for (const VertexId v : facet)
             if (side == ShellSide::between || core.sides[v.index()] != side)
                 return fail(ErrorKind::usage, "the sizes are too coarse for the gap between the spheres");
-        // Outwards in 3D is the frame's positive way; counter-clockwise in 2D is the other way round.
+        // 3D: the positive frame points outwards. 2D: counter-clockwise is the opposite.
         if ((side == ShellSide::inner) == (D == 3)) std::swap(facet[0], facet[1]);
         (side == ShellSide::inner ? core.inner : core.outer).push_back(facet);
     }
@@ -355,7 +355,7 @@ template <int D>
 PrismCounts prism_counts(const ShellSizes& sizes) {
     const double cuts = D == 2 ? 2 * std::numbers::pi * sizes.inner_radius / (5 * sizes.inner_size)
                                : 1.2046 * sizes.inner_radius / sizes.inner_size;
-    // The same triangles at each radius: a step's height follows from their size there.
+    // All levels have the same triangles, so their size determines the step height.
     const double ratio = 1 + 0.8 * sizes.inner_size / sizes.inner_radius;
     const double rows = log(sizes.outer_radius / sizes.inner_radius) / log(ratio);
     return {std::max(1.0, std::round(cuts)), std::max(1.0, std::round(rows))};

@@ -19,11 +19,10 @@ namespace {
 double volume(const std::array<Vec<2>, 3>& p) { return det(p[1] - p[0], p[2] - p[0]); }
 double volume(const std::array<Vec<3>, 4>& p) { return det(p[1] - p[0], p[2] - p[0], p[3] - p[0]); }
 
-/// Points of some levels, by the numbers of vertices in the whole.
 template <int D>
 struct PointsOfLevels {
-    std::vector<std::size_t> levels;  ///< rising
-    std::size_t count = 0;            ///< vertices a level
+    std::vector<std::size_t> levels;  ///< ascending
+    std::size_t count = 0;            ///< vertices per level
     Buffer<Vec<D>> points;
 
     [[nodiscard]] std::span<const Vec<D>> of(std::size_t level) const {
@@ -32,7 +31,7 @@ struct PointsOfLevels {
     }
 };
 
-/// Errors: usage (an element of the row without positive volume, the number of its first being given); stopped.
+/// `first`: first element number. Errors: usage (an element without positive volume); stopped.
 template <int D>
 Outcome<Done> check_volumes(const PointsOfLevels<D>& points, const PrismRow& row,
                             std::span<const SimplexVertices<D>> elements, std::size_t first,
@@ -132,15 +131,14 @@ Outcome<ShapeRun<D>> PrismRows<D>::run(std::size_t first, std::size_t last, cons
 
 namespace {
 
-/// What bounds a shell at a level, or parts its materials there.
+/// A shell boundary or material interface at a level.
 struct Wall {
     std::size_t level = 0;
-    std::size_t row = 0;  ///< whose elements have the facets
+    std::size_t row = 0;  ///< row whose elements have the facets
     Reference reference = 0;
 };
 
-/// The rows of a shell, and where its facets are. Levels are those of the core, the inner layers' from the core to the
-/// wall, and the outer layers' likewise.
+/// Order of levels: core, inner layers from core to wall, outer layers likewise.
 struct ShellRowsPlan {
     std::vector<PrismRow> rows;
     std::vector<Wall> walls;
@@ -182,7 +180,7 @@ class ShellPlanner {
         }
         add_walls(layer, core_, core_ - 1, first, last, options_.outer_reference);
     }
-    /// Between the core and its layer, which begin with these rows, and where the layer ends.
+    /// Between core and layer (`of_core`, `of_layer`: adjacent rows), and at the layer's end.
     void add_walls(const BoundaryLayer& layer, std::size_t level, std::size_t of_core, std::size_t of_layer,
                    std::size_t wall, Reference reference) {
         constexpr Reference core = 1;
@@ -215,7 +213,7 @@ class ShellRows final : public PrismRows<D> {
     [[nodiscard]] std::size_t count() const { return this->base().count; }
     [[nodiscard]] std::size_t core_levels() const { return places_.radii.size(); }
 
-    /// Of the core, about the origin.
+    /// Core points relative to the origin.
     [[nodiscard]] Outcome<Buffer<Vec<D>>> core_points(Levels levels, const Execution& execution) const {
         const auto regular = [&](Levels around) -> Outcome<MovedLevels<D>> {
             const std::size_t first = around.first * count();
@@ -235,7 +233,7 @@ class ShellRows final : public PrismRows<D> {
         if (!done) return fail(done.error());
         return std::move(points);
     }
-    /// Of a level of layers: the core's on that side, brought to its radius.
+    /// Scales core wall points to the level's radius.
     [[nodiscard]] Outcome<Done> place_layer(std::size_t level, std::span<const Vec<D>> wall, std::span<Vec<D>> to,
                                             const Execution& execution) const {
         const std::size_t k = level - core_levels();
@@ -248,7 +246,7 @@ class ShellRows final : public PrismRows<D> {
         all.reserve(levels.size() * count());
         const auto begin_of_layers =
             static_cast<std::size_t>(std::ranges::lower_bound(levels, core_levels()) - levels.begin());
-        for (std::size_t k = 0; k < begin_of_layers;) {  // run by run
+        for (std::size_t k = 0; k < begin_of_layers;) {  // by runs of consecutive levels
             std::size_t end = k + 1;
             while (end < begin_of_layers && levels[end] == levels[end - 1] + 1) ++end;
             const auto some = core_points({levels[k], levels[end - 1] + 1}, execution);
@@ -301,7 +299,7 @@ class ShellRows final : public PrismRows<D> {
     Vec<D> centre_;
     PrismPlaces<D> places_;
     std::vector<Wall> walls_;
-    std::vector<double> inner_, outer_;  ///< radii of the layers' levels
+    std::vector<double> inner_, outer_;  ///< radii of layer levels
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// camber.solution_metric: which metric interpolates a boundary layer best with 2000 triangles of degree 2? From the
-// third derivatives of u = e^{−y/δ} + x³/10 on a square: thin along y near the wall, longer and longer beyond.
+// Example of camber.solution_metric: the best metric for 2000 quadratic triangles in a boundary layer, from third
+// derivatives of u = e^{−y/δ} + x³/10 on a square.
 #include <cstddef>
 #include <cstdio>
 #include <utility>
@@ -10,7 +10,6 @@ import camber.solution_metric;
 
 using namespace camber;
 
-/// The unit square in n × n cells, each cut in two.
 static LinearMesh<2> square(std::size_t n) {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points;

@@ -1,4 +1,4 @@
-// Metrics of fixed sizes: by references, and by the deviation of curves from their chords.
+// Metrics of fixed sizes: by references and by chord error.
 module;
 #include <algorithm>
 #include <array>
@@ -24,7 +24,7 @@ namespace {
 
 bool is_length(double size) { return size >= min_length && size <= max_length; }
 
-/// visit(v) for the vertices of all simplices with the reference; how many simplices there are.
+/// Calls `visit(v)` for the vertices of all simplices with the reference; returns the number of simplices.
 std::size_t each_vertex_of(const auto& simplices, Reference reference, const auto& visit) {
     std::size_t found = 0;
     for (std::size_t s = 0; s < simplices.size(); ++s) {
@@ -38,7 +38,7 @@ std::size_t each_vertex_of(const auto& simplices, Reference reference, const aut
 template <int D>
 std::size_t each_vertex_of(const LinearMesh<D>& mesh, ReferencesOf of, Reference reference, const auto& visit) {
     if (of == ReferencesOf::elements) return each_vertex_of(mesh.elements, reference, visit);
-    // Of a plane mesh the boundary's edges are its facets.
+    // The facets of a plane mesh are the boundary's edges.
     if (of == ReferencesOf::facets || (D == 2 && of == ReferencesOf::edges))
         return each_vertex_of(mesh.facets, reference, visit);
     if (of == ReferencesOf::edges) return each_vertex_of(mesh.edges, reference, visit);
@@ -124,7 +124,7 @@ Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh, std::span<
 
 namespace {
 
-/// Where a boundary is curved at a vertex, on one smooth side: unit tangents, orthonormal, and curvatures along them.
+/// Tangents and principal curvatures of one smooth side at a vertex.
 template <int D>
 struct Curved {
     Vec<D> normal;
@@ -132,7 +132,6 @@ struct Curved {
     std::array<double, D - 1> curvatures{};
 };
 
-/// The principal directions of a shape operator on the tangents.
 Curved<2> principal(const Vec<2>& n, const std::array<Vec<2>, 1>& tangents, const std::array<double, 1>& shape) {
     return {n, tangents, {std::abs(shape[0])}};
 }
@@ -143,7 +142,7 @@ Curved<3> principal(const Vec<3>& n, const std::array<Vec<3>, 2>& tangents, cons
     return out;
 }
 
-/// The mean normal of a side's straight facets; zero where they cancel.
+/// Mean normal of a side's straight facets; zero if they cancel.
 template <int D>
 Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     Vec<D> sum;
@@ -151,13 +150,12 @@ Vec<D> side_normal(const LinearMesh<D>& mesh, Side side) {
     return normalised(sum);
 }
 
-/// Equations of a quadratic, for a surface or a curve: of sizes that differ, so that Eigen's decomposition is compiled
-/// once.
+/// Least-squares system of a quadratic, dynamically sized so that Eigen's decomposition is compiled once.
 constexpr int most_unknowns = 5;
 using Equations = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, most_unknowns>;
 using Unknowns = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, most_unknowns, 1>;
 
-/// The least squares solution; false: the equations do not tell it.
+/// Returns false if the least-squares solution is not unique.
 bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
     Eigen::ColPivHouseholderQR<Equations> qr(a);
     qr.setThreshold(1e-6);
@@ -166,7 +164,7 @@ bool solve(const Equations& a, const Eigen::VectorXd& b, Unknowns& x) {
     return true;
 }
 
-/// The quadratic through the vertex that is nearest to the others of its patch, of two rings.
+/// Least-squares quadratic through the vertex, over two rings of its patch.
 template <int D>
 class Fit {
     static constexpr int slopes = D - 1, unknowns = slopes + sym_size<D - 1>;
@@ -180,7 +178,7 @@ class Fit {
         const auto tangents = tangents_of(n);
         collect(v, side);
         std::array<double, sym_size<D - 1>> shape{};
-        // What fewer points than unknowns say is left open: flat.
+        // With fewer points than unknowns the surface counts as flat.
         if (ring_.size() >= static_cast<std::size_t>(unknowns)) shape = fitted(mesh_.points[v], n, tangents);
         return principal(n, tangents, shape);
     }
@@ -193,7 +191,7 @@ class Fit {
                     if (w != v && std::find(ring_.begin(), ring_.end(), w) == ring_.end()) ring_.push_back(w);
     }
     void collect(VertexId v, Side side) {
-        constexpr std::size_t enough = 40;  // rings of fans that many facets have in common
+        constexpr std::size_t enough = 40;  // bounds the rings of fans with many facets
         ring_.clear();
         const std::uint32_t patch = patches_[side[0]];
         add_ring(side, v, patch);
@@ -224,7 +222,7 @@ class Fit {
         }
         Unknowns x;
         if (!solve(a, b, x)) return shape;
-        // Of h = a·x + ½ xᵀSx the curvature is S/(1 + |a|²)^{3/2} to first order in the slope; the slope is small.
+        // For h = a·x + ½ xᵀSx the curvature is S/(1 + |a|²)^{3/2} to first order in the small slope.
         for (std::size_t k = 0; k < shape.size(); ++k) shape[k] = x(slopes + static_cast<Eigen::Index>(k)) / radius;
         return shape;
     }
@@ -235,7 +233,6 @@ class Fit {
     std::vector<VertexId> ring_;
 };
 
-/// Derivatives of a facet of degree 2 at its corner.
 template <int D>
 struct FacetJet {
     std::array<Vec<D>, D - 1> first;
@@ -256,8 +253,7 @@ FacetJet<D> jet_at(const QuadraticMesh<D>& mesh, FacetId f, VertexId v) {
     return jet;
 }
 
-/// The mean of the second fundamental forms of a side's facets at a vertex, by area, on the tangents of their mean
-/// normal.
+/// Area-weighted mean of the facets' second fundamental forms at a vertex, on the tangents of their mean normal.
 template <int D>
 Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) {
     Vec<D> sum;
@@ -289,7 +285,7 @@ Curved<D> curved_of_facets(const QuadraticMesh<D>& mesh, VertexId v, Side side) 
     return principal(n, tangents, shape);
 }
 
-/// The longest chord of a circle of a curvature that is asked for; infinite where it is flat.
+/// Longest admissible chord; infinite without curvature.
 double chord_of(double curvature, const ChordOptions& options) {
     constexpr double none = std::numeric_limits<double>::infinity();
     const double by_error = options.chord_error > 0 ? std::sqrt(8 * options.chord_error / curvature) : none;
@@ -312,7 +308,7 @@ LogMetric<D> metric_of(const Curved<D>& curved, const ChordOptions& options, dou
     return log_metric_of_sizes(sizes, axes);
 }
 
-/// make_curved() is what says of a vertex and a side how it is curved there; one for each chunk of vertices.
+/// `make_curved()` is called once per chunk of vertices and returns the curvature function of vertex and side.
 template <int D>
 Outcome<MetricsAtVertices<D>> metrics_of_sides(const Incidence<FacetId>& balls, const Column<std::uint32_t>& patches,
                                                const ChordOptions& options, double largest, const Execution& execution,

@@ -13,21 +13,19 @@ import camber.metric;
 
 export namespace camber {
 
-/// Metrics at some vertices; a vertex may have several, which are intersected.
+/// Metrics at some vertices; several at one are intersected.
 template <int D>
 struct MetricsAtVertices {
     Column<VertexId> vertices;
     Column<LogMetric<D>> log_metrics;  ///< one each
 };
 
-/// Which simplices of a mesh have a reference.
 enum class ReferencesOf : std::uint8_t { facets, edges, vertices, elements };
 [[nodiscard]] constexpr auto words(ReferencesOf) {
     return words_of(Word{ReferencesOf::facets, "facets"}, Word{ReferencesOf::edges, "edges"},
                     Word{ReferencesOf::vertices, "vertices"}, Word{ReferencesOf::elements, "elements"});
 }
 
-/// A size for all simplices of a kind that have one of the references.
 struct ReferenceSize {
     std::vector<Reference> references;
     double size = 0;  ///< model units
@@ -45,20 +43,19 @@ struct ReferenceSize {
     friend bool operator==(const ReferenceSize&, const ReferenceSize&) = default;
 };
 
-/// The isotropic metrics of such sizes at the vertices of the simplices, the least of several. Errors (usage): a size
-/// that is not a positive length, a reference that nothing of the kind has.
+/// Isotropic metrics of these sizes, the smallest at each vertex. Errors (usage): a size that is not a positive length;
+/// a reference without simplices.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> sizes_by_reference(const LinearMesh<D>& mesh,
                                                                std::span<const ReferenceSize> sizes);
 
-/// Of a facet that is on no patch: it has no say.
+/// Patch of a facet that is ignored.
 inline constexpr std::uint32_t no_patch = 0xffffffffU;
 
-/// How far chords may be from the geometry that they stand for.
 struct ChordOptions {
-    double chord_error = 0;    ///< δ: of a chord's middle from the surface; 0: not asked
-    double angle = 0;          ///< α: by which the surface turns along a chord (degrees); 0: not asked
-    double normal_ratio = 10;  ///< of the size along the normal to the least size along the surface
+    double chord_error = 0;    ///< δ: distance of a chord's middle from the surface; 0: unlimited
+    double angle = 0;          ///< α: turn of the surface along a chord (degrees); 0: unlimited
+    double normal_ratio = 10;  ///< normal size over the smallest tangential size
 
     [[nodiscard]] static constexpr auto options() {
         using S = ChordOptions;
@@ -76,17 +73,16 @@ struct ChordOptions {
     friend bool operator==(const ChordOptions&, const ChordOptions&) = default;
 };
 
-/// The geometry's own metric at the vertices of facets. A chord of length h of a circle of curvature κ is h²κ/8 from
-/// it, so along a surface of principal curvatures κ_i
+/// Metrics that resolve curvature, at the vertices of facets. A chord of length h deviates from a circle of curvature κ
+/// by h²κ/8, so for principal curvatures κ_i
 ///
-///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|),    along the normal `normal_ratio` times the least of these,
+///     h_i = min(sqrt(8 δ/|κ_i|), α/|κ_i|), along the normal `normal_ratio` times their minimum,
 ///
-/// and no size is above `largest`. Curvatures are one-sided: `patches` says of each facet on which smooth piece of the
-/// boundary it is (Features::patches of camber.surface), facets of `no_patch` have no say, and the metrics of the
-/// patches that meet at a vertex are intersected. Of a mesh of degree 2 they are those of its facets at the vertex,
-/// averaged by area; of a straight mesh those of the quadratic through the patch's vertices around, two rings of them,
-/// by least squares weighted by 1/r²; where these are too few, of one ring or none. What faces it across a gap is
-/// another matter (`gap_metrics`). Errors (usage): limits of options, patches that are not one a facet; stopped.
+/// and at most `largest`. Curvatures are one-sided: `patches` holds each facet's smooth patch (`Features::patches` of
+/// camber.surface; `no_patch` is ignored), and a vertex intersects its patches' metrics. Quadratic meshes use
+/// area-weighted means over the facets at the vertex. Straight meshes use the quadratic through two rings of patch
+/// vertices, by least squares with weights 1/r²; flat with too few. Errors (usage): limits of options; not one patch
+/// per facet; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> chord_metrics(const LinearMesh<D>& mesh,
                                                           const Column<std::uint32_t>& patches,
@@ -98,9 +94,8 @@ template <int D>
                                                           const ChordOptions& options, double largest,
                                                           const Execution& execution);
 
-/// How finely thin parts of the domain are to be resolved.
 struct GapOptions {
-    double elements = 0;  ///< across a gap; need not be whole
+    double elements = 0;  ///< across a gap; may be fractional
 
     [[nodiscard]] static constexpr auto options() {
         return std::tuple(option("elements", &GapOptions::elements, "how many elements there shall be across a gap")
@@ -110,26 +105,22 @@ struct GapOptions {
     friend bool operator==(const GapOptions&, const GapOptions&) = default;
 };
 
-/// Metrics where the domain is thin, at the vertices of facets. From such a vertex a ray goes into the domain, along
-/// the mean normal of the facets of one patch (`patches` as in `chord_metrics`; facets of `no_patch` are met, but send
-/// none); where facets have elements on both sides each side has its own ray. The first facet that it meets after a way
-/// t is across a gap if it faces: its own normal turned against the ray's by less than 45 degrees. Walls that meet at a
-/// wider angle are a corner: they are nearer to each other's end than to each other. The size is t/`elements` along the
-/// normal, `largest` along the wall, and a vertex where t/`elements` is not below `largest` has no metric; those of the
-/// sides that meet at one are intersected.
+/// Metrics for thin parts of the domain, at the vertices of facets. A ray enters the domain along the mean normal of
+/// one patch's facets (`patches` as in `chord_metrics`), on both sides if both have elements. Facets of `no_patch` send
+/// no ray but can be hit. The first facet hit, at distance t, bounds a gap if its normal is within 45 degrees of the
+/// ray; otherwise walls form a corner. The size is t/`elements` along the normal, `largest` along the wall, intersected
+/// over the sides. Vertices with t/`elements` ≥ `largest` have no metric.
 ///
-/// Facets that touch the vertex are not met, nor those that the ray runs along (by a degree): the walls beside a rim.
-/// Of two walls that meet at a sharp angle sizes fall to 0 towards the edge in which they do, which has no metric
-/// itself: `min_size` ends that. Facets are taken as straight, and all that bounds the domain should be among them: a
-/// ray that leaves it elsewhere finds nothing. Errors (usage): limits of options, a largest size that is no length,
-/// patches that are not one a facet; memory; stopped.
+/// Facets at the vertex, or within 1 degree of the ray, are not hit. Towards a sharp edge, which has no metric, sizes
+/// fall to 0 (see `min_size`). Facets count as straight and should bound the whole domain: rays that leave elsewhere
+/// hit nothing. Errors (usage): limits of options; `largest` is not a length; not one patch per facet; memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<MetricsAtVertices<D>> gap_metrics(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches,
                                                         const GapOptions& options, double largest,
                                                         const Execution& execution);
 
-/// One metric a vertex: the largest size, intersected with all that is given at some and at all vertices. Errors
-/// (usage): columns that are not of this mesh, vertices out of range, sizes out of range; stopped.
+/// Intersects size `largest` with all given metrics. Errors (usage): columns of another mesh; vertices or sizes out of
+/// range; stopped.
 template <int D>
 [[nodiscard]] Outcome<Column<LogMetric<D>>> fixed_metric(const LinearMesh<D>& mesh,
                                                          std::span<const MetricsAtVertices<D>> at_some,
@@ -140,10 +131,10 @@ template <int D>
 
 namespace camber {
 
-/// The facets of one patch around a vertex: one smooth side of the boundary.
+/// Facets of one patch around a vertex: a smooth side.
 using Side = std::span<const FacetId>;
 
-/// n times the measure of a facet whose edges at a corner are `columns`.
+/// Normal times the facet's length (2D) or twice its area (3D), from its edges at a corner.
 [[nodiscard]] inline Vec<2> area_normal(const std::array<Vec<2>, 1>& columns) {
     return {{columns[0][1], -columns[0][0]}};
 }
@@ -161,7 +152,6 @@ using Side = std::span<const FacetId>;
     return {a, cross(n, a)};
 }
 
-/// Of a straight facet.
 template <int D>
 [[nodiscard]] Vec<D> area_normal(const LinearMesh<D>& mesh, FacetId f) {
     const auto& v = mesh.facets.vertices[f];
@@ -170,13 +160,12 @@ template <int D>
     return area_normal(columns);
 }
 
-/// A vector turned to the side of another.
 template <int D>
 [[nodiscard]] Vec<D> to_side_of(const Vec<D>& n, const Vec<D>& side) {
     return dot(n, side) < 0 ? -n : n;
 }
 
-/// visit(side) for each side at a vertex with the facets `ball`, by rising patch; they are put into `facets`.
+/// Calls `visit(side)` for each side in `ball`, by ascending patch; `facets` is its buffer.
 template <class Visit>
 void each_side(std::span<const FacetId> ball, const Column<std::uint32_t>& patches, std::vector<FacetId>& facets,
                Visit&& visit) {
@@ -189,7 +178,7 @@ void each_side(std::span<const FacetId> ball, const Column<std::uint32_t>& patch
     }
 }
 
-/// Errors (usage): a largest size that is no length, patches that are not one a facet.
+/// Errors (usage): `largest` is not a length; not one patch per facet.
 template <int D>
 [[nodiscard]] Outcome<Done> check_sides(const LinearMesh<D>& mesh, const Column<std::uint32_t>& patches,
                                         double largest) {

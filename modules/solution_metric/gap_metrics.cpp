@@ -18,19 +18,16 @@ namespace camber {
 
 namespace {
 
-/// How far beyond its edge, by its own size, a facet is met: a ray along a rim passes just that. Rounding of
-/// coordinates is far below it.
+/// Relative extension of a facet for hits, since rays along a rim pass through edges. Rounding is far smaller.
 constexpr double margin = 1e-4;
 
-/// Facets as walls: where they are, and what is on their two sides.
 template <int D>
 struct Walls {
-    Buffer<Vec<D>> normals;                                     ///< unit; 0 of a facet without area
-    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< against the normal, and along it
+    Buffer<Vec<D>> normals;                                     ///< unit; 0 for facets without area
+    Buffer<std::array<std::optional<Reference>, 2>> materials;  ///< against the normal, along the normal
     BoxTree<D> tree;
 };
 
-/// Of each facet the materials of its elements.
 template <int D>
 void find_materials(const LinearMesh<D>& mesh, const Incidence<FacetId>& balls, Walls<D>& walls) {
     for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
@@ -77,8 +74,8 @@ Outcome<Walls<D>> make_walls(const LinearMesh<D>& mesh, const Incidence<FacetId>
     return walls;
 }
 
-/// The share that each corner has of the place where the line along x through the origin passes a segment (as points of
-/// the plane) or a triangle, by the corners' coordinates across the line.
+/// Barycentric coordinates of the crossing of a segment (in the plane) or a triangle with the line along x through the
+/// origin, from corner coordinates across it.
 std::array<double, 2> shares(const std::array<Vec<1>, 2>& across) {
     const double all = across[1][0] - across[0][0];
     return {across[1][0] / all, -across[0][0] / all};
@@ -90,7 +87,6 @@ std::array<double, 3> shares(const std::array<Vec<2>, 3>& across) {
     return {area[0] / all, area[1] / all, area[2] / all};
 }
 
-/// Into the domain from a vertex, on one side of the facets of a patch.
 template <int D>
 struct Ray {
     Vec<D> normal;
@@ -102,8 +98,7 @@ class Gaps {
   public:
     Gaps(const LinearMesh<D>& mesh, const Walls<D>& walls) : mesh_(mesh), walls_(walls) {}
 
-    /// The rays from the facets of one patch around a vertex: for each material of the elements beside them, and two
-    /// where it is the same on both sides.
+    /// Rays of one patch's facets at a vertex: one per adjacent material, two if both sides have the same.
     void find_rays(Side side, std::vector<Ray<D>>& rays) const {
         rays.clear();
         for (const FacetId f : side) {
@@ -124,7 +119,7 @@ class Gaps {
         for (Ray<D>& ray : rays) ray.normal = normalised(ray.normal);
     }
 
-    /// How far it is along a ray from a vertex to the facet across a gap, where that is nearer than `within`.
+    /// Distance to the facet across a gap, if below `within`.
     [[nodiscard]] std::optional<double> thickness(VertexId from, const Ray<D>& ray, Side side, double within) const {
         constexpr double facing = 0.7;  // cos 45°
         if (!(norm_squared(ray.normal) > 0)) return std::nullopt;
@@ -144,12 +139,12 @@ class Gaps {
   private:
     static constexpr double never = std::numeric_limits<double>::infinity();
 
-    /// Whether a facet shows the ray's material to it: a ray that has left the domain sees others, or none.
+    /// True if the facet's near side has the ray's material. A ray outside the domain meets others, or none.
     [[nodiscard]] bool is_seen_from_within(std::size_t f, const Ray<D>& ray) const {
         return walls_.materials[f][dot(walls_.normals[f], ray.normal) > 0 ? 0 : 1] == ray.material;
     }
-    /// What is nearer to each other is at the same place: of a crack the other side, which is not met where a ray
-    /// begins, and comes after its own side where it ends.
+    /// Distance below which points coincide: the other side of a crack is not hit where a ray begins, and follows its
+    /// own side where it ends.
     [[nodiscard]] double place_size(Side side) const {
         double longest = 0;
         for (const FacetId f : side) {
@@ -158,7 +153,7 @@ class Gaps {
         }
         return 1e-6 * longest;
     }
-    /// How far along the line it passes a facet; infinity: it does not.
+    /// Distance to a facet; infinity without a hit.
     [[nodiscard]] double passes(FacetId f, VertexId from, const Vec<D>& direction,
                                 const std::array<Vec<D>, D - 1>& tangents) const {
         constexpr double along = 0.0175;  // 1°
@@ -199,7 +194,6 @@ LogMetric<D> metric_across(const Vec<D>& normal, double size, double largest) {
     return log_metric_of_sizes(sizes, axes);
 }
 
-/// The vertices that have a metric, and these.
 template <int D>
 MetricsAtVertices<D> those_found(const Buffer<VertexId>& vertices, const Buffer<std::optional<LogMetric<D>>>& found) {
     Buffer<VertexId> at;

@@ -1,4 +1,4 @@
-// Local error models at vertices and elements, from second and third derivatives.
+// Local error models from second and third derivatives.
 module;
 #include <algorithm>
 #include <array>
@@ -17,9 +17,9 @@ namespace camber {
 
 namespace {
 
-constexpr double tiny = 1e-290;  // of |T|: logs of it are numbers
+constexpr double tiny = 1e-290;  // minimum |T|, so that logs are finite
 
-/// What bounds Q from below in coordinates y, v = G y, |T| ≤ 1 in those of v: ⅔ log|T(y)| and log(floor |v|²).
+/// Lower bounds of Q in coordinates y, v = G y, |T| ≤ 1 in those of v: ⅔ log|T(y)| and log(floor |v|²).
 template <int D>
 struct Bounded {
     CubicForm<D> given;
@@ -42,7 +42,6 @@ struct Bounded {
     }
 };
 
-/// The bound at all directions of the table.
 template <int D>
 void log_bounds(const Directions<D>& directions, const Bounded<D>& bounded, auto& out) {
     with_instructions(widest_instructions(), [&]() __attribute__((always_inline)) {
@@ -56,7 +55,6 @@ void log_bounds(const Directions<D>& directions, const Bounded<D>& bounded, auto
     });
 }
 
-/// Two unit vectors (in 2D one) across a unit one.
 template <int D>
 std::array<Vec<D>, D - 1> across(const Vec<D>& y) {
     if constexpr (D == 2) {
@@ -72,8 +70,8 @@ std::array<Vec<D>, D - 1> across(const Vec<D>& y) {
     }
 }
 
-/// Newton's step on the sphere towards the largest |T(y)|: gradient 3 T[y,y,·] and Hessian 6 T[y,·,·] − 3 T(y) across
-/// y; along the gradient where the Hessian has another sign.
+/// Newton step on the sphere to a maximum of |T(y)|: gradient 3 T[y,y,·], Hessian 6 T[y,·,·] − 3 T(y) across y. Follows
+/// the gradient if the Hessian has the wrong sign.
 template <int D>
 Vec<D> step_to_largest(const CubicForm<D>& t, const Vec<D>& y) {
     const Sym<D> along = contracted(t, y);
@@ -101,7 +99,6 @@ Vec<D> step_to_largest(const CubicForm<D>& t, const Vec<D>& y) {
     return normalised(y + step);
 }
 
-/// The search for one model.
 template <int D>
 class Search {
     static constexpr int unknowns = sym_size<D>;
@@ -118,9 +115,8 @@ class Search {
         bounded_.set_frame(bounded_.to_space);
     }
 
-    /// Frame and sizes by entries: in the frame of T:T, where Q is diagonal, the least Σ l_i with
-    /// (l_i + l_j + l_k)/2 ≥ log|T_ijk|. Of several that are as good (for n³ + 3 n t² it does not matter how much
-    /// thinner along n and longer along t an ellipsoid is) one whose largest l is small: that has a tenth of the cost.
+    /// Diagonal bound in the frame of T:T: minimises Σ l_i under (l_i + l_j + l_k)/2 ≥ log|T_ijk|. A cost of 0.1 on the
+    /// largest l selects one of several solutions: for n³ + 3 n t² sizes along n and t can be traded.
     void bound_by_entries() {
         constexpr int rounds = 5;
         EntryProgramme programme = entry_programme();
@@ -160,7 +156,7 @@ class Search {
         for (int i = 0; i < unknowns; ++i) programme_.basis[i] = i;
         log_bounds(directions_, bounded_, programme_.least);
         Mat<D> best = bounded_.to_space;
-        double least = log_det_of(cut());  // of the diagonal bound, which is better where the search finds no end
+        double least = log_det_of(cut());  // of the diagonal bound, the fallback if the search does not converge
         cuts_ = 0;
         for (int p = 0; p < cut_packs; ++p) programme_.least[Directions<D>::packs + p] = packed(Programme::no_row);
         for (int round = 0; round < most_rounds; ++round) {
@@ -178,7 +174,7 @@ class Search {
                 least = now;
                 best = bounded_.to_space;
             }
-            // Along valleys that are nearly flat it would go on and on.
+            // In nearly flat valleys the search would not end.
             constexpr int often = 4;
             constexpr double worth_it = 0.04;
             if (round % often == often - 1) {
@@ -193,7 +189,7 @@ class Search {
         bounded_.set_frame(best);
     }
 
-    /// So that the bound holds everywhere, not only at the directions.
+    /// Scales Q to satisfy the bound in all directions.
     void hold_everywhere() {
         log_bounds(directions_, bounded_, programme_.least);
         double most = largest_of_table();
@@ -209,7 +205,7 @@ class Search {
     }
 
   private:
-    /// l_1 … l_n and the largest of them.
+    /// Unknowns: l_1 … l_n and their maximum.
     using EntryProgramme = SmallProgramme<D + 1, (cubic_size<D> + D + 1 + pack_size - 1) / pack_size>;
     [[nodiscard]] static EntryProgramme entry_programme() {
         constexpr double share = 0.1, lowest = -1e4;
@@ -245,14 +241,13 @@ class Search {
         }
         return twice;
     }
-    /// For Q scaled by e^most: what its sizes may be apart.
+    /// Sets the floor for Q scaled by e^most from the maximum anisotropy.
     void set_floor(double most) {
         const Vec<D> roots = left_singular(bounded_.to_space).values;
         const double shortest = *std::min_element(roots.c.begin(), roots.c.end());
         bounded_.floor = exp(most) / (shortest * shortest * max_anisotropy_ * max_anisotropy_);
         bounded_.set_frame(bounded_.to_space);
     }
-    /// log det Q once it is scaled by e^most, and its sizes are no further apart than they may be.
     [[nodiscard]] double log_det_of(double most) const {
         LocalModel<D> model{logs()};
         double sum = D * most;
@@ -264,10 +259,9 @@ class Search {
         for (int i = 0; i < table; ++i) most = std::max(most, programme_.least_of(i));
         return most;
     }
-    /// visit(y) with the places of the largest |T| near directions whose bound is at least so much, and none of those
-    /// around them more.
+    /// Calls `visit(y)` at the maxima of |T| near locally maximal directions with bounds of at least `least`.
     void each_near_largest(double least, int steps, const auto& visit) {
-        constexpr double around = 0.955;  // cosine of three halves of the distance of directions
+        constexpr double around = 0.955;  // cosine of 1.5 times the spacing of directions
         std::array<int, table> tried{};
         int count = 0;
         for (int i = 0; i < table; ++i)
@@ -283,12 +277,12 @@ class Search {
             for (int s = 0; s < steps; ++s) y = step_to_largest(bounded_.here, y);
             visit(y);
         }
-        // The floor's own largest places are its axes.
+        // Its maxima are its axes.
         const EigenSystem<D> floor = eigen_system(bounded_.floor_here);
         for (int i = 0; i < D; ++i)
             if (log(std::max(floor.values[i], tiny)) >= least) visit(floor.vectors.column[i]);
     }
-    /// Adds the places of the largest |T| to the cuts, the newest in place of the oldest; the largest bound of all.
+    /// Adds the maxima of |T| to the cuts, replacing the oldest; returns the largest bound.
     double cut() {
         double most = largest_of_table();
         for (int c = 0; c < std::min(cuts_, most_cuts); ++c) set_cut(c);
@@ -308,7 +302,7 @@ class Search {
         programme_.set_row(table + c, quadratic_row(cut_at_[c]));
         programme_.set_least(table + c, bounded_.log_bound(cut_at_[c]));
     }
-    /// Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}; |L|.
+    /// Q ← Q^{1/2} e^L Q^{1/2}, G ← G e^{−L/2}; returns |L|.
     double step() {
         Sym<D> l;
         l.c = programme_.solve();
@@ -336,8 +330,8 @@ class Search {
     double max_anisotropy_;
     Programme programme_;
     std::array<Vec<D>, most_cuts> cut_at_{};  ///< in coordinates y
-    int cuts_ = 0;                            ///< so many were made
-    double trace_ = 0;                        ///< of the last L
+    int cuts_ = 0;
+    double trace_ = 0;  ///< of the last L
 };
 
 }  // namespace
@@ -384,7 +378,6 @@ Outcome<Done> check_finite(const Column<Row>& rows, const std::string& kind, con
                 "look for values of the solution that are not numbers");
 }
 
-/// The models of n rows, and how many are of which kind.
 template <int D>
 Outcome<LocalModels<D>> counted(std::size_t n, const Execution& execution, const auto& model) {
     constexpr std::size_t grain = 64;
@@ -398,7 +391,6 @@ Outcome<LocalModels<D>> counted(std::size_t n, const Execution& execution, const
     return out;
 }
 
-/// F of an element about its centroid.
 template <int D>
 struct ElementMap {
     Mat<D> jacobian;

@@ -16,7 +16,7 @@ import camber.metric;
 
 namespace camber {
 
-/// Of yᵀLy the factor of each entry of L.
+/// Coefficients of L's entries in yᵀLy.
 template <int D>
 [[nodiscard]] constexpr std::array<double, sym_size<D>> quadratic_row(const Vec<D>& y) {
     std::array<double, sym_size<D>> row{};
@@ -25,7 +25,7 @@ template <int D>
     return row;
 }
 
-/// Of T[y, y, y] the factor of each entry of T.
+/// Coefficients of T's entries in T[y, y, y].
 template <int D>
 [[nodiscard]] constexpr std::array<double, cubic_size<D>> cubic_row(const Vec<D>& y) {
     std::array<double, cubic_size<D>> row{};
@@ -35,8 +35,8 @@ template <int D>
     return row;
 }
 
-/// Directions, ±y alike, evenly over the sphere. The first n(n+1)/2 of them are the basis to begin with: their yyᵀ are
-/// independent and sum to a multiple of the identity (in 2D three at 60 degrees, in 3D the axes of an icosahedron).
+/// Evenly spread directions, without −y. The first n(n+1)/2 form the initial basis: their yyᵀ are independent and sum
+/// to a multiple of the identity (2D: three at 60 degrees; 3D: icosahedron axes).
 template <int D>
 struct Directions {
     static constexpr int packs = D == 2 ? 6 : 16;
@@ -74,7 +74,7 @@ struct Directions {
                     y[i] = 1 / length;
                     y[(i + 1) % 3] = (sign == 0 ? golden : -golden) / length;
                 }
-            // Fibonacci's spiral over half a sphere.
+            // Fibonacci spiral on half a sphere.
             constexpr int spiral = count - 6;
             for (int i = 0; i < spiral; ++i) {
                 const double z = 1 - (i + 0.5) / spiral, r = std::sqrt(1 - z * z);
@@ -86,20 +86,20 @@ struct Directions {
     }
 };
 
-/// min cᵀx with a_i·x ≥ b_i for P packs of rows and U ≤ 6 unknowns, by the simplex method on the dual, max Σ b_i μ_i
-/// with Σ μ_i a_i = c, μ ≥ 0. Rows stay and only b changes from one programme to the next, so the basis of one is a
-/// feasible one of the next: some pivots, each a product of a few packs. A row that is not there has b = no_row.
+/// Linear program min cᵀx with a_i·x ≥ b_i for P packs of rows and U ≤ 6 unknowns, by the simplex method on its dual,
+/// max Σ b_i μ_i with Σ μ_i a_i = c, μ ≥ 0. Only b changes between programs, so the last basis stays feasible and few
+/// pivots are needed. Unused rows: b = no_row.
 template <int U, int P>
 class SmallProgramme {
   public:
-    using Basis = std::array<int, U>;  ///< rows whose μ may be positive
+    using Basis = std::array<int, U>;  ///< rows with μ > 0 allowed
     using Unknowns = std::array<double, U>;
     static constexpr double no_row = -1e30;
 
     std::array<std::array<Pack, U>, P> rows{};
     std::array<Pack, P> least{};
     Unknowns cost{};
-    Basis basis{};  ///< feasible: Σ μ_i a_i = c with μ ≥ 0 over its rows
+    Basis basis{};  ///< feasible: Σ μ_i a_i = c with μ ≥ 0
 
     void set_row(int i, const Unknowns& row) {
         for (int k = 0; k < U; ++k) rows[at(i).first][k][at(i).second] = row[k];
@@ -107,7 +107,6 @@ class SmallProgramme {
     void set_least(int i, double bound) { least[at(i).first][at(i).second] = bound; }
     [[nodiscard]] double least_of(int i) const { return least[at(i).first][at(i).second]; }
 
-    /// Leaves the best basis in `basis`.
     [[nodiscard]] Unknowns solve() {
         constexpr int most_pivots = 120;
         constexpr double tolerance = 1e-9;
@@ -129,7 +128,7 @@ class SmallProgramme {
         for (int k = 0; k < U; ++k) out[k] = rows[at(i).first][k][at(i).second];
         return out;
     }
-    /// x with a_i·x = b_i on the basis.
+    /// Solves a_i·x = b_i on the basis.
     [[nodiscard]] Unknowns unknowns() const {
         Unknowns x{};
         for (int j = 0; j < U; ++j)
@@ -140,7 +139,7 @@ class SmallProgramme {
         int row = 0;
         double amount = 0;
     };
-    /// The row of which most is missing, and how much.
+    /// Most violated row, and its violation.
     [[nodiscard]] Missing most_missing(const Unknowns& x) const {
         Pack most = packed(-std::numeric_limits<double>::max());
         Mask where{};
@@ -158,7 +157,7 @@ class SmallProgramme {
             if (most[lane] > most[best]) best = lane;
         return {static_cast<int>(where[best]) * pack_size + best, most[best]};
     }
-    /// Takes a row into the basis, and out of it the one whose μ is the first to vanish. False: none does.
+    /// Exchanges a row with the basis row whose μ vanishes first; false if none does.
     [[nodiscard]] bool enter(int entering) {
         const Unknowns a = row(entering);
         Unknowns along{}, weight{};
@@ -182,7 +181,6 @@ class SmallProgramme {
         basis[leaving] = entering;
         return true;
     }
-    /// Inverts the matrix whose columns are the rows of the basis.
     void invert() {
         SquareMatrix<U> m;
         for (int j = 0; j < U; ++j) {
@@ -199,11 +197,9 @@ class SmallProgramme {
 
 export namespace camber {
 
-/// How the least Q of third derivatives is found.
 enum class CubicBound : std::uint8_t {
-    optimal,   ///< to 1 % of the least determinant
-    diagonal,  ///< by entries in the frame of T:T, four times faster; its determinant is mostly 1 to 1.5 times the
-               ///< least
+    optimal,   ///< to 1 % of the minimum determinant
+    diagonal,  ///< by entries in the frame of T:T; 4 times faster, determinant mostly 1 to 1.5 times the minimum
 };
 [[nodiscard]] constexpr auto words(CubicBound) {
     return words_of(Word{CubicBound::optimal, "optimal"}, Word{CubicBound::diagonal, "diagonal"});
@@ -211,9 +207,9 @@ enum class CubicBound : std::uint8_t {
 
 struct ModelOptions {
     CubicBound bound = CubicBound::optimal;
-    /// Of the sizes that a model alone asks for: where the derivatives vanish along a direction, or are the rounding of
-    /// others, Q is raised to its largest eigenvalue over the square of this. The rounding of third derivatives'
-    /// entries alone asks for sizes 2e5 times apart, in axes that nothing means.
+    /// Anisotropy limit of a model: where derivatives vanish or are rounding errors, Q is raised to its largest
+    /// eigenvalue over the square of this. Rounding of third derivatives gives an anisotropy of 2e5 with meaningless
+    /// axes.
     double max_anisotropy = 1e5;
 
     [[nodiscard]] static constexpr auto options() {
@@ -227,15 +223,14 @@ struct ModelOptions {
     friend bool operator==(const ModelOptions&, const ModelOptions&) = default;
 };
 
-/// What became of a model where derivatives vanish.
 enum class ModelKind : std::uint8_t {
     regular,
-    floored,  ///< along some directions raised to max_anisotropy
-    zero,     ///< all derivatives are 0: the function is resolved whatever the size
+    floored,  ///< raised along some directions
+    zero,     ///< all derivatives are 0: resolved by any size
 };
 
-/// Q of a local model of the error, (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv: Q = R diag(e^{λ_i}) Rᵀ by its log-eigenvalues
-/// λ_i, in any unit that u may have. Of a model that is zero all λ_i are −∞, and R is the identity.
+/// Q of a local error model, (|d^{k+1}u(v)|)^{2/(k+1)} ≤ vᵀQv: Q = R diag(e^{λ_i}) Rᵀ, λ_i its log-eigenvalues, in any
+/// unit of u. Zero model: λ_i = −∞, R = I.
 template <int D>
 struct LocalModel {
     EigenSystem<D> logs;
@@ -249,11 +244,10 @@ template <int D>
     return out;
 }
 
-/// The model with sizes no further apart than max_anisotropy.
 template <int D>
 [[nodiscard]] inline LocalModel<D> floored(LocalModel<D> model, double max_anisotropy) {
     auto& values = model.logs.values.c;
-    constexpr double near = 0.1;  // what was bounded from below already
+    constexpr double near = 0.1;  // already bounded from below
     const double least = *std::max_element(values.begin(), values.end()) - 2 * log(max_anisotropy);
     for (double& x : values)
         if (!(x >= least + near)) {
@@ -263,7 +257,7 @@ template <int D>
     return model;
 }
 
-/// k = 1: Q = |H|, the Hessian with the absolute values of its eigenvalues.
+/// k = 1: Q = |H|, by the absolute eigenvalues of the Hessian.
 template <int D>
 [[nodiscard]] inline LocalModel<D> hessian_model(Sym<D> hessian, const ModelOptions& options) {
     double scale = 0;
@@ -275,25 +269,25 @@ template <int D>
     return floored(model, options.max_anisotropy);
 }
 
-/// k = 2: the Q of least determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v, whose unit ball is the largest ellipsoid
-/// in {|T| ≤ 1}. By log-simplex (Coulaud and Loseille, "Very high order anisotropic metric-based mesh adaptation in
-/// 3D", Procedia Engineering 163, 2016): in coordinates y = Q^{1/2} v of the present Q,
+/// k = 2: the Q of minimum determinant with |T[v,v,v]|^{2/3} ≤ vᵀQv for all v; its unit ball is the largest ellipsoid
+/// in {|T| ≤ 1}. Log-simplex method (Coulaud and Loseille, "Very high order anisotropic metric-based mesh adaptation in
+/// 3D", Procedia Engineering 163, 2016): in coordinates y = Q^{1/2} v of the current Q,
 ///
-///     min tr L,   yᵀLy ≥ ⅔ log|T(y)|   for directions y, |y| = 1;      Q ← Q^{1/2} e^L Q^{1/2},
+///     min tr L, yᵀLy ≥ ⅔ log|T(y)| for directions y, |y| = 1; Q ← Q^{1/2} e^L Q^{1/2},
 ///
-/// until L vanishes. Since e^{yᵀLy} ≤ yᵀe^Ly (Jensen), what holds for L holds for e^L. Directions are even in the frame
-/// of the present Q, so that any anisotropy is as well resolved; the places where |T| is largest on the sphere join
-/// them by Newton's method once they are near, and by these Q is scaled in the end, so that the bound holds for all v.
+/// until L vanishes. Since e^{yᵀLy} ≤ yᵀe^Ly (Jensen), bounds of L hold for e^L. Directions are even in the current
+/// frame, so any anisotropy is resolved. Near the end, maxima of |T| on the sphere (Newton's method) join them and
+/// scale Q, so that the bound holds for all v.
 ///
-/// It begins with a diagonal bound: the frame of T:T, (T:T)_ij = Σ_ab T_iab T_jab, in coordinates y, and in it the
-/// least Σ l_i with (l_i + l_j + l_k)/2 ≥ log|T_ijk|, four times. `CubicBound::diagonal` ends there.
+/// The start is diagonal in the frame of T:T, (T:T)_ij = Σ_ab T_iab T_jab: minimum Σ l_i with (l_i + l_j + l_k)/2 ≥
+/// log|T_ijk|, iterated. `CubicBound::diagonal` ends there.
 ///
-/// Makes models of one kind; keeps what they have in common, so make it once, not once a model. Of any scale of T.
+/// Reuse one object for many models, since it holds tables. T may have any scale.
 template <int D>
 class CubicModels {
   public:
     explicit CubicModels(const ModelOptions& options);
-    /// T finite.
+    /// Requires finite T.
     [[nodiscard]] LocalModel<D> operator()(const CubicForm<D>& t) const;
 
   private:
@@ -301,16 +295,14 @@ class CubicModels {
     std::shared_ptr<const Directions<D>> directions_;
 };
 
-/// Local models, one a vertex or one an element.
 template <int D>
 struct LocalModels {
     Column<LocalModel<D>> rows;
-    std::size_t zero = 0, floored = 0;  ///< rows of these kinds
+    std::size_t zero = 0, floored = 0;  ///< numbers of such rows
 };
 
-/// Models of degree k = 1 and 2 from rows of second and third derivatives, of vertices or of elements, in any unit.
-/// Errors: a row that is not finite (input, entity "derivatives, row N"); a limit of the options (usage); memory;
-/// stopped.
+/// Models of degree k = 1 and 2 from rows of derivatives. Errors: a row that is not finite (input, entity "derivatives,
+/// row N"); limits of options (usage); memory; stopped.
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> hessian_models(const Column<Sym<D>>& hessians, const ModelOptions& options,
                                                      const Execution& execution);
@@ -318,8 +310,8 @@ template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> cubic_models(const Column<CubicForm<D>>& thirds, const ModelOptions& options,
                                                    const Execution& execution);
 
-/// Of each element the mean of its vertices' rows (vectors, Hessians or third derivatives): what linear interpolation
-/// has at its centroid. row_of(e, i): the row that element e sees at its local vertex i. Errors: memory; stopped.
+/// Element means of vertex rows (vectors, Hessians, third derivatives): linear interpolation at centroids. `row_of(e,
+/// i)`: row of element e at its local vertex i. Errors: memory; stopped.
 template <class Row, int D, class RowOf>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& rows, RowOf&& row_of,
                                                  const Execution& execution) {
@@ -333,7 +325,7 @@ template <class Row, int D, class RowOf>
     return Column<Row>(std::move(*means));
 }
 
-/// Of rows of the vertices. Errors: rows that are not one a vertex (usage); those above.
+/// One row per vertex. Errors: other numbers of rows (usage); those above.
 template <class Row, int D>
 [[nodiscard]] Outcome<Column<Row>> element_means(const LinearMesh<D>& mesh, const Column<Row>& at_vertices,
                                                  const Execution& execution) {
@@ -343,16 +335,15 @@ template <class Row, int D>
     return element_means(mesh, at_vertices, row_of, execution);
 }
 
-/// Models of the elements of a curved mesh, from an element's own derivatives (those at its centroid, `element_means`).
-/// What an element interpolates is u∘F on the reference element, F its map, whose Jacobian at the centroid is J and
-/// whose second derivatives F_ab are constant:
+/// Models of curved elements from element derivatives at centroids (`element_means`). An element interpolates u∘F on
+/// the reference element, F with Jacobian J at the centroid and constant second derivatives F_ab:
 ///
-///     k = 1:  Ĥ_ab  = H[J_a, J_b] + ∇u·F_ab
-///     k = 2:  T̂_abc = T[J_a, J_b, J_c] + H[F_ab, J_c] + H[F_bc, J_a] + H[F_ca, J_b]
+///     k = 1: Ĥ_ab = H[J_a, J_b] + ∇u·F_ab
+///     k = 2: T̂_abc = T[J_a, J_b, J_c] + H[F_ab, J_c] + H[F_bc, J_a] + H[F_ca, J_b]
 ///
-/// The model Q̂ is made there and brought to space: Q = J⁻ᵀ Q̂ J⁻¹. It sees what the element's curves take away of the
-/// error. On straight elements it is the model of H or T. An element that is flat at its centroid has the zero model.
-/// Errors: those above, by element; rows that are not one an element (usage).
+/// Q = J⁻ᵀ Q̂ J⁻¹ includes the effect of element curvature on the error; on straight elements it is the model of H or
+/// T. Elements flat at the centroid have the zero model. Errors: those above, by element; not one row per element
+/// (usage).
 template <int D>
 [[nodiscard]] Outcome<LocalModels<D>> curved_hessian_models(const QuadraticMesh<D>& mesh,
                                                             const Column<Vec<D>>& gradients,

@@ -18,7 +18,6 @@ namespace camber {
 
 namespace {
 
-/// log Σ exp, kept by its largest term.
 struct LogSum {
     double top = -std::numeric_limits<double>::infinity(), sum = 0;
 
@@ -87,13 +86,13 @@ Outcome<double> log_of_sum(std::size_t n, const Execution& execution, const auto
     return sum->value();
 }
 
-/// −s of the metric without bounds: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
+/// −s of the unbounded metric: log C = log Σ exp(½ Σλ P/(P + n)) w − n s/2.
 template <int D>
 Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, double log_target,
                             const Execution& execution, const auto& weight) {
     const double share = std::isinf(power) ? 0.5 : 0.5 * power / (power + D);
     const auto sum = log_of_sum<D>(models.size(), execution, [&](LogSum& s, std::size_t i) {
-        // Where nothing happens along some axes the bound decides; here it is enough that the log is a number.
+        // Without derivatives along an axis the size bound applies; this keeps the log finite.
         constexpr double deepest = 28;
         const auto& values = models[i].logs.values.c;
         const double top = *std::max_element(values.begin(), values.end());
@@ -105,7 +104,7 @@ Outcome<double> first_guess(const Column<LocalModel<D>>& models, double power, d
     return 2.0 / D * (log_target - *sum);
 }
 
-/// The scale with which elements, each with a metric of its own, have the complexity.
+/// Scale for the complexity of elements with one metric each.
 template <int D>
 Outcome<double> scale_of_elements(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models, double power,
                                   double log_target, double largest, const Execution& execution) {
@@ -132,7 +131,6 @@ double unlikeness(const Vec<D>& logs) {
     return std::sqrt(sum);
 }
 
-/// The mean of the models around a vertex, in the axes of the mean.
 template <int D>
 class BallMean {
   public:
@@ -145,7 +143,7 @@ class BallMean {
             all += w;
         }
         plain_ *= 1 / all;
-        // Logs of axes that are turned lose unlikeness; where none is lost, none is turned.
+        // The mean of turned logs loses anisotropy; without a loss no axes are turned.
         constexpr double lost = 0.01;
         if (unlikeness<D>(eigen_system(plain_).values) >= (1 - lost) * unlike / all) return;
         Sym<D> carried;
@@ -161,8 +159,7 @@ class BallMean {
     Sym<D> plain_;
 };
 
-/// The mean of the models of each material around a vertex, then their intersection: at the interface of two materials
-/// the finer one decides.
+/// Intersects the mean models of each material around a vertex: at interfaces the finer one applies.
 template <int D>
 LocalModel<D> model_at_vertex(const LinearMesh<D>& mesh, std::span<const ElementId> ball,
                               const Column<LocalModel<D>>& raised) {
@@ -241,7 +238,7 @@ Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh, con
 
 namespace {
 
-/// All but the fields' scale.
+/// All but the scale of the fields.
 template <int D>
 class Composition {
   public:
@@ -267,7 +264,7 @@ class Composition {
         auto found = searched(0, options_.gradation ? 1e-2 : options_.tolerance, Graded::no);
         if (found && options_.gradation) found = searched(found->at, options_.tolerance, Graded::yes);
         if (!found) return fail(found.error());
-        // The last that was tried is not always the best.
+        // The last evaluation is not always the best.
         if (last_ != found->at) {
             const auto again = evaluated(found->at, options_.gradation ? Graded::yes : Graded::no);
             if (!again) return fail(again.error());
@@ -286,7 +283,6 @@ class Composition {
         out_.is_graded = result->converged;
         return std::move(result->log_metrics);
     }
-    /// The complexity of what is put out.
     [[nodiscard]] Outcome<double> put(Outcome<Column<LogMetric<D>>> field) {
         if (!field) return fail(field.error());
         out_.log_metrics = std::move(*field);
@@ -294,7 +290,7 @@ class Composition {
         if (now) out_.reached = *now;
         ++out_.evaluations;
         ++told_;
-        report_progress(telling_, told_, told_ + 1);  // nobody knows how many there will be
+        report_progress(telling_, told_, told_ + 1);  // the total is unknown
         return now;
     }
 
@@ -316,7 +312,6 @@ class Composition {
         return Done{};
     }
 
-    /// Each field's scale with its share of the complexity.
     [[nodiscard]] Outcome<Done> set_scales() {
         for (const SolutionField<D>& field : fields_) {
             auto metric = optimal_metric(mesh_, field.models, {field.norm, field.share * out_.asked, bounds_.max_size},
@@ -345,7 +340,6 @@ class Composition {
         return apply_bounds(LogMetric<D>{composed(whole)}, bounds_);
     }
 
-    /// log C with the fields scaled by t.
     [[nodiscard]] Outcome<double> evaluated(double t, Graded grade) {
         last_ = t;
         auto field = map_each(execution_, mesh_.points.size(), [&](std::size_t v) { return metric_at(v, t); });

@@ -15,16 +15,14 @@ import :models;
 
 namespace camber {
 
-/// Where a search for a complexity ended.
 struct ScaleFound {
     double at = 0, log_complexity = 0;
     int evaluations = 0;
     bool reached = false;
 };
 
-/// t with evaluate(t) = target, for a function that rises, with about `slope` where nothing bounds it: the secant,
-/// within what is known to be too little and too much, by halves where it would leave that. Begins at `from`. Errors:
-/// those of `evaluate`, an Outcome<double>.
+/// Solves evaluate(t) = target for an increasing function, with about `slope` between bounds, by the secant method from
+/// `from`, within the bracket by bisection. Errors: those of `evaluate`, an Outcome<double>.
 [[nodiscard]] Outcome<ScaleFound> search_scale(double from, double target, double slope, double tolerance,
                                                int most_evaluations, const auto& evaluate) {
     constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -45,7 +43,7 @@ struct ScaleFound {
             return best;
         }
         (miss < 0 ? low : high) = at;
-        // A slope of next to nothing, where all is at its bounds, would lead far off.
+        // A slope near zero, where all is at bounds, would lead far off.
         double steepness = i == 1 ? slope : (*value - value_before) / (at - before);
         if (!(steepness > 0.05 * slope)) steepness = std::max(0.25 * slope, 1e-6);
         before = at;
@@ -60,16 +58,15 @@ struct ScaleFound {
 
 export namespace camber {
 
-/// Of what the norm is: of the error itself, L^p, or of its gradient, W^{1,p}.
+/// Error to measure: its values, L^p, or its gradient, W^{1,p}.
 enum class ErrorOf : std::uint8_t { values, gradients };
 [[nodiscard]] constexpr auto words(ErrorOf) {
     return words_of(Word{ErrorOf::values, "values"}, Word{ErrorOf::gradients, "gradients"});
 }
 
-/// The norm of the interpolation error that a metric is the best one for.
 struct NormOptions {
-    int degree = 2;  ///< k of the elements: 1 with models of Hessians, 2 with those of third derivatives
-    double p = 2;    ///< 0: the largest error anywhere, p = ∞
+    int degree = 2;  ///< k of the elements: 1 for Hessian models, 2 for third derivatives
+    double p = 2;    ///< 0: maximum error, p = ∞
     ErrorOf error_of = ErrorOf::values;
 
     [[nodiscard]] static constexpr auto options() {
@@ -82,21 +79,19 @@ struct NormOptions {
     friend bool operator==(const NormOptions&, const NormOptions&) = default;
 };
 
-/// P = p(k + 1), of gradients pk: the P-th power of the size is what the p-th power of the error is like.
+/// P = p(k + 1), for gradients pk: the p-th power of the error scales with the P-th power of the size.
 [[nodiscard]] inline double power_of(const NormOptions& o) {
     if (o.p == 0) return std::numeric_limits<double>::infinity();
     return o.p * (o.error_of == ErrorOf::values ? o.degree + 1 : o.degree);
 }
 
-/// The optimal metric at one place, M = Q'/ε, whose sizes are no larger than `largest`:
+/// Optimal metric at a point, M = Q'/ε, with sizes up to `largest`:
 ///
-///     Q' = max(Q, ε/largest²) along the axes of Q,   ε = e^s det(Q')^{1/(P+n)}.
+///     Q' = max(Q, ε/largest²) along the axes of Q, ε = e^s det(Q')^{1/(P+n)}.
 ///
-/// Without the bound this is M = e^{−s} det(Q)^{−1/(P+n)} Q, the metric of least error ‖·‖_p for its complexity
-/// (Loseille and Alauzet, "Continuous mesh framework I", SIAM J. Numer. Anal. 49, 2011); with it the same stationary
-/// point, ε^{P/2} ∝ sqrt det M, under the constraint that no size exceeds the largest. So a function of one variable
-/// alone has the optimal sizes of one dimension, and one that is constant somewhere the largest size there.
-/// s is the scale, one for the whole mesh; P = ∞: ε = e^s.
+/// Unbounded, M = e^{−s} det(Q)^{−1/(P+n)} Q minimises ‖·‖_p for its complexity (Loseille and Alauzet, "Continuous mesh
+/// framework I", SIAM J. Numer. Anal. 49, 2011). Bounded, ε^{P/2} ∝ sqrt det M still holds: functions of one variable
+/// have one-dimensional optimal sizes, constant regions the largest size. s is global; P = ∞: ε = e^s.
 template <int D>
 struct OptimalSizes {
     Vec<D> metric_logs;  ///< log-eigenvalues of M
@@ -110,7 +105,7 @@ template <int D>
     std::sort(order.begin(), order.end(), [&](int a, int b) { return model_logs[a] > model_logs[b]; });
     const double least = -2 * log(largest);
     OptimalSizes<D> out;
-    // The m largest eigenvalues are free, the others at the bound: Σ log q' = Σ_{i≤m} λ_i + (n − m)(log ε + least).
+    // m largest eigenvalues free, the others at the bound: Σ log q' = Σ_{i≤m} λ_i + (n − m)(log ε + least).
     for (int m = D; m >= 0; --m) {
         double free = 0;
         for (int i = 0; i < m; ++i) free += model_logs[order[i]];
@@ -123,39 +118,37 @@ template <int D>
 
 template <int D>
 struct OptimalMetric {
-    Column<LogMetric<D>> log_metrics;  ///< one a vertex
-    double complexity = 0;             ///< that it has
+    Column<LogMetric<D>> log_metrics;  ///< one per vertex
+    double complexity = 0;             ///< reached
     double scale = 0;                  ///< s of `optimal_sizes`
     int evaluations = 0;
 };
 
-/// Target of an optimal metric.
 struct MetricTarget {
     NormOptions norm;
     double complexity = 0;
-    /// Largest size, in model units. The domain's diameter is no bound but where nothing happens.
+    /// Largest size, in model units. The domain's diameter matters only without derivatives.
     double largest = 0;
 };
 
-/// The optimal metric of models at the vertices, of a complexity within 1e-6 of the target's. Errors: models that are
-/// all zero ("the field is constant"), a complexity that is no more than that of the largest size alone, columns that
-/// are not of this mesh, limits of options (usage); stopped.
+/// Optimal metric of vertex models, with complexity within 1e-6 of the target. Errors: all models are zero ("the field
+/// is constant"); a complexity not above that of the largest size; columns of another mesh; limits of options (usage);
+/// stopped.
 template <int D>
 [[nodiscard]] Outcome<OptimalMetric<D>> optimal_metric(const LinearMesh<D>& mesh, const Column<LocalModel<D>>& models,
                                                        const MetricTarget& target, const Execution& execution);
 
-/// Models at the vertices from those of the elements: the log-Euclidean mean over the ball, weighted by volume. Where
-/// the axes of an element's model are turned against the mean's (`turn_between`), it is carried along with the turn, so
-/// that a layer around which axes turn keeps its anisotropy. Elements are raised first to the largest size that the
-/// optimal metric of the target allows them, each by itself, since the log of a model that is zero is −∞. Vertices
-/// without elements have the zero model. Errors: those of `optimal_metric`.
+/// Vertex models from element models: volume-weighted log-Euclidean ball means. Models are turned to the mean's axes
+/// (`turn_between`), so layers with turning axes keep their anisotropy. The log of a zero model is −∞, so elements are
+/// first raised to the largest size allowed by the target's optimal metric. Vertices without elements have the zero
+/// model. Errors: those of `optimal_metric`.
 template <int D>
 [[nodiscard]] Outcome<Column<LocalModel<D>>> models_at_vertices(const LinearMesh<D>& mesh,
                                                                 const Incidence<ElementId>& balls,
                                                                 const Column<LocalModel<D>>& of_elements,
                                                                 const MetricTarget& target, const Execution& execution);
 
-/// The diagonal of the box around the vertices.
+/// Diagonal of the bounding box.
 template <int D>
 [[nodiscard]] inline double diameter(const LinearMesh<D>& mesh) {
     Box<D> box;
@@ -163,10 +156,9 @@ template <int D>
     return box.diagonal();
 }
 
-/// What is to be so many.
 enum class AmountOf : std::uint8_t {
     complexity,  ///< ∫ sqrt det M
-    vertices,    ///< of a mesh of unit elements
+    vertices,    ///< of a unit mesh
     elements,
 };
 [[nodiscard]] constexpr auto words(AmountOf) {
@@ -174,31 +166,29 @@ enum class AmountOf : std::uint8_t {
                     Word{AmountOf::elements, "elements"});
 }
 
-/// Elements of a mesh that was brought to a metric of complexity 1, as found (2.4 to 2.8 triangles, 12 to 15
-/// tetrahedra: bench/results/solution-metrics.md). Regular simplices of side 1 would be 4/√3 and 6√2, but
-/// tetrahedra do not fill space with these, and edges of a mesh are of unit length in the mean.
+/// Measured elements of a mesh adapted to complexity 1: 2.4 to 2.8 triangles, 12 to 15 tetrahedra
+/// (bench/results/solution-metrics.md). Regular unit simplices would give 4/√3 and 6√2, but regular tetrahedra do not
+/// fill space, and edges have unit length only on average.
 template <int D>
 [[nodiscard]] constexpr double elements_per_complexity() {
     return D == 2 ? 2.6 : 12.5;
 }
-/// Elements for each vertex of a large mesh: of triangles 2 (Euler), of tetrahedra 5.7 (as found in remeshed meshes).
+/// Elements per vertex of a large mesh: 2 triangles (Euler), 5.7 tetrahedra (measured).
 template <int D>
 [[nodiscard]] constexpr double elements_per_vertex() {
     return D == 2 ? 2 : 5.7;
 }
-/// The complexity of a mesh of so many vertices or elements.
 template <int D>
 [[nodiscard]] inline double complexity_of(double amount, AmountOf of) {
     const double elements = of == AmountOf::vertices ? amount * elements_per_vertex<D>() : amount;
     return of == AmountOf::complexity ? amount : elements / elements_per_complexity<D>();
 }
 
-/// A field that the mesh is to be good for: its models at the vertices, and in which norm.
 template <int D>
 struct SolutionField {
     Column<LocalModel<D>> models;
     NormOptions norm = {};
-    double share = 1;  ///< of the complexity, for its metric before fields are intersected; 0 to 1
+    double share = 1;  ///< of the complexity, before intersection; 0 to 1
 };
 
 struct SolutionMetricOptions {
@@ -226,32 +216,30 @@ struct SolutionMetricOptions {
     }
 };
 
-/// The metric, and how it came about.
 template <int D>
 struct SolutionMetric {
-    Column<LogMetric<D>> log_metrics;  ///< one a vertex
+    Column<LogMetric<D>> log_metrics;  ///< one per vertex
     double asked = 0, reached = 0;     ///< complexities
-    double of_fixed = 0;               ///< complexity of all but the fields: fixed metrics, largest size, gradation
-    /// The fixed part alone has the complexity asked for, or more: `log_metrics` is that part, and fields have no say.
+    double of_fixed = 0;               ///< complexity without fields: fixed metrics, largest size, gradation
+    /// The fixed part alone reaches the complexity: `log_metrics` is that part.
     bool is_fixed_alone = false;
     bool is_reached = false;        ///< within the tolerance
-    bool is_graded = true;          ///< false: a gradation ended before its time
-    int evaluations = 0;            ///< complexities tried, those of gradations too
-    int gradations = 0;             ///< that were done
-    double at_min = 0, at_max = 0;  ///< shares of the vertices with a size at the smallest, and at the largest
+    bool is_graded = true;          ///< false: a gradation stopped early
+    int evaluations = 0;            ///< complexities computed, including gradations
+    int gradations = 0;             ///< number done
+    double at_min = 0, at_max = 0;  ///< fractions of vertices at the smallest and largest size
 };
 
-/// A metric for one or more fields, of a complexity N, in this order:
+/// Composes a metric of complexity N for one or more fields:
 ///
-///  1. each field's optimal metric (`optimal_metric`) with its share of N,
-///  2. intersected with one another,
-///  3. with `fixed` (one a vertex, `fixed_metric`; empty: none), and within the bounds,
-///  4. graded;
+///  1. each field's `optimal_metric` with its share of N,
+///  2. their intersection,
+///  3. intersection with `fixed` (one per vertex, `fixed_metric`; empty: none), and the bounds,
+///  4. gradation.
 ///
-/// and the fields' part is scaled (all their scales s by the same −t) until what comes out of 4. has complexity N, by
-/// the secant on logarithms: what is fixed stays. The search begins where the metric before gradation has N, so that
-/// few gradations are needed. Errors: those of `optimal_metric` and `apply_gradation`, models and metrics that are not
-/// of this mesh, limits of options, no field (usage); stopped.
+/// The secant method on logarithms scales the fields (all scales s by the same −t) until step 4 gives N. It starts
+/// where the ungraded metric has N, so few gradations are needed. Errors: those of `optimal_metric` and
+/// `apply_gradation`; models and metrics of another mesh; limits of options; no field (usage); stopped.
 template <int D>
 [[nodiscard]] Outcome<SolutionMetric<D>> make_solution_metric(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               std::span<const SolutionField<D>> fields,

@@ -15,9 +15,8 @@ namespace {
 
 enum class Who : std::uint8_t { element, facet, vertex, node, edge };
 
-/// What is said of a defect. In `one` and `many` %e is an element of this dimension, %E several, %f a facet, %F
-/// several, # the other party's number, %> the far end of an edge of the boundary (nothing in 2D, where it is a
-/// vertex).
+/// Texts. %e element, %E elements, %f facet, %F facets, # the other entity's number, %> the far end of a boundary edge
+/// (empty in 2D, where it is a vertex).
 struct Wording {
     const char* key;
     Gravity gravity;
@@ -26,7 +25,7 @@ struct Wording {
     const char* remedy;
 };
 
-// The words below say so.
+// The texts below contain these numbers.
 static_assert(min_length == 1e-60 && max_length == 1e60);
 
 /// In the order of Defect.
@@ -94,7 +93,7 @@ constexpr std::array elements_name{"", "", "triangles", "tetrahedra"};
 constexpr std::array facet_name{"", "", "edge", "triangle"};
 constexpr std::array facets_name{"", "", "edges", "triangles"};
 
-/// An edge of the boundary has no number of its own: it is named by its lower vertex.
+/// Boundary edges have no number; their lower vertex identifies them.
 std::string noun(const Soundness& s, Defect defect) {
     const auto d = static_cast<std::size_t>(s.dimension);
     switch (wording(defect).who) {

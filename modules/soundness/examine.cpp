@@ -1,4 +1,4 @@
-// Examines a mesh: all checks, its scale, its nodes and its vertices.
+// Examines a mesh: all checks, scale, nodes and vertices.
 module;
 #include <algorithm>
 #include <array>
@@ -89,8 +89,7 @@ bool is_distant(const Vec<D>& p) {
     return std::any_of(p.c.begin(), p.c.end(), [](double x) { return std::abs(x) > max_length; });
 }
 
-/// Whether the simplex has an extent, and one that is too small in every coordinate. Without any its vertices are at
-/// one place, which is told of as such.
+/// True if the extent is below the minimum in every coordinate, but not 0: coincident vertices are another defect.
 template <int D, std::size_t N>
 bool is_tiny(const Column<Vec<D>>& points, const std::array<VertexId, N>& simplex) {
     double extent = 0;
@@ -125,8 +124,7 @@ Outcome<Done> examine_scale(const LinearMesh<D>& mesh, Examination<D>& x, const 
 
 namespace {
 
-/// Edges whose ends are at the same places lie on the two sides of a slit, or have duplicate vertices: those are told
-/// of already.
+/// Edges with coincident ends are on a slit or have duplicate vertices, which are reported separately.
 template <int D>
 bool same_ends(const QuadraticMesh<D>& mesh, std::size_t e, std::size_t f) {
     const auto& points = mesh.linear.points;
@@ -165,7 +163,7 @@ Outcome<Done> examine_nodes(const QuadraticMesh<D>& mesh, Examination<D>& x, con
 
 namespace {
 
-/// Whether the vertex has a face on the boundary, and whether it has one that is not listed.
+/// Boundary faces at a vertex: any, and any that is not listed.
 struct AtBoundary {
     bool any = false, unlisted = false;
 };
@@ -183,7 +181,7 @@ AtBoundary at_boundary(const LinearMesh<D>& mesh, const Examination<D>& x, std::
     return at;
 }
 
-/// Two vertices at one place are the two sides of a slit if the boundary is listed on both, and nothing joins them.
+/// Sides of a slit: all boundary faces at both vertices are listed, and no entity contains both.
 template <int D>
 bool is_slit(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t v, std::size_t twin) {
     for (const ElementId e : x.elements_of[v])
@@ -194,7 +192,7 @@ bool is_slit(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t v, 
     return here.any && there.any && !here.unlisted && !there.unlisted;
 }
 
-/// Whether p is on the simplex, but at none of its corners.
+/// True if p is on the simplex, but not at a corner.
 bool is_inside(const Vec<2>& p, const std::array<Vec<2>, 2>& s, double slack) {
     const Vec<2> edge = s[1] - s[0], to = p - s[0];
     const double length = norm(edge), along = dot(to, edge) / length;
@@ -213,16 +211,15 @@ bool is_inside(const Vec<3>& p, const std::array<Vec<3>, 3>& s, double slack) {
     return true;
 }
 
-/// A face that nobody lists, with its element, and a box that has room for rounding.
+/// An unlisted face and its element.
 template <int D>
 struct OpenFace {
     SimplexVertices<D - 1> vertices;
     std::size_t element = 0;
-    double slack = 0;  ///< what counts as touching: far less than any gap that is meant
+    double slack = 0;  ///< contact tolerance, far below intended gaps
 };
 
-/// Whether p is inside the face: both times the power of two that brings the slack near 1, so that no product of
-/// lengths overflows, and no digit changes.
+/// Scales by the power of two that brings the slack close to 1: no overflow, no rounding.
 template <int D>
 bool is_inside(const LinearMesh<D>& mesh, const Vec<D>& p, const OpenFace<D>& face) {
     if (!(face.slack > 0)) return false;
@@ -254,7 +251,7 @@ std::vector<OpenFace<D>> open_faces(const LinearMesh<D>& mesh, const Examination
     return faces;
 }
 
-/// Vertices of unlisted faces inside other such faces: there the elements do not meet face to face.
+/// Vertices of unlisted faces inside others: the mesh is not conforming there.
 template <int D>
 Outcome<Finding> find_hanging(const LinearMesh<D>& mesh, const Examination<D>& x, const Execution& execution) {
     const std::vector<OpenFace<D>> faces = open_faces(mesh, x);

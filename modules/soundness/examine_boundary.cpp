@@ -17,7 +17,7 @@ namespace camber {
 
 namespace {
 
-/// The boundary's faces; those of a mesh without elements are its facets.
+/// Boundary faces; without elements, the facets.
 template <int D>
 Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Examination<D>& x) {
     Buffer<SimplexVertices<D - 1>> faces;
@@ -33,7 +33,7 @@ Column<SimplexVertices<D - 1>> boundary_of(const LinearMesh<D>& mesh, const Exam
     return faces;
 }
 
-/// Edges to blame at a vertex, of those that lead to higher vertices, and the first one's end.
+/// Defective edges to higher vertices, and the end of the first.
 struct Blamed {
     std::uint32_t count = 0;
     VertexId first_end;
@@ -43,14 +43,13 @@ struct Blamed {
     }
 };
 
-/// What the faces around a vertex look like: edges of more than two of them, edges of one alone, and whether the faces
-/// are more than one fan though no edge is to blame.
+/// Edges with more than two faces or only one around a vertex. `pinched`: several fans without such edges.
 struct Link {
     Blamed crowded, open;
     bool pinched = false;
 };
 
-/// In 2D the faces around a vertex are edges, and two are right.
+/// 2D: a vertex should have two edges.
 Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around, VertexId v) {
     Link link;
     link.pinched = around.size() > 2;
@@ -58,7 +57,7 @@ Link link_of(const Column<SimplexVertices<1>>&, std::span<const FacetId> around,
     return link;
 }
 
-/// In 3D each triangle at v has a side opposite v; these sides must be one path or one ring.
+/// 3D: opposite sides must form one path or ring.
 Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> around, VertexId v) {
     std::vector<std::array<VertexId, 2>> sides;
     std::vector<VertexId> ends;
@@ -84,7 +83,7 @@ Link link_of(const Column<SimplexVertices<2>>& faces, std::span<const FacetId> a
         run = next;
     }
     if (any_crowded || around.empty()) return link;
-    // Each end has at most two sides: walk from the first side in both directions.
+    // Each end has at most two sides; the walk from the first side goes in both directions.
     std::vector<std::size_t> reached{0};
     std::vector<bool> seen(sides.size(), false);
     seen[0] = true;
@@ -131,7 +130,7 @@ Outcome<Done> examine_boundary(const LinearMesh<D>& mesh, Examination<D>& x, con
 
 namespace {
 
-/// For each simplex the first earlier one of the same vertices.
+/// First earlier simplex with the same vertices.
 template <class Id, std::size_t N>
 Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simplices, const Incidence<Id>& around,
                                      const Execution& execution) {
@@ -144,7 +143,7 @@ Outcome<Buffer<std::uint32_t>> twins(const Column<std::array<VertexId, N>>& simp
     });
 }
 
-/// FaceNeighbour each face of each element the other one that counts.
+/// Neighbours that count, at each face of each element.
 template <int D>
 Outcome<Buffer<std::array<std::uint32_t, D + 1>>> across(const LinearMesh<D>& mesh, const Examination<D>& x,
                                                          const Execution& execution) {
@@ -174,7 +173,7 @@ bool is_listed(const LinearMesh<D>& mesh, const Examination<D>& x, const Simplex
     return std::any_of(around.begin(), around.end(), [&](FacetId f) { return has_all(mesh.facets.vertices[f], face); });
 }
 
-/// The faces that are not listed as facets and for which wanted(the element across) holds, as bits.
+/// Bits of unlisted faces whose neighbour satisfies the predicate.
 template <int D, class Wanted>
 std::uint8_t unlisted_faces(const LinearMesh<D>& mesh, const Examination<D>& x, std::size_t e, Wanted&& wanted) {
     std::uint8_t bits = 0;
@@ -295,8 +294,7 @@ Outcome<Done> examine_faces(const LinearMesh<D>& mesh, Examination<D>& x, const 
 
 namespace {
 
-/// Whether two elements with a common face are numbered alike: then the face, seen from either as outwards, runs in
-/// opposite senses.
+/// True for consistent orientation: outward faces have opposite orders.
 template <int D>
 bool numbered_alike(const SimplexVertices<D>& element, int opposite, const SimplexVertices<D>& other) {
     const auto mine = face_of<D>(element, opposite);
@@ -312,8 +310,8 @@ bool numbered_alike(const SimplexVertices<D>& element, int opposite, const Simpl
     return inversions % 2 == 1;
 }
 
-/// Numbers each piece of the mesh (elements joined by faces) alike, and positive on the whole: 1 for elements that are
-/// to be turned for that. A Möbius strip of elements keeps a seam; in its own dimension there is none.
+/// Orients each connected piece consistently, with positive total volume. 1: element to reverse. Non-orientable pieces
+/// (Möbius strips) keep a seam; they do not occur in dimension D.
 template <int D>
 Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x) {
     constexpr std::uint8_t unseen = 2;
@@ -343,7 +341,7 @@ Buffer<std::uint8_t> turns(const LinearMesh<D>& mesh, const Buffer<double>& volu
     return turned;
 }
 
-/// Whether an element is negative or numbered unlike a neighbour.
+/// True if an element is negative or inconsistent with a neighbour.
 template <int D>
 bool is_suspect(const LinearMesh<D>& mesh, const Buffer<double>& volumes, const Examination<D>& x, std::size_t e) {
     if (!x.element_counts(e)) return false;
@@ -387,7 +385,7 @@ Outcome<Done> examine_orientation(const LinearMesh<D>& mesh, const Buffer<double
 
 namespace {
 
-/// What two faces of an element share: an edge; in 2D a vertex and no other.
+/// Intersection of two faces of an element: an edge; 2D: a vertex and an invalid id.
 using Hinge = std::array<VertexId, 2>;
 
 template <int D>
@@ -399,8 +397,7 @@ Hinge hinge_between(const SimplexVertices<D>& element, int i, int j) {
     return hinge;
 }
 
-/// The ridges that the file lists, lower vertex first, sorted; in 2D its corners, and the ends of its ridges. An edge
-/// that is merely listed is smooth, and its wall goes on.
+/// Sorted listed ridges, lower vertex first; in 2D listed corners and ends of ridges. Other listed edges are smooth.
 template <int D>
 std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     std::vector<Hinge> features;
@@ -419,7 +416,7 @@ std::vector<Hinge> listed_features(const LinearMesh<D>& mesh) {
     return features;
 }
 
-/// Normal of a face (its size: length, or twice the area), outwards if the element is positive.
+/// Length or twice the area, outwards for a positive element.
 Vec<2> normal_of(const Column<Vec<2>>& points, const SimplexVertices<1>& face) {
     const Vec<2> along = points[face[1]] - points[face[0]];
     return {{along[1], -along[0]}};
@@ -428,7 +425,7 @@ Vec<3> normal_of(const Column<Vec<3>>& points, const SimplexVertices<2>& face) {
     return cross(points[face[1]] - points[face[0]], points[face[2]] - points[face[0]]);
 }
 
-/// Whether two vectors turn by less than the angle; none of them 0.
+/// True if nonzero vectors differ by less than the angle.
 template <int D>
 bool turns_less(const Vec<D>& a, const Vec<D>& b, double cosine) {
     const double size = norm(a) * norm(b);
@@ -444,7 +441,7 @@ class Walls {
           cosine_(cos(options.ridge_angle_degrees * std::numbers::pi / 180)),
           features_(listed_features(mesh)) {}
 
-    /// Whether two faces are on one wall; what they share.
+    /// Shared entity of two faces on one wall.
     [[nodiscard]] std::optional<Hinge> hinge(std::size_t e) const {
         if (!x_.element_counts(e)) return {};
         for (int i = 0; i < D; ++i)
@@ -468,7 +465,7 @@ class Walls {
         return reference(first) == reference(second) && !is_feature(at) && facets_at(at) <= 2;
     }
 
-    /// The reference that a face is listed with.
+    /// Reference of the face's facet, if listed.
     [[nodiscard]] std::optional<Reference> reference(const SimplexVertices<D - 1>& face) const {
         for (const FacetId f : x_.facets_of[loneliest(face, x_.facets_of)])
             if (has_all(mesh_.facets.vertices[f], face)) return mesh_.facets.references[f];
@@ -480,7 +477,7 @@ class Walls {
         return std::binary_search(features_.begin(), features_.end(), at);
     }
 
-    /// Where other walls join in, this one breaks.
+    /// A wall ends where other walls meet it.
     [[nodiscard]] std::size_t facets_at(const Hinge& at) const {
         const auto around = x_.facets_of[at[0]];
         return static_cast<std::size_t>(std::count_if(around.begin(), around.end(), [&](FacetId f) {

@@ -1,5 +1,5 @@
-// camber.soundness: a square of four triangles, one of them numbered the wrong way round, and no boundary listed:
-// `examine` tells, `prepare` mends.
+// Example of camber.soundness: a square of four triangles, one reversed, without boundary facets. `examine` reports
+// this, `prepare` corrects it.
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -11,7 +11,6 @@ import camber.soundness;
 
 using namespace camber;
 
-/// A square of four triangles around its middle, vertex 4.
 static Mesh<2> square() {
     const auto v = [](std::size_t i) { return VertexId(i); };
     LinearMesh<2> mesh;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::uint32_t dropped = nobody;
 
-/// New numbers of the items that stay.
+/// New numbers of preserved items.
 Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> numbers(twins.size());
     std::uint32_t next = 0;
@@ -29,7 +29,7 @@ Buffer<std::uint32_t> renumbered(const Buffer<std::uint32_t>& twins) {
 
 template <class T>
 Column<T> kept(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
-    if (items.empty()) return items;  // a column that need not be there
+    if (items.empty()) return items;  // optional column
     Buffer<T> out;
     out.reserve(items.size());
     for (std::size_t i = 0; i < items.size(); ++i)
@@ -37,7 +37,7 @@ Column<T> kept(const Column<T>& items, const Buffer<std::uint32_t>& numbers) {
     return out;
 }
 
-/// Indices of items, by their new numbers: what was said of one that goes holds for its twin.
+/// A dropped item is replaced by its twin.
 Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers,
                               const Buffer<std::uint32_t>& twins) {
     Buffer<std::uint32_t> out;
@@ -47,7 +47,7 @@ Column<std::uint32_t> indices(const Column<std::uint32_t>& old, const Buffer<std
     return out;
 }
 
-/// The local edges as they are numbered once the first two vertices have changed places.
+/// Local edges after the swap of the first two vertices.
 template <int K>
 inline constexpr auto edges_after_swap = [] {
     std::array<int, edges_per_simplex<K>> from{};
@@ -62,7 +62,7 @@ inline constexpr auto edges_after_swap = [] {
     return from;
 }();
 
-/// What becomes of a mesh, in the numbers of the new one.
+/// Changes of a mesh, in new numbers.
 template <int D>
 struct Plan {
     Buffer<std::uint32_t> elements, facets;  ///< new numbers
@@ -70,7 +70,7 @@ struct Plan {
     Buffer<Reference> added_references;
 };
 
-/// References of facets, and those that have a name although no facet has them.
+/// References of facets and of named facet groups.
 template <int D>
 std::vector<Reference> references_in_use(const LinearMesh<D>& mesh) {
     std::vector<Reference> used(mesh.facets.references.begin(), mesh.facets.references.end());
@@ -80,7 +80,7 @@ std::vector<Reference> references_in_use(const LinearMesh<D>& mesh) {
     return used;
 }
 
-/// The first reference after those in use; the smallest free one where there is none after.
+/// Returns a reference above the highest in use, or the lowest free one.
 Reference fresh_reference(const std::vector<Reference>& used) {
     const Reference highest = used.empty() ? 0 : *std::max_element(used.begin(), used.end());
     if (highest < std::numeric_limits<Reference>::max()) return std::max(0, highest) + 1;
@@ -89,7 +89,7 @@ Reference fresh_reference(const std::vector<Reference>& used) {
     return free;
 }
 
-/// Faces of elements that the facets lack: a bit a face, one row an element.
+/// Element faces without facets: bits by element.
 struct MissingFaces {
     const Buffer<std::uint8_t>& bits;
     Defect defect;
@@ -106,7 +106,7 @@ void add_faces(const LinearMesh<D>& mesh, const Examination<D>& x, const Missing
     for (std::size_t e = 0; e < bits.size(); ++e) {
         auto element = mesh.elements.vertices[e];
         if (x.turned[e] == 1) std::swap(element[0], element[1]);
-        // The face opposite one of the swapped vertices is now opposite the other's place.
+        // After the swap, the faces opposite the first two vertices are exchanged.
         for (int i = 0; i <= D; ++i) {
             const int old = x.turned[e] == 1 && i < 2 ? 1 - i : i;
             if (((bits[e] >> static_cast<unsigned>(old)) & 1U) != 0) work.added.push_back(face_of<D>(element, i));
@@ -126,7 +126,7 @@ Column<T> joined(Column<T> items, const Buffer<T>& more) {
     return all;
 }
 
-/// What is to be done, and what is to be said of it.
+/// Plans the corrections, and adds the notices.
 template <int D>
 Plan<D> plan(const LinearMesh<D>& mesh, const Examination<D>& x, std::vector<std::string>& notices) {
     const Soundness& s = x.soundness;
@@ -180,7 +180,7 @@ LinearMesh<D> mended(LinearMesh<D> mesh, const Examination<D>& x, const Plan<D>&
     return mesh;
 }
 
-/// The edges are those that there were: faces that are added are faces of elements.
+/// No new edges: added facets are element faces.
 template <int D>
 EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work) {
     if (any(x.turned)) {
@@ -209,7 +209,6 @@ EdgeSet<D> mended(EdgeSet<D> edges, const Examination<D>& x, const Plan<D>& work
     return edges;
 }
 
-/// New numbers of the facets that are faces of elements.
 template <int D>
 Buffer<std::uint32_t> without_strays(const Examination<D>& x) {
     Buffer<std::uint32_t> numbers(x.sides.size());
@@ -218,7 +217,6 @@ Buffer<std::uint32_t> without_strays(const Examination<D>& x) {
     return numbers;
 }
 
-/// Of indices those whose item stays, by its new number.
 Column<std::uint32_t> kept_indices(const Column<std::uint32_t>& old, const Buffer<std::uint32_t>& numbers) {
     Buffer<std::uint32_t> out;
     for (const std::uint32_t i : old)
@@ -237,7 +235,7 @@ LinearMesh<D> without_strays(LinearMesh<D> mesh, const Examination<D>& x) {
     return mesh;
 }
 
-/// Edges that strays alone had are gone with them.
+/// Also removes edges used only by stray facets.
 template <int D>
 Outcome<QuadraticMesh<D>> without_strays(QuadraticMesh<D> mesh, const Examination<D>& x, const Execution& execution) {
     LinearMesh<D> linear = without_strays(std::move(mesh.linear), x);
@@ -262,7 +260,7 @@ Outcome<Mesh<D>> without_strays(Mesh<D> mesh, const Examination<D>& x, const Exe
         .map([](QuadraticMesh<D> made) { return as_mesh(std::move(made)); });
 }
 
-/// The examination of the mesh, out of which strays were taken if it has any.
+/// Examines the mesh, after removal of stray facets.
 template <int D>
 Outcome<Examination<D>> examined(Mesh<D>& mesh, std::vector<std::string>& notices, const Execution& execution) {
     auto x = examine_all(mesh, execution);

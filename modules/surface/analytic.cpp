@@ -1,4 +1,4 @@
-// Analytic surfaces: closest points, parameters, the geometry model, the check that they fit a mesh.
+// Analytic surfaces: closest points, parameters, geometry model, fit check.
 module;
 #include <algorithm>
 #include <cmath>
@@ -57,7 +57,7 @@ SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p)
 
 namespace {
 
-/// Perpendicular unit vectors, the third along an axis.
+/// Orthonormal vectors, the third along an axis.
 struct Axes {
     Vec<3> x, y, z;
 
@@ -74,7 +74,7 @@ Vec<2> along(const Plane<2>& line) {
     const Vec<2> n = unit_or(line.normal, some_direction<2>());
     return {{-n[1], n[0]}};
 }
-/// A zero normal is taken as foot takes it.
+/// A zero normal gets the same default direction as in `foot`.
 Axes axes(const Plane<3>& plane) { return Axes(unit_or(plane.normal, some_direction<3>())); }
 Axes axes(const Sphere<3>&) { return Axes({{0, 0, 1}}); }
 Axes axes(const Cylinder& cylinder) { return Axes(cylinder.axis); }
@@ -141,15 +141,13 @@ EntityPoint<3> at(const Torus& torus, double u, double v) {
             n};
 }
 
-/// The coordinates of a point on a surface. Plane: lengths along two perpendicular directions (2D: one); circle: the
-/// angle; sphere: longitude and latitude; cylinder: the angle and the length along the axis; torus: the angles about
-/// the axis and about the tube.
+/// Parameters of a point. Plane: lengths along two perpendicular directions (2D: one). Circle: angle. Sphere:
+/// longitude, latitude. Cylinder: angle, length along the axis. Torus: angles about the axis and the tube.
 template <int D>
 GeometryParameters parameters_of(const AnalyticSurface<D>& surface, const Vec<D>& p) {
     return std::visit([&](const auto& s) { return coordinates(s, p); }, surface);
 }
 
-/// The point with these coordinates.
 template <int D>
 EntityPoint<D> point_of_parameters(const AnalyticSurface<D>& surface, const GeometryParameters& parameters) {
     return std::visit([&](const auto& s) { return at(s, parameters.u[0], parameters.u[1]); }, surface);
@@ -200,7 +198,7 @@ class AnalyticModel final : public GeometryModel<D> {
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
   private:
-    /// The row of the hint's entity, else of its reference's surface: the first of equal ones. −1 where there is none.
+    /// Row of the hint's entity, else of its reference; −1: none.
     [[nodiscard]] std::int64_t row_of(const SurfaceHint& hint) const {
         const auto& surfaces = geometry_.surfaces;
         if (hint.entity.kind == GeometryKind::surface)
@@ -209,7 +207,7 @@ class AnalyticModel final : public GeometryModel<D> {
         if (!surface) return -1;
         const auto first =
             std::find_if(surfaces.begin(), surfaces.end(), [&](const auto& row) { return row.second == *surface; });
-        // A surface with a coordinate that is no number equals none.
+        // A surface with a NaN coordinate is not equal to any surface.
         return first == surfaces.end() ? -1 : first - surfaces.begin();
     }
 
@@ -260,7 +258,6 @@ std::vector<Reference> sorted_once(std::vector<Reference> references) {
     return references;
 }
 
-/// "1, 2, 5", the first few of them.
 std::string listed(const std::vector<Reference>& references) {
     constexpr std::size_t most = 12;
     std::string list;
@@ -269,7 +266,6 @@ std::string listed(const std::vector<Reference>& references) {
     return list + (references.size() > most ? ", …" : "");
 }
 
-/// Every reference has one surface, and facets of the mesh.
 template <int D>
 std::optional<Error> check_references(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry) {
     std::vector<Reference> given;
@@ -289,7 +285,7 @@ std::optional<Error> check_references(const LinearMesh<D>& mesh, const AnalyticG
     return {};
 }
 
-/// No surface is so large beside the mesh that its curvature drowns in rounding.
+/// Rejects radii so large that rounding hides the curvature.
 template <int D>
 std::optional<Error> check_radii(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry) {
     constexpr double most = 1e8;
@@ -310,7 +306,6 @@ std::optional<Error> check_radii(const LinearMesh<D>& mesh, const AnalyticGeomet
     return {};
 }
 
-/// The rows of the table whose surfaces the facets at a vertex have, each once.
 template <int D>
 std::vector<std::size_t> rows_at(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
                                  std::span<const FacetId> facets) {
@@ -343,7 +338,7 @@ Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& ge
     if (auto error = check_radii(mesh, geometry)) return fail(std::move(*error));
     const auto around = facet_balls(mesh, without_progress(execution));
     if (!around) return fail(around.error());
-    using Fits = std::vector<VertexFit>;  // of each surface
+    using Fits = std::vector<VertexFit>;  // one per surface
     const auto accumulate = [&](Fits& fits, std::size_t v) {
         const Vec<D>& p = mesh.points[VertexId(v)];
         for (const std::size_t row : rows_at(mesh, geometry, (*around)[v])) {

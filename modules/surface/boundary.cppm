@@ -21,15 +21,14 @@ import :surrogate;
 
 export namespace camber {
 
-/// Largest distance of a boundary vertex from its surface or curve, as a share of the shortest boundary edge at the
-/// vertex. A vertex farther away is off.
+/// Largest distance of a boundary vertex from its surface or curve, over the shortest boundary edge at it; beyond it
+/// the vertex is off.
 inline constexpr double off_limit = 0.05;
 
-/// Largest share of the vertices of one surface or curve that may be off. More of them mean that the mesh was made on
-/// another surface.
+/// Largest share of vertices of one surface or curve that may be off. More mean that the mesh was made on another
+/// surface.
 inline constexpr double off_vertices = 0.02;
 
-/// To three significant digits.
 [[nodiscard]] inline std::string three_digits(double number) {
     std::array<char, 32> digits{};
     const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number, std::chars_format::general, 3);
@@ -40,7 +39,6 @@ inline constexpr double off_vertices = 0.02;
 struct EdgeLengthsAt {
     double shortest = 0, longest = 0;
 };
-/// Those of the edges of these facets (at least one).
 template <int D>
 [[nodiscard]] EdgeLengthsAt edge_lengths_at(const LinearMesh<D>& mesh, std::span<const FacetId> facets, VertexId v) {
     EdgeLengthsAt out{std::numeric_limits<double>::infinity(), 0};
@@ -53,11 +51,11 @@ template <int D>
     return out;
 }
 
-/// The vertices of a mesh on one surface or curve, and those of them that are off.
+/// Vertices of a mesh on one surface or curve, and how many are off.
 struct VertexFit {
     std::size_t vertices = 0, off = 0;
     std::size_t lost = 0;            ///< off by more than half of their longest edge
-    double largest = 0, length = 0;  ///< the largest distance, and the shortest edge at that vertex
+    double largest = 0, length = 0;  ///< distance and shortest edge of the farthest vertex
     VertexId farthest = {};
 
     void add(VertexId v, double distance, const EdgeLengthsAt& edges) {
@@ -68,7 +66,7 @@ struct VertexFit {
         const std::size_t is_lost = far <= half * edges.longest ? 0 : 1;
         add({0, 1, is_lost, far, edges.shortest, v});
     }
-    /// Adds other vertices of the same surface. Of equally far ones the first is reported, in any order of addition.
+    /// The lowest of equally far vertices is reported, in any order.
     void add(const VertexFit& others) {
         vertices += others.vertices;
         off += others.off;
@@ -79,12 +77,11 @@ struct VertexFit {
         length = others.length;
         farthest = others.farthest;
     }
-    /// Whether too many vertices are off. Less than the vertices of one facet of `facet_vertices` vertices say nothing
-    /// about a surface: a mesher may have merged a small edge.
+    /// True if too many vertices are off. Fewer than `facet_vertices` are accepted: a mesher may have merged a small
+    /// edge.
     [[nodiscard]] bool is_refused(std::size_t facet_vertices) const {
         return off >= facet_vertices && static_cast<double>(off) > off_vertices * static_cast<double>(vertices);
     }
-    /// The sentence about the farthest vertex, and how many are off; `name`: that of the surface or curve.
     [[nodiscard]] std::string text(std::string_view name) const {
         return "is " + three_digits(largest) + " away from " + std::string(name) + ", " +
                three_digits(100 * largest / length) + " % of the shortest boundary edge there; " + std::to_string(off) +
@@ -93,29 +90,27 @@ struct VertexFit {
     }
 };
 
-/// How far a vertex may be from the boundary of another mesh, as a share of the facet's longest edge.
+/// Largest distance of a vertex from another boundary, over the facet's longest edge.
 inline constexpr double fit_tolerance = 0.1;
 
-/// A vertex that is farther than that.
 struct Misfit {
     double distance = 0, allowed = 0;
     VertexId vertex = {};
     Reference reference = 0;
 };
-/// The farther one; of equally far ones the first, whatever the order in which they are met.
+/// For equal distances, returns the lower vertex.
 [[nodiscard]] inline Misfit worse(const Misfit& a, const Misfit& b) {
     if (a.distance != b.distance) return a.distance > b.distance ? a : b;
     return b.distance > 0 && b.vertex < a.vertex ? b : a;
 }
 
-/// Distances of facets from the boundary of another mesh. A mesh that was adapted to thin layers may have left single
-/// vertices short of the surface: those of one facet in a hundred may be beyond the tolerance, but by less than half of
-/// their edges.
+/// Distances of facets from another mesh's boundary. One facet in a hundred may be off, by less than half of its
+/// longest edge, since adaptation to thin layers can leave vertices short of the surface.
 struct BoundaryFit {
     std::size_t facets = 0, off = 0;
     Misfit worst;
 
-    /// One more facet; a misfit of no distance: on the surface.
+    /// A misfit with distance 0 is on the surface.
     void add(const Misfit& misfit) {
         ++facets;
         off += misfit.distance > 0 ? 1 : 0;
@@ -126,7 +121,7 @@ struct BoundaryFit {
         off += others.off;
         worst = worse(worst, others.worst);
     }
-    /// The worst one, where there are too many of them or it is too far.
+    /// The worst misfit, if too many facets are off or it is too far.
     [[nodiscard]] std::optional<Misfit> refused() const {
         constexpr std::size_t most = 100;
         constexpr double farthest = 0.5 / fit_tolerance;
@@ -135,59 +130,58 @@ struct BoundaryFit {
     }
 };
 
-/// The mid node of an edge of the boundary: where the geometry has the edge's middle. Where the ends are off the
-/// geometry by more than `off_limit` of the chord (on the average, as vectors), the edge would have cusps at its ends:
-/// the node is then within that limit of the curve parallel to the geometry through the ends, and within a quarter of
-/// the chord from its middle, so that the edge turns by at most 90 degrees. An edge never leaves an end backwards.
+/// Returns the middle of a boundary edge on the geometry. Ends that are off the geometry by more than `off_limit` of
+/// the chord (mean, as vectors) would get cusps. The node is then within this limit of the curve parallel to the
+/// geometry through the ends. It is also within a quarter of the chord from the chord's middle: the edge turns by at
+/// most 90 degrees. An edge never leaves an end backwards.
 template <int D>
 [[nodiscard]] Vec<D> node_without_cusp(const GeometryModel<D>& geometry, const EdgeSite<D>& edge);
 
-/// New mid nodes of all edges: those of boundary edges on the geometry, those of volume edges as they are.
+/// Computes the mid nodes of all edges: boundary edges on the geometry, volume edges unchanged.
 ///
-/// Surrogate: the middle of the edge's own curve where the surrogate was made from this mesh, else the chord's middle
-/// projected (ridges: onto the ridge curves). Analytic: the chord's middle projected onto the surface of the edge's
-/// facets, or onto the curve where two surfaces meet; a facet without a surface counts as a part of its own plane
-/// beside a curved one. Mixed: each edge as its facets' references say; where a surface meets a flat patch of the
-/// surrogate, onto the curve of both, and where it meets a curved one, the node of the surrogate's ridge projected onto
-/// the surface. Straight: chord middles. Edges of flat patches and ridges between two planes keep the chord's
-/// middle to the last bit; edges that are required or belong to required facets or elements keep the mesh's node, which
-/// is that middle where the mesh was elevated. Errors: `features` is not of this mesh (ErrorKind::internal), stopped.
+/// - Surrogate of this mesh: the middle of the edge's curve. Other surrogates: the projected chord middle (ridges: onto
+///   ridge curves).
+/// - Analytic: the chord's middle projected onto the surface of the edge's facets, or the curve of two surfaces. Beside
+///   a curved surface, facets without a surface count as planes.
+/// - Mixed: by reference. Between a surface and a flat patch: onto the curve of both. Between a surface and a curved
+///   patch: the ridge node of the surrogate, projected onto the surface.
+/// - Straight: chord middles.
+///
+/// Edges of flat patches and ridges between planes keep the chord's middle bit for bit. Required edges, and edges of
+/// required facets or elements, keep the mesh's node. Errors: `features` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                               const Geometry<D>& geometry, const Execution& execution);
 
-/// `nodes` with those of edges within planes (of the geometry, or flat patches of a surrogate) moved by the part of
-/// `shifts` (one row an edge) that lies in the plane. Others keep theirs: on a curved surface a node off the middle of
-/// its curve costs the geometry an order of approximation, and curves (ridges; in 2D all edges of the boundary) leave
-/// only slides along themselves; so do required edges. Errors: as boundary_nodes; rows that do not fit the mesh
-/// (ErrorKind::internal).
+/// Moves nodes of edges in planes (of the geometry, or flat patches) by the in-plane part of `shifts` (one an edge).
+/// Other nodes are fixed. On a curved surface, a node off the middle of its curve costs an order of approximation. On
+/// ridges, and on all boundary edges in 2D, it could only slide along the curve. Required edges are fixed. Errors: as
+/// `boundary_nodes`; wrong row counts (internal).
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> slid_nodes(const QuadraticMesh<D>& mesh,
                                                           const Column<LagrangeNode<D>>& nodes,
                                                           std::span<const Vec<D>> shifts, const Features<D>& features,
                                                           const Geometry<D>& geometry, const Execution& execution);
 
-/// How far the curved boundary is from the geometry, in model units. `mean` is weighted by the straight facets' areas.
+/// Distance of the curved boundary from the geometry (model units). `mean` is weighted by straight facet areas.
 struct BoundaryDistance {
     double largest = 0, mean = 0;
     FacetId worst = {};
 };
 
-/// Each curved facet is sampled on the lattice of tenths (66 points; 11 in 2D) and projected. Facets that lie in a flat
-/// patch of the surrogate count 0 within that plane's tolerance. In a mixed geometry the reference tells whether it is
-/// the surface or the surrogate. Without either (straight geometry, or a reference that has none) the distance is that
-/// to the facet's own plane. Errors: as boundary_nodes.
+/// Projects the lattice of tenths of each curved facet (66 points; 11 in 2D). Facets in a flat patch count 0 within
+/// that plane's tolerance. In a mixed geometry the reference selects the surface or the surrogate. Facets without a
+/// surface are measured from their own plane. Errors: as `boundary_nodes`.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh,
                                                           std::span<const LagrangeNode<D>> mid_nodes,
                                                           const Features<D>& features, const Geometry<D>& geometry,
                                                           const Execution& execution);
 
-/// Largest distances from the geometry at which boundary nodes and vertices count as being on it, as shares of the
-/// local boundary edge length.
+/// Largest distances that count as on the geometry, as shares of the local boundary edge length.
 struct BoundaryTolerance {
-    double nodes = 1e-5;     ///< of a mid node, by the chord of its edge
-    double vertices = 0.05;  ///< of a vertex, by the longest boundary edge at it: input meshes are not exact
+    double nodes = 1e-5;     ///< mid node: share of its edge's chord
+    double vertices = 0.05;  ///< share of the longest boundary edge there; input is inexact
 
     [[nodiscard]] static constexpr auto options() {
         using S = BoundaryTolerance;
@@ -205,36 +199,33 @@ struct BoundaryTolerance {
 /// Boundary entities of one kind that are off the geometry.
 template <class Id>
 struct OffGeometry {
-    std::size_t measured = 0;  ///< number of entities that have a geometry
-    std::size_t off = 0;       ///< number of those farther from it than the tolerance
-    double largest = 0;        ///< largest distance (model units)
-    double share = 0;          ///< largest distance as a share of the local edge length
-    Id worst = {};             ///< entity with the largest share; invalid: all shares are 0
+    std::size_t measured = 0;  ///< have a geometry
+    std::size_t off = 0;       ///< beyond the tolerance
+    double largest = 0;        ///< model units
+    double share = 0;          ///< over the edge length
+    Id worst = {};             ///< entity with that share; invalid: all 0
 };
 
-/// Distances of the boundary's nodes and vertices from the geometry, counted against a tolerance.
 struct BoundaryDeviation {
     OffGeometry<EdgeId> nodes;
     OffGeometry<VertexId> vertices;
 };
 
-/// Measures the distance of each boundary node and vertex of a mesh from its geometry. Distances within the rounding of
-/// the coordinates do not count as off.
+/// Measures boundary nodes and vertices against a tolerance. Rounding of coordinates does not count.
 ///
-/// `kinds`: one an edge; nodes of kind `surface` and `ridge` are measured. Those of kind `fixed` and required vertices
-/// stay by request and are not.
-/// `own_nodes`: one an edge where the input mesh was curved, else empty; the input's node is then the geometry of each
-/// edge for which `geometry` prescribes no surface. Errors: rows that do not fit the mesh (ErrorKind::internal),
-/// stopped.
+/// `kinds` (one an edge): nodes of kind `surface` and `ridge` are measured, `fixed` nodes and required vertices are
+/// not.
+///
+/// `own_nodes` (one an edge; empty if the input was straight): the geometry of edges for which `geometry` prescribes no
+/// surface. Errors: wrong row counts (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<BoundaryDeviation> boundary_deviation(
     const QuadraticMesh<D>& mesh, std::span<const EdgeKind> kinds, const Geometry<D>& geometry,
     std::span<const LagrangeNode<D>> own_nodes, const BoundaryTolerance& tolerance, const Execution& execution);
 
-/// The largest distance of boundary_distance alone. Points that are known to be nearer than another one are not
-/// projected, and a facet is left out if 21 points of it (2D: 6) are all within 0.8 of the largest distance of another:
-/// where the distance is as smooth as between a facet and its surface, the result is the same up to rounding.
-/// Errors: as boundary_nodes.
+/// Computes the largest distance of `boundary_distance` alone. Skips points that are provably nearer than another, and
+/// facets of which 21 points (2D: 6) are within 0.8 of another facet's largest distance. The result is the same up to
+/// rounding where the distance is smooth, as between a facet and its surface. Errors: as `boundary_nodes`.
 template <int D>
 [[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(const QuadraticMesh<D>& mesh,
                                                                  std::span<const LagrangeNode<D>> mid_nodes,
@@ -242,7 +233,6 @@ template <int D>
                                                                  const Geometry<D>& geometry,
                                                                  const Execution& execution);
 
-/// Other nodes of the same mesh, whose largest distance from the geometry is known.
 template <int D>
 struct NearBoundary {
     const QuadraticMesh<D>& mesh;
@@ -250,80 +240,74 @@ struct NearBoundary {
     double largest = 0;
 };
 
-/// The same largest distance, by the nodes of a boundary that is near the geometry: a facet whose nodes are not far
-/// from those is left out. Errors: as boundary_nodes.
+/// Faster: skips facets whose nodes are close to those of `near`.
 template <int D>
 [[nodiscard]] Outcome<LargestDistance> largest_boundary_distance(
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
     const Geometry<D>& geometry, const NearBoundary<D>& near, const Execution& execution);
 
-/// The curves of a mesh at which nothing breaks (3D; in 2D facets are the curves, and the geometry knows them): edges
-/// that its maker lists, or that part two entities of his, where the surface goes on smoothly, and listed edges inside
-/// the volume. A geometry knows the surface around such a curve, not the curve, so it is kept as the mesh has it.
+/// Curves of a mesh across which the surface is smooth (3D only): listed edges, edges between two entities of the
+/// mesher's model, and listed edges inside the volume. The geometry does not know such a curve, so it keeps its shape
+/// in the mesh.
 template <int D>
 struct EmbeddedCurves {
-    /// Of one edge.
     struct Piece {
         CubicSimplex<1, D> curve;
         Reference reference = 0;
     };
     Column<Piece> pieces;
-    Column<EdgeId> edges;      ///< of the mesh that they were found in, one a piece
-    BoxTree<D> tree;           ///< over their control points
-    Column<VertexId> corners;  ///< of the mesh that they were found in, rising: where a curve turns
+    Column<EdgeId> edges;      ///< original edges, one a piece
+    BoxTree<D> tree;           ///< over control points
+    Column<VertexId> corners;  ///< original vertices where a curve turns, rising
 };
 
-/// Curves in a mesh with these features. A piece is the edge's own curve where the mesh has `nodes` (one a unique edge;
-/// none: an empty span); else, on a surface of the geometry, as smooth as a ridge curve of the surrogate; else
-/// straight. Corners are where two edges of a curve turn by more than 40 degrees, beside a straight one by more than
-/// rounding. Errors: of find_features and build_surrogate.
+/// Finds the embedded curves. `nodes`: one a unique edge, or empty. With nodes a piece is the edge's own curve. Without
+/// nodes, pieces on a surface of the geometry are as smooth as the surrogate's ridge curves, others are straight.
+/// Corners turn by more than 40 degrees, or beside a straight edge by more than rounding. Errors: as `find_features`
+/// and `build_surrogate`.
 template <int D>
 [[nodiscard]] Outcome<EmbeddedCurves<D>> find_embedded_curves(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               const Features<D>& features, const Geometry<D>& geometry,
                                                               std::span<const LagrangeNode<D>> nodes,
                                                               const Execution& execution);
 
-/// The closest point of all curves with that reference, if there are any.
+/// Closest point of all curves with that reference.
 template <int D>
 [[nodiscard]] std::optional<Vec<D>> closest_on_curves(const EmbeddedCurves<D>& curves, Reference reference,
                                                       const Vec<D>& p);
 
-/// `nodes` (one a unique edge of the mesh) with those of the curves' edges on the boundary in the middles of their
-/// pieces, put onto the surface that the geometry has there. Edges that are required keep theirs, and edges inside the
-/// volume. Errors: stopped.
+/// Moves nodes (one a unique edge) of curve edges on the boundary to the middles of their pieces, projected onto the
+/// geometry's surface. Required edges and edges inside the volume are unchanged. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<LagrangeNode<D>>> nodes_on_curves(const QuadraticMesh<D>& mesh,
                                                                Buffer<LagrangeNode<D>> nodes,
                                                                const EmbeddedCurves<D>& curves,
                                                                const Geometry<D>& geometry, const Execution& execution);
 
-/// `kinds` with the curves' edges as ridges: what moves nodes within a surface, or in the volume, leaves them.
+/// Returns `kinds` with curve edges as ridges; their nodes stay on the curve.
 template <int D>
 [[nodiscard]] Column<EdgeKind> kinds_with_curves(const Column<EdgeKind>& kinds, const EmbeddedCurves<D>& curves);
 
 }  // namespace camber
 
-/// How far a curved boundary and its geometry are from each other, both ways and by the geometry's entities.
 export namespace camber {
 
-/// Directions of a distance: from the boundary to the geometry, or both ways, by entity.
 enum class DistanceWays : std::uint8_t { boundary, both };
 [[nodiscard]] constexpr auto words(DistanceWays) {
     return words_of(Word{DistanceWays::boundary, "boundary"}, Word{DistanceWays::both, "both"});
 }
 
-/// The curved facets of a mesh to be searched for nearest points: each raised to degree 3, which is exact.
+/// Curved facets for closest-point searches, raised to degree 3 (exact).
 template <int D>
 struct CurvedBoundary {
     Column<CubicSimplex<D - 1, D>> facets;
-    BoxTree<D> tree;  ///< over the facets' control points
+    BoxTree<D> tree;  ///< over control points
 };
 template <int D>
 [[nodiscard]] Outcome<CurvedBoundary<D>> curved_boundary(const QuadraticMesh<D>& mesh,
                                                          std::span<const LagrangeNode<D>> mid_nodes,
                                                          const Execution& execution);
 
-/// A place on it.
 template <int D>
 struct BoundaryFoot {
     FacetId facet;
@@ -331,51 +315,48 @@ struct BoundaryFoot {
     Vec<D> point;
     double distance_squared = std::numeric_limits<double>::infinity();
 };
-/// The nearest point of all facets, the lowest facet of equally near ones; `near`: one that is not far, if one is
-/// known. An invalid facet when there are none.
+/// Closest point; of equally near facets the lowest. `near`: a nearby facet, if known. Invalid facet: there are none.
 template <int D>
 [[nodiscard]] BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, FacetId near = {});
 
-/// What of a geometry stands over the facets of a mesh, and over its edges where two surfaces meet: the points at a
-/// lattice of each facet, and of each edge, that GeometryModel::points_over and on_edge have there. For makers whose
-/// surfaces have no end (a plane, a cylinder), or end where the mesh does (a surrogate): parts of a geometry that no
-/// facet stands for are not seen. Errors: `features` is not of this mesh (internal), stopped.
+/// Samples `GeometryModel::points_over` and `on_edge` on a lattice of each facet and each edge between two surfaces.
+/// Parts of the geometry without facets are not sampled. Errors: `features` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometrySamples<D>> samples_over(const QuadraticMesh<D>& mesh, const Features<D>& features,
                                                        const Geometry<D>& geometry, const Execution& execution);
 
-/// One way: from points of one side to the nearest of the other (model units).
+/// Distances from points of one side to the nearest of the other (model units).
 template <int D>
 struct OneWay {
     std::size_t samples = 0;
-    double largest = 0, mean = 0;  ///< the mean by area or length
-    Vec<D> from, to;               ///< where it is largest
-    FacetId facet = {};            ///< there; of a curve one beside it
+    double largest = 0, mean = 0;  ///< mean by area or length
+    Vec<D> from, to;               ///< pair with the largest distance
+    FacetId facet = {};            ///< its facet; for a curve, one beside it
 };
 
-/// Of one surface or curve. A facet without a surface (`GeometryKind::none`) is measured from its own plane.
+/// Distances of one surface or curve. Facets without a surface are measured from their own plane.
 template <int D>
 struct EntityDistances {
     GeometryEntity entity;
-    std::size_t pieces = 0;             ///< facets that lie on it; of a curve edges
-    std::vector<Reference> references;  ///< of those facets, rising; of a curve those of facets beside it
-    double measure = 0;                 ///< area or length of those pieces, straight
-    bool is_flat = false;               ///< a plane, 2D a line, where a facet lies on it
+    std::size_t pieces = 0;             ///< facets, or edges of a curve
+    std::vector<Reference> references;  ///< references of these facets, or beside the curve; rising
+    double measure = 0;                 ///< straight area or length
+    bool is_flat = false;               ///< a plane or line where it has facets
     OneWay<D> to_geometry, to_boundary;
 };
 
 template <int D>
 struct GeometryDistances {
-    std::vector<EntityDistances<D>> entities;  ///< surfaces, then curves, by rising number
-    OneWay<D> to_geometry, to_boundary;        ///< of all surfaces
-    /// One a facet: the largest of its points from the geometry; and of the points of the geometry that it is nearest
-    /// to (0: it is to none).
+    std::vector<EntityDistances<D>> entities;  ///< surfaces, then curves
+    OneWay<D> to_geometry, to_boundary;        ///< all surfaces
+    /// One a facet: largest distance from the geometry, and from the geometry's points whose closest facet it is (0:
+    /// none).
     Column<double> of_facets, to_facets;
 };
 
-/// From the boundary: each curved facet is sampled as by boundary_distance, and each edge on a curve at tenths. From
-/// the geometry: each of its points to the nearest of all curved facets; of a curve to the nearest of the edges that
-/// lie on it, where there are any. Errors: `features` or `mid_nodes` are not of this mesh (internal), stopped.
+/// From the boundary: facets are sampled as by `boundary_distance`, edges on curves at tenths. From the geometry: each
+/// sample to the closest curved facet; samples of a curve to the closest edge on it, if any. Errors: `features` or
+/// `mid_nodes` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<GeometryDistances<D>> distances_both_ways(
     const QuadraticMesh<D>& mesh, std::span<const LagrangeNode<D>> mid_nodes, const Features<D>& features,
@@ -385,7 +366,6 @@ template <int D>
 
 namespace camber {
 
-/// α/N for all α: a lattice on a facet.
 template <int N, int D>
 inline constexpr auto facet_lattice = [] {
     std::array<Barycentric<D - 1>, node_count<N, D - 1>> all{};
@@ -394,7 +374,6 @@ inline constexpr auto facet_lattice = [] {
     return all;
 }();
 
-/// Of the facet when straight: its area, 2D its length.
 template <int D>
 [[nodiscard]] double straight_measure(const FacetSite<D>& facet) {
     const auto& c = facet.corners;

@@ -16,13 +16,13 @@ namespace {
 
 template <int D>
 constexpr const auto& lattice = facet_lattice<10, D>;
-/// The points by which a facet is left out. The distance of a straight edge, s (1 − s), that of a quadratic one,
-/// s (s − 1/2) (s − 1), and that of one whose middle is the top of an arc, s (1 − s) (s − 1/2)², are at one of them at
-/// least 0.92 of their largest values.
+/// Test points for skipping facets: at one of them each of these distances reaches 0.92 of its maximum.
+/// - s (1 − s): a straight edge
+/// - s (s − 1/2) (s − 1): a quadratic edge
+/// - s (1 − s) (s − 1/2)²: an arc through its top
 template <int D>
 constexpr const auto& coarse_lattice = facet_lattice<5, D>;
 
-/// The point of the lattice that is nearest to the middle of the facet.
 template <int D>
 constexpr std::array<Barycentric<D - 1>, 1> middle = [] {
     const auto largest = [](const Barycentric<D - 1>& xi) { return *std::max_element(xi.begin(), xi.end()); };
@@ -30,7 +30,6 @@ constexpr std::array<Barycentric<D - 1>, 1> middle = [] {
         lattice<D>.begin(), lattice<D>.end(), [&](const auto& a, const auto& b) { return largest(a) < largest(b); })};
 }();
 
-/// A curved facet of the mesh.
 template <int D>
 struct CurvedFacet {
     FacetSite<D> straight;
@@ -43,7 +42,6 @@ CurvedFacet<D> curved_facet(const QuadraticMesh<D>& mesh, std::span<const Lagran
                                                               mesh.linear.facets.vertices[f], mesh.edges.of_facets[f])};
 }
 
-/// Distance from the plane through the vertices of a facet.
 template <int D>
 double off_plane(const CurvedFacet<D>& facet, const Vec<D>& p) {
     const Plane<D> plane = plane_through(facet.straight.corners);
@@ -54,7 +52,7 @@ struct Samples {
     double largest = 0, mean = 0;
 };
 
-/// Distances from the geometry; where that has no surface, from the plane through the facet's vertices.
+/// Distances from the geometry, or from the facet's plane if it has no surface.
 template <int D>
 Samples distances(const Geometry<D>& geometry, const CurvedFacet<D>& facet) {
     constexpr std::size_t n = lattice<D>.size();
@@ -71,7 +69,6 @@ Samples distances(const Geometry<D>& geometry, const CurvedFacet<D>& facet) {
     return s;
 }
 
-/// The larger of a distance and the largest one of a facet's points from the geometry.
 template <int D>
 void add(LargestDistance& total, const Geometry<D>& geometry, const CurvedFacet<D>& facet,
          std::span<const Barycentric<D - 1>> at) {
@@ -123,17 +120,16 @@ Outcome<BoundaryDistance> boundary_distance(const QuadraticMesh<D>& mesh, std::s
 
 namespace {
 
-/// Returns a bound on the rounding of a point's coordinates and of its projection.
+/// Bound on the rounding of a point and its projection.
 template <int D>
 double rounding_of(const Vec<D>& p) {
     return 64 * std::numeric_limits<double>::epsilon() * norm(p);
 }
 
-/// Adds the distance of one entity whose local edge length is `length`.
 template <class Id, int D>
 void count_off(OffGeometry<Id>& to, Id id, const Vec<D>& at, double away, double length, double tolerance) {
     constexpr double far = std::numeric_limits<double>::infinity();
-    if (std::isnan(away)) away = far;  // no point of the geometry was found
+    if (std::isnan(away)) away = far;  // the geometry has no point
     const double share = length > 0 ? away / length : (away > rounding_of(at) ? far : 0);
     ++to.measured;
     to.off += share > tolerance && away > rounding_of(at) ? 1 : 0;
@@ -150,7 +146,6 @@ OffGeometry<Id> joined(const OffGeometry<Id>& a, const OffGeometry<Id>& b) {
     return {a.measured + b.measured, a.off + b.off, std::fmax(a.largest, b.largest), worse.share, worse.worst};
 }
 
-/// Returns the largest distance between two corners of the facets.
 template <int D>
 double longest_edge(std::span<const FacetSite<D>> facets) {
     double longest = 0;
@@ -161,7 +156,7 @@ double longest_edge(std::span<const FacetSite<D>> facets) {
     return longest;
 }
 
-/// Returns the distance of an edge's node from its geometry, or from the input's node where that is the geometry.
+/// Distance from the geometry, or from the input's node if that is the geometry.
 template <int D>
 double node_distance(const EdgeSite<D>& site, const Vec<D>& node, const Geometry<D>& geometry,
                      std::span<const LagrangeNode<D>> own_nodes) {
@@ -224,13 +219,12 @@ Outcome<BoundaryDeviation> boundary_deviation(const QuadraticMesh<D>& mesh, std:
 
 namespace {
 
-/// A largest distance, and its facet; invalid where no facet exceeds the distance that the search began with.
+/// Facet: invalid if none exceeds the initial distance.
 struct FarthestFacet {
     LargestDistance distance;
     FacetId facet = {};
 };
 
-/// The facets of a mesh with its nodes, and the geometry that they are measured against.
 template <int D>
 class MeasuredFacets {
   public:
@@ -240,7 +234,7 @@ class MeasuredFacets {
 
     [[nodiscard]] CurvedFacet<D> facet(std::size_t f) const { return curved_facet<D>(mesh_, mid_nodes_, FacetId(f)); }
 
-    /// Searches all facets for the largest distance beyond `least` by measure(total, f).
+    /// Finds the largest distance above `least` by measure(total, f).
     template <class Measure>
     [[nodiscard]] Outcome<FarthestFacet> farthest(double least, const Measure& measure,
                                                   const Execution& execution) const {
@@ -263,11 +257,10 @@ class MeasuredFacets {
         add<D>(total, geometry_, facet(f), at);
     }
 
-    /// The largest distance of all facets. Facets f with !may_exceed(f, largest so far) are left out, and those that a
-    /// coarse lattice shows to be near.
+    /// Skips facets f with !may_exceed(f, largest so far), and facets that are near at `coarse_lattice`.
     template <class MayExceed>
     [[nodiscard]] Outcome<LargestDistance> largest(const MayExceed& may_exceed, const Execution& execution) const {
-        // The facet with the farthest middle gives a bound that most points of the other facets are within.
+        // The facet with the farthest middle gives a bound that excludes most points of other facets.
         const auto middles = farthest(
             0,
             [&](LargestDistance& total, std::size_t f) {
@@ -297,8 +290,7 @@ class MeasuredFacets {
     const Geometry<D>& geometry_;
 };
 
-/// An upper bound on the distance of two facets with the same vertices at the same barycentric coordinates; infinity
-/// where the vertices differ. Σ 2 ξ_i ξ_j is at most (D − 1)/D.
+/// Upper bound on the distance at equal barycentric coordinates; infinity if vertices differ. Σ 2 ξ_i ξ_j ≤ (D − 1)/D.
 template <int D>
 double apart(const QuadraticSimplex<D - 1, D>& a, const QuadraticSimplex<D - 1, D>& b) {
     double largest = 0;

@@ -21,8 +21,8 @@ namespace camber {
 
 template <int D>
 Vec<D> node_without_cusp(const GeometryModel<D>& geometry, const EdgeSite<D>& edge) {
-    constexpr double right_angle = 0.25;  // largest bow of a quadratic edge that turns by 90 degrees, by its chord
-    constexpr double forwards = 0.2;      // largest slide along the chord, so that no end's tangent vanishes
+    constexpr double right_angle = 0.25;  // largest bow/chord of a quadratic edge that turns by 90 degrees
+    constexpr double forwards = 0.2;      // largest slide/chord with nonzero end tangents
     const Vec<D> node = geometry.middle_of(edge), middle = edge.middle();
     const Vec<D> chord = edge.ends[1] - edge.ends[0];
     const double length = norm(chord), limit = off_limit * length;
@@ -64,12 +64,12 @@ Outcome<Buffer<LagrangeNode<D>>> boundary_nodes(const QuadraticMesh<D>& mesh, co
 
 namespace {
 
-/// The plane in which the node of an edge may slide: of a surface edge whose facets lie in one.
+/// The plane of all facets at a surface edge, in which its node may slide.
 template <int D>
 std::optional<Plane<D>> plane_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Incidence<FacetId>& shells,
                                  const Features<D>& features, const Geometry<D>& geometry, std::size_t e) {
     if (D == 2 || features.edge_kinds[e] != EdgeKind::surface || shells[e].empty()) return {};
-    // Most edges are on no plane: the first facet tells, before the site has a list of them.
+    // Fast path: most edges are on no plane, so test the first facet before the site is built.
     if (!geometry->plane_at(facet_site(mesh, shells[e].front()))) return {};
     const auto& [low, high] = edges.vertices[e];
     const EdgeSite<D> site{
@@ -118,7 +118,7 @@ std::vector<EmbeddedEdge> embedded_edges(const LinearMesh<3>& mesh, const EdgeSe
 
 namespace {
 
-/// The surrogate that has the embedded curves of the boundary among its ridge curves.
+/// Surrogate whose ridge curves include the embedded curves.
 Outcome<Surrogate<3>> surrogate_with_curves(LinearMesh<3> mesh, EdgeSet<3> edges, const Features<3>& features,
                                             std::span<const EmbeddedEdge> embedded, const Execution& execution) {
     Buffer<EdgeId> sharp;
@@ -145,7 +145,6 @@ CubicSimplex<1, 3> straight_piece(const Vec<3>& a, const Vec<3>& b) {
     const Vec<3> third = (b - a) / 3;
     return {{a, a + third, b - third, b}};
 }
-/// The edge of degree 2 with this node.
 CubicSimplex<1, 3> bent_piece(const Vec<3>& a, const Vec<3>& node, const Vec<3>& b) {
     if (node == midpoint(a, b)) return straight_piece(a, b);
     const Vec<3> control = 2.0 * node - midpoint(a, b);
@@ -153,7 +152,7 @@ CubicSimplex<1, 3> bent_piece(const Vec<3>& a, const Vec<3>& node, const Vec<3>&
     return {{a, a + share * (control - a), b + share * (control - b), b}};
 }
 
-/// Where two edges of a curve meet at an angle.
+/// Vertices at which a curve turns.
 Buffer<VertexId> corners_of_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& edges,
                                    std::span<const EmbeddedEdge> embedded, std::span<const std::uint8_t> is_straight) {
     struct End {
@@ -175,7 +174,7 @@ Buffer<VertexId> corners_of_curves(const LinearMesh<3>& mesh, const EdgeSet<3>& 
     for (std::size_t i = 0; i + 1 < at.size(); ++i) {
         const auto& [v, one, of_straight] = at[i];
         const auto& [w, other, beside_straight] = at[i + 1];
-        if (v != w) continue;  // where more than two meet is a corner anyway
+        if (v != w) continue;  // a vertex of more than two is a corner anyway
         const double lengths = norm(one) * norm(other);
         const bool turns = -dot(one, other) < cosine * lengths;
         if (turns || ((of_straight || beside_straight) && norm(cross(one, other)) > rounding * lengths))

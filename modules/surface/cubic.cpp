@@ -1,4 +1,4 @@
-// Cubic simplices: evaluation, closest points, closest points of eight points at once.
+// Cubic simplices: evaluation and closest points, of one or eight points at once.
 module;
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@ namespace camber {
 
 namespace {
 
-/// Where index β + e_i of degree N stands, for each β of degree N − 1 and each i.
+/// Index of β + e_i of degree N, for each β of degree N − 1 and each i.
 template <int N, int K>
 constexpr auto raised = [] {
     std::array<std::array<int, K + 1>, node_count<N - 1, K>> table{};
@@ -37,7 +37,7 @@ std::array<Vec<D>, node_count<N - 1, K>> reduced(const std::array<Vec<D>, node_c
     return out;
 }
 
-/// In a net of degree 1 the point of ξ_i stands at i.
+/// In a net of degree 1 the point of ξ_i has index i.
 template <int K, int D>
 Vec<D> combined(const std::array<Vec<D>, K + 1>& net, const Barycentric<K>& xi) {
     Vec<D> p;
@@ -52,7 +52,7 @@ CubicExpansion<K, D> expand(const CubicSimplex<K, D>& simplex, const Barycentric
     const auto quadratic = reduced<3, K, D>(simplex.control, xi);
     const auto linear = reduced<2, K, D>(quadratic, xi);
     const auto second = [&](int i, int j) {
-        return quadratic[raised<2, K>[i][j]];  // a net of degree 1 stands in the order of its coordinates
+        return quadratic[raised<2, K>[i][j]];  // a net of degree 1 has the order of its coordinates
     };
     CubicExpansion<K, D> out;
     out.point = combined<K, D>(linear, xi);
@@ -117,7 +117,6 @@ std::array<double, K> inner_coordinates(const Barycentric<K>& xi) {
     return u;
 }
 
-/// The quadratic model g·δ + ½ δᵀHδ of half the squared distance.
 template <int K>
 struct Model {
     std::array<double, K> g{};
@@ -133,7 +132,7 @@ struct Model {
     }
 };
 
-/// With r = F − p: g_a = r·F_a, H_ab = F_a·F_b + r·F_ab; the last term is left out where it spoils definiteness.
+/// With r = F − p: g_a = r·F_a, H_ab = F_a·F_b + r·F_ab. The last term is omitted if H would be indefinite.
 template <int K, int D>
 Model<K> model_at(const CubicExpansion<K, D>& x) {
     Model<K> m;
@@ -153,7 +152,7 @@ Model<K> model_at(const CubicExpansion<K, D>& x) {
     }
 }
 
-/// The model's least point on the segment from `from` to `from + along`, both as steps δ.
+/// Minimum on the segment from `from` to `from + along`, as a step δ.
 template <int K>
 std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double, K>& from,
                                      const std::array<double, K>& along) {
@@ -173,7 +172,7 @@ std::array<double, K> min_on_segment(const Model<K>& m, const std::array<double,
     return d;
 }
 
-/// The model's least point over the simplex around the place u, as a step from it.
+/// Step from u to the minimum over the simplex.
 std::array<double, 1> min_step(const Model<1>& m, const std::array<double, 1>& u) {
     return min_on_segment<1>(m, {-u[0]}, {1});
 }
@@ -191,8 +190,7 @@ std::array<double, 2> min_step(const Model<2>& m, const std::array<double, 2>& u
     return best;
 }
 
-/// Keeps the coordinates in [0, 1] and their sum 1 after a step that rounding may have led out by an ulp; a coordinate
-/// within rounding of the rim is on it.
+/// Applies a step; sets coordinates within rounding of the boundary onto it and keeps the sum 1.
 template <int K>
 Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, double factor) {
     constexpr double rim = 1e-15;
@@ -207,7 +205,7 @@ Barycentric<K> moved(const Barycentric<K>& xi, const std::array<double, K>& d, d
     return out;
 }
 
-/// The control differences of F_a: 3 (c_{α+e_a} − c_{α+e_0}) for each α of degree 2. F_a is in their hull.
+/// Control differences of F_a, 3 (c_{α+e_a} − c_{α+e_0}) for α of degree 2: F_a is in their hull.
 template <int K, int D>
 std::array<std::array<Vec<D>, K>, node_count<2, K>> control_gradients(const CubicSimplex<K, D>& simplex) {
     std::array<std::array<Vec<D>, K>, node_count<2, K>> out{};
@@ -222,7 +220,7 @@ std::array<std::array<Vec<D>, K>, node_count<2, K>> control_gradients(const Cubi
     }
     return out;
 }
-/// Those of F_ab: 2 (g_{α+e_b} − g_{α+e_0}) for each α of degree 1, a corner; F_ab is in their hull.
+/// Control differences of F_ab, 2 (g_{α+e_b} − g_{α+e_0}) for corners α: F_ab is in their hull.
 template <int K, int D>
 std::array<std::array<Vec<D>, K>, K> control_hessian(
     const std::array<std::array<Vec<D>, K>, node_count<2, K>>& gradients, std::size_t corner) {
@@ -239,7 +237,7 @@ std::array<std::array<Vec<D>, K>, K> control_hessian(
     return out;
 }
 
-/// x in the coordinates in which the mean of JᵀJ = L Lᵀ is the identity: columns L⁻¹.
+/// Columns L⁻¹: in these coordinates the mean JᵀJ = L Lᵀ is the identity.
 template <int K>
 using Whitening = std::array<std::array<double, K>, K>;  // lower triangular
 template <int K, int D>
@@ -251,14 +249,13 @@ std::optional<Whitening<K>> whitening_of(const std::array<Vec<D>, K>& first) {
     if constexpr (K == 2) {
         const double b = dot(first[0], first[1]);
         const double rest = norm_squared(first[1]) - b * b / a;
-        constexpr double flat = 1e-6;  // of the square: rounding would decide
+        constexpr double flat = 1e-6;  // relative to the square; below it rounding would decide
         if (!(rest > flat * norm_squared(first[1]))) return std::nullopt;
         w[1][1] = 1 / std::sqrt(rest);
         w[1][0] = -b / a * w[1][1];
     }
     return w;
 }
-/// Σ_c W_ac x_c.
 template <int K, int D>
 std::array<Vec<D>, K> whitened(const Whitening<K>& w, const std::array<Vec<D>, K>& x) {
     std::array<Vec<D>, K> out{};
@@ -267,8 +264,8 @@ std::array<Vec<D>, K> whitened(const Whitening<K>& w, const std::array<Vec<D>, K
     return out;
 }
 
-/// Whether ½|F − p|² is convex over the simplex, so that it has one minimum there: its Hessian JᵀJ + Σ r·F'' is, in
-/// the frame in which the mean J is orthonormal, at least (1 − max‖ΔJ‖)² − max|r| max‖F''‖, each over control points.
+/// True if ½|F − p|² is convex over the simplex. For orthonormal mean J, its Hessian JᵀJ + Σ r·F'' is at least (1 −
+/// max‖ΔJ‖)² − max|r| max‖F''‖ (over control points).
 template <int K, int D>
 bool is_distance_convex(const CubicSimplex<K, D>& simplex, const Vec<D>& p) {
     const auto gradients = control_gradients<K, D>(simplex);
@@ -311,8 +308,8 @@ template <int K, int D>
 CubicFoot<K, D> closest_from(const CubicSimplex<K, D>& simplex, const Vec<D>& p, const Barycentric<K>& start) {
     constexpr int max_steps = 40;
     constexpr double small_step = 1e-14;
-    constexpr double rounding_step = 1e-9;  // one that does not help is led by rounding: shorter ones are no better
-    // From here on p is the origin: far from the model's origin nothing is lost but the input's own rounding.
+    constexpr double rounding_step = 1e-9;  // a shorter step without a decrease is rounding noise: stop
+    // Moves p to the origin, so that far from the model's origin only the input's own rounding remains.
     CubicSimplex<K, D> local = simplex;
     for (auto& c : local.control) c -= p;
     Barycentric<K> xi = start;
@@ -381,7 +378,7 @@ namespace {
 
 using PointPack = std::array<Pack, 3>;
 
-/// F − P_300 by powers of u = ξ_1 and v = ξ_2: 3!/((3−i−j)! i! j!) times the differences Δ_1^i Δ_2^j.
+/// F − P_300 in powers of u = ξ_1, v = ξ_2: 3!/((3−i−j)! i! j!) times the differences Δ_1^i Δ_2^j.
 struct Powers {
     Vec<3> origin;
     Vec<3> u, v, uu, uv, vv, uuu, uuv, uvv, vvv;
@@ -407,7 +404,6 @@ Powers powers_of(const CubicSimplex<2, 3>& simplex) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// F − p, p relative to the origin.
 [[nodiscard, gnu::always_inline]] inline PointPack residual(const Powers& f, Pack u, Pack v, const PointPack& p) {
     PointPack r{};
     for (int c = 0; c < 3; ++c)
@@ -416,8 +412,7 @@ Powers powers_of(const CubicSimplex<2, 3>& simplex) {
     return r;
 }
 
-/// Half the squared distance at a place: its gradient and its second derivatives, these without and with the part of
-/// the surface's own, r · F_ab.
+/// Half the squared distance: gradient, second derivatives without and with r · F_ab.
 struct ModelPack {
     Pack gu{}, gv{};
     Pack muu{}, muv{}, mvv{};
@@ -444,19 +439,19 @@ struct ModelPack {
     return m;
 }
 
-/// Eight points: their distances, not a number where the method does not end well inside.
+/// NaN if the method does not converge well inside.
 [[nodiscard, gnu::always_inline]] inline Pack distances_of(const Powers& f, Pack u, Pack v, const PointPack& p) {
     constexpr int max_steps = 8;
-    constexpr double last_step = 1e-7;  // the next would be its square
-    constexpr double margin = 0.05;     // how far outside a step may lead
+    constexpr double last_step = 1e-7;  // the next step would be its square
+    constexpr double margin = 0.05;     // largest overshoot of a step outside the triangle
     PointPack r = residual(f, u, v, p);
     const Pack first = dot(r, r);
-    Mask sound = first >= 0;  // a number
+    Mask sound = first >= 0;  // not NaN
     Mask open = sound;
     for (int step = 0; step < max_steps && any(open); ++step) {
         const ModelPack m = model_pack_at(f, u, v, r);
         const Pack determinant = m.huu * m.hvv - m.huv * m.huv;
-        // Where second derivatives spoil definiteness, `closest_from` goes another way.
+        // `closest_from` takes another step if the second derivatives are not positive definite.
         sound &= (m.huu > 0.05 * m.muu) & (determinant > 0.05 * (m.muu * m.mvv - m.muv * m.muv));
         const Pack du = (m.huv * m.gv - m.hvv * m.gu) / determinant;
         const Pack dv = (m.huv * m.gu - m.huu * m.gv) / determinant;

@@ -1,4 +1,4 @@
-// Surrogates of curved meshes: the boundary cut at its nodes, angles between facets, the choice for each patch.
+// Surrogates of curved meshes: cuts facets at their nodes, measures kinks, selects a method by patch.
 module;
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// A facet of degree 2 cut at its nodes: each piece by its corners, as places of the facet; the one in the middle last.
+/// Pieces of a quadratic facet cut at its nodes; the middle piece last.
 template <int K>
 constexpr std::array<std::array<Barycentric<K>, 2>, 2> pieces_of_facet{
     {{{{1, 0}, {0.5, 0.5}}}, {{{0.5, 0.5}, {0, 1}}}}};
@@ -29,10 +29,8 @@ constexpr std::array<std::array<Barycentric<2>, 3>, 4> pieces_of_facet<2>{
      {{{0.5, 0, 0.5}, {0, 0.5, 0.5}, {0, 0, 1}}},
      {{{0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}}}};
 
-/// The boundary of a mesh of degree 2 as a straight one of half the size: vertices keep their numbers, nodes of
-/// boundary edges follow them by rising edge, and the pieces of facet f are those from f × pieces on. What a vertex, an
-/// edge or a facet is (`features`, notes and listed breaks of the file) its pieces are; where facets turn is not asked
-/// again.
+/// The boundary of a quadratic mesh as a straight mesh of half the size. Vertices keep their numbers; nodes of boundary
+/// edges follow, by rising edge. Pieces of facet f start at f × pieces and inherit features, notes and listed breaks.
 template <int D>
 struct CutBoundary {
     static constexpr std::size_t pieces = pieces_of_facet<D - 1>.size();
@@ -47,10 +45,10 @@ struct Whole {
     const LinearMesh<D>& mesh;
     const EdgeSet<D>& edges;
     const Features<D>& features;
-    std::vector<EdgeId> rows;           ///< rising: the boundary edges
-    std::vector<VertexId> middle_of{};  ///< of each edge, where it is one of them: its node among the vertices
+    std::vector<EdgeId> rows;           ///< boundary edges, rising
+    std::vector<VertexId> middle_of{};  ///< vertex of each edge's node
 
-    /// The vertex at a place of a facet that is a corner or the middle of an edge.
+    /// `place`: a corner or the middle of an edge.
     [[nodiscard]] VertexId vertex_at(FacetId f, const Barycentric<D - 1>& place) const {
         const auto at = [&](int i) { return place[static_cast<std::size_t>(i)]; };
         for (int i = 0; i < D; ++i)
@@ -73,7 +71,7 @@ Whole<D> whole(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Feature
     return out;
 }
 
-/// Breaks that the file lists: in 2D vertices, in 3D both halves of an edge.
+/// Copies listed breaks: vertices in 2D, both halves of an edge in 3D.
 void list_breaks(const Whole<2>& whole, LinearMesh<2>& pieces) {
     Buffer<VertexId> corners(whole.mesh.corners.begin(), whole.mesh.corners.end());
     for (const std::uint32_t f : whole.mesh.ridges)
@@ -128,7 +126,7 @@ Features<D> features_of_pieces(const Whole<D>& whole, const LinearMesh<D>& mesh,
     const Features<D>& of = whole.features;
     Features<D> out = of;
     Buffer<EdgeKind> edge_kinds(edges.size());
-    std::ranges::fill(edge_kinds, EdgeKind::surface);  // as those between the pieces of a facet are
+    std::ranges::fill(edge_kinds, EdgeKind::surface);  // edges between pieces of a facet
     Buffer<std::uint32_t> curves(edges.size());
     std::ranges::fill(curves, no_feature);
     Buffer<VertexKind> vertex_kinds(of.vertex_kinds.begin(), of.vertex_kinds.end());
@@ -154,7 +152,7 @@ Features<D> features_of_pieces(const Whole<D>& whole, const LinearMesh<D>& mesh,
     return out;
 }
 
-/// Errors: of `unique_edges`, stopped.
+/// Errors: as `unique_edges`, stopped.
 template <int D>
 Outcome<CutBoundary<D>> cut_at_nodes(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                      std::span<const LagrangeNode<D>> nodes, const Execution& execution) {
@@ -180,7 +178,7 @@ double angle_between(const Vec<D>& a, const Vec<D>& b) {
     return atan2(norm(a - b), norm(a + b)) * 2;
 }
 
-/// Facets whose sides agree go along their edge in opposite directions (2D: one ends where the other begins).
+/// True if both facets have the same orientation: they traverse their edge in opposite directions.
 template <int D>
 bool sides_agree(const LinearMesh<D>& mesh, const std::array<FacetId, 2>& facets, VertexId a, VertexId b) {
     const auto goes = [&](FacetId f) {
@@ -189,8 +187,7 @@ bool sides_agree(const LinearMesh<D>& mesh, const std::array<FacetId, 2>& facets
     return goes(facets[0]) != goes(facets[1]);
 }
 
-/// By how much a patch turns between its facets: angles in radians, at three places of each edge between two of its
-/// facets (2D: at each vertex).
+/// Turns (radians) of a patch at three points of each inner edge (2D: at each vertex).
 struct Kinks {
     double squares = 0, largest = 0;
     std::size_t count = 0;
@@ -210,11 +207,10 @@ struct Kinks {
     }
 };
 
-/// The unit normal of a facet at a place of it.
 template <int D>
 using NormalOfFacet = std::function<Vec<D>(FacetId, const Barycentric<D - 1>&)>;
 
-/// Two facets that a patch goes on between, at an edge from a to b; in 2D at the vertex a.
+/// Two adjacent facets of one patch, with their edge from a to b (2D: their vertex a).
 struct Passage {
     std::array<FacetId, 2> facets;
     VertexId a, b;
@@ -248,7 +244,7 @@ Outcome<std::vector<Passage>> passages_of(const LinearMesh<2>& mesh, const EdgeS
     return out;
 }
 
-/// Of each patch. Errors: stopped.
+/// One entry a patch. Errors: stopped.
 template <int D>
 Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const Features<D>& features,
                                      const NormalOfFacet<D>& normal, const Execution& execution) {
@@ -277,7 +273,8 @@ Outcome<std::vector<Kinks>> kinks_of(const LinearMesh<D>& mesh, const EdgeSet<D>
     return of_patches;
 }
 
-/// a, (4m − b)/3, (4m − a)/3, b: the edge through m at 1/2, of degree 2; exactly straight where m is the middle.
+/// Inner control points (4m − b)/3 and (4m − a)/3 of the quadratic edge through m at 1/2; exactly straight if m is the
+/// midpoint.
 template <int D>
 std::array<Vec<D>, 2> raised(const Vec<D>& a, const Vec<D>& m, const Vec<D>& b) {
     const Vec<D> third = (b - a) / 3;
@@ -285,7 +282,6 @@ std::array<Vec<D>, 2> raised(const Vec<D>& a, const Vec<D>& m, const Vec<D>& b) 
     return {a + third + bow, b - third + bow};
 }
 
-/// The facet of degree 2 with these corners, and nodes in the order of local_edges.
 template <int D>
 CubicSimplex<D - 1, D> raised_facet(const std::array<Vec<D>, D>& corners,
                                     const std::array<Vec<D>, edges_per_simplex<D - 1>>& nodes) {
@@ -319,7 +315,6 @@ CubicSimplex<D - 1, D> own_facet(const BoundaryCurves<D>& mesh, FacetId f) {
     return raised_facet<D>(corners, nodes);
 }
 
-/// The node of each edge of a piece of a facet of degree 2.
 template <int D>
 std::array<Vec<D>, edges_per_simplex<D - 1>> nodes_of_piece(const CubicSimplex<D - 1, D>& facet, std::size_t piece) {
     std::array<Vec<D>, edges_per_simplex<D - 1>> nodes;
@@ -334,11 +329,10 @@ std::array<Vec<D>, edges_per_simplex<D - 1>> nodes_of_piece(const CubicSimplex<D
     return nodes;
 }
 
-/// Of each patch, whether it has curves of its own: a node that is not where the surrogate has its edge's middle, and
-/// one that is not in the middle of its chord.
+/// One flag a patch: some node is off the surrogate's edge middle, and some node is off its chord's middle.
 template <int D>
 std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, const Surrogate<D>& surrogate) {
-    constexpr double same = 1e-6;  // of the chord
+    constexpr double same = 1e-6;  // relative to the chord
     constexpr std::uint8_t off_surface = 1, off_chord = 2;
     std::vector<std::uint8_t> found(surrogate.flats.size(), 0);
     for (std::size_t f = 0; f < mesh.linear.facets.size(); ++f)
@@ -355,7 +349,7 @@ std::vector<std::uint8_t> patches_with_curves(const BoundaryCurves<D>& mesh, con
     return found;
 }
 
-/// The file's nodes at edges of patches that have curves, elsewhere the middles that the straight mesh's surrogate has.
+/// Nodes of the file on edges of patches with curves, elsewhere edge middles of `straight`.
 template <int D>
 Buffer<LagrangeNode<D>> nodes_to_go_through(const BoundaryCurves<D>& mesh, const Surrogate<D>& straight,
                                             std::span<const std::uint8_t> own) {
@@ -373,11 +367,11 @@ Vec<2> straight_normal(const std::array<Vec<2>, 2>& c) {
 }
 Vec<3> straight_normal(const std::array<Vec<3>, 3>& c) { return normalised(cross(c[1] - c[0], c[2] - c[0])); }
 
-/// Of each patch that has curves, whether they are no smooth surface's.
+/// One flag a patch: its curves do not belong to a smooth surface.
 template <int D>
 Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh, std::span<const std::uint8_t> own,
                                                   const Execution& execution) {
-    constexpr double most = 0.25;  // of the turns of straight facets
+    constexpr double most = 0.25;  // relative to the turns of straight facets
     const auto of_curves = kinks_of<D>(
         mesh.linear, mesh.edges, mesh.features,
         [&](FacetId f, const Barycentric<D - 1>& xi) { return normal_at<D>(own_facet(mesh, f), xi); },
@@ -396,7 +390,7 @@ Outcome<std::vector<std::uint8_t>> kinked_patches(const BoundaryCurves<D>& mesh,
     return kinked;
 }
 
-/// Pieces of these patches become parts of the mesh's own facets.
+/// Replaces the pieces of these patches by parts of the mesh's own facets.
 template <int D>
 Outcome<Done> put_as_read(const BoundaryCurves<D>& mesh, const CutBoundary<D>& cut,
                           std::span<const std::uint8_t> kinked, Surrogate<D>& surrogate, const Execution& execution) {
@@ -429,7 +423,6 @@ Outcome<Done> put_as_read(const BoundaryCurves<D>& mesh, const CutBoundary<D>& c
     return plant_trees(surrogate, part_of(execution, 0.5, 1));
 }
 
-/// Counts of patches, and how far the smooth ones are from it.
 template <int D>
 Outcome<CurvedPatches> told(const CutBoundary<D>& cut, const Surrogate<D>& surrogate, std::span<const std::uint8_t> own,
                             std::span<const std::uint8_t> kinked, const Execution& execution) {

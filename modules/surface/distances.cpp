@@ -19,7 +19,7 @@ namespace camber {
 
 namespace {
 
-/// c_α = Σ_i α_i/3 P_{α − e_i}: the same simplex as one of degree 3.
+/// Degree elevation: c_α = Σ_i α_i/3 P_{α − e_i}.
 template <int K, int D>
 CubicSimplex<K, D> raised(const QuadraticSimplex<K, D>& simplex) {
     CubicSimplex<K, D> out;
@@ -89,8 +89,7 @@ BoundaryFoot<D> closest_on(const CurvedBoundary<D>& boundary, const Vec<D>& p, F
 
 namespace {
 
-/// The order in a list: surfaces, then curves, then what is on neither. A curve with a number is the same from
-/// whichever sides it is seen.
+/// Sort key: surfaces, then curves, then others. Numbered curves compare without their sides.
 auto place_in_list(const GeometryEntity& entity) {
     const int rank = entity.kind == GeometryKind::surface ? 0 : entity.kind == GeometryKind::curve ? 1 : 2;
     const bool by_sides = entity.id == GeometryEntity::unnumbered;
@@ -98,7 +97,6 @@ auto place_in_list(const GeometryEntity& entity) {
         rank, entity.id, by_sides ? entity.sides : std::array<std::int64_t, 2>{});
 }
 
-/// What a mesh has on each entity: facets on surfaces, edges on curves.
 template <int D>
 struct OnEntities {
     struct Entity {
@@ -117,10 +115,9 @@ struct OnEntities {
     }
 };
 
-/// With the centroid and the middles of edges.
+/// This lattice contains the centroid and the edge middles.
 constexpr int facet_degree = 6, edge_samples = 10;
 
-/// Things by what they lie on, those on nothing that is asked for left out.
 template <int D, class Wanted>
 auto sorted_by_entity(const Buffer<GeometryEntity>& entities, Wanted&& wanted) {
     using Key = decltype(place_in_list(GeometryEntity{}));
@@ -137,8 +134,8 @@ auto sorted_by_entity(const Buffer<GeometryEntity>& entities, Wanted&& wanted) {
     return list;
 }
 
-/// The points of a prescribed surface next to those of a curved facet. The straight facet has others: beside a ridge it
-/// may lie where the domain ends, and the surface goes on there.
+/// Projects the curved facet, not the straight one: beside a ridge the straight facet may project beyond the domain,
+/// where the surface continues.
 template <int D>
 void project_curved(const QuadraticMesh<D>& mesh, const Geometry<D>& geometry, const GeometryEntity& entity,
                     const FacetSite<D>& site, std::span<Vec<D>> out) {
@@ -234,7 +231,7 @@ constexpr int edge_intervals = 10;
 template <int D>
 constexpr const auto& tenths = facet_lattice<10, D>;
 
-/// What one piece of a side adds: its largest, the sum by weight, and where.
+/// Contribution of one piece: largest distance with its points, weighted sum.
 template <int D>
 struct Part {
     double largest = 0, sum = 0, weight = 0;
@@ -242,7 +239,6 @@ struct Part {
     FacetId facet = {};
 };
 
-/// Many of them, in their order.
 template <int D>
 class Sum {
   public:
@@ -276,7 +272,7 @@ struct Question {
     const Geometry<D>& geometry;
 };
 
-/// As boundary_distance samples a facet, with the place.
+/// Samples a facet as `boundary_distance` does.
 template <int D>
 Part<D> from_facet(const Question<D>& q, const GeometryEntity& entity, std::size_t f) {
     constexpr std::size_t n = tenths<D>.size();
@@ -302,7 +298,7 @@ Part<D> from_facet(const Question<D>& q, const GeometryEntity& entity, std::size
     return part;
 }
 
-/// An edge at tenths between its ends, to the curve that it lies on.
+/// Samples an edge at tenths against its curve.
 template <int D>
 Part<D> from_edge(const Question<D>& q, const OnEntities<D>& on, std::size_t e) {
     const EdgeSite<D> site = on.site(q.mesh, q.features, e);
@@ -325,7 +321,7 @@ Part<D> from_edge(const Question<D>& q, const OnEntities<D>& on, std::size_t e) 
     return part;
 }
 
-/// The edges of a curve to be searched: each raised to degree 3.
+/// Edges of a curve for searches, raised to degree 3.
 template <int D>
 struct CurvedEdges {
     std::vector<CubicSimplex<1, D>> curves;
@@ -356,7 +352,6 @@ Vec<D> closest_on(const CurvedEdges<D>& edges, const Vec<D>& p) {
     return camber::closest_on(edges.curves[found.item], p).point;
 }
 
-/// The nearest points of the boundary to points of the geometry.
 template <int D>
 struct Feet {
     Buffer<Vec<D>> points;
@@ -400,7 +395,7 @@ std::vector<Reference> references_of(const QuadraticMesh<D>& mesh, const std::ve
     return references;
 }
 
-/// From the boundary, entity by entity; one entry for each in the list.
+/// Distances from the boundary, one entry an entity.
 template <int D>
 class Measuring {
   public:

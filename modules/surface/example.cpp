@@ -1,5 +1,5 @@
-// camber.surface: the smooth boundary that is behind a straight mesh, from the mesh alone. Half a disc: its two corners
-// are found, its diameter stays straight, and the nodes of its arc go back onto the circle that the mesh only samples.
+// camber.surface: recovers a smooth boundary from a straight mesh alone. For half a disc, it finds both corners, keeps
+// the diameter straight, and moves the nodes of the arc onto the circle.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -11,7 +11,7 @@ import camber.surface;
 
 using namespace camber;
 
-/// The upper half of the unit disc: n triangles around the centre (vertex 0), and the boundary edges as facets.
+/// Upper half of the unit disc: n triangles around the centre (vertex 0), with boundary edges as facets.
 static LinearMesh<2> half_disc(std::size_t n) {
     const auto v = [](std::size_t i) { return VertexId(i); };
     Buffer<Vec<2>> points{{{0, 0}}, {{1, 0}}};
@@ -41,7 +41,7 @@ static Outcome<bool> example(const Execution& execution) {
     const auto nodes = boundary_nodes(*mesh, *features, Geometry<2>(*surrogate), execution);
     if (!nodes) return fail(nodes.error());
 
-    double before = 0, after = 0;  // the distance of the arc's nodes from the circle
+    double before = 0, after = 0;  // distance of the arc's nodes from the circle
     for (const auto& edges : mesh->edges.of_facets) {
         const std::size_t e = edges[0].index();
         if (mesh->mid_nodes[e].point[1] < 1e-12) continue;  // the diameter

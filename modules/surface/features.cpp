@@ -1,4 +1,4 @@
-// Finds the features of a boundary (ridges, corners, patches, curves), and patches that lie in planes.
+// Finds boundary features and flat patches.
 module;
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// Sets that merge; each is named by its lowest member.
+/// Union-find sets, named by their lowest members.
 class DisjointSets {
   public:
     explicit DisjointSets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0U); }
@@ -36,7 +36,7 @@ class DisjointSets {
     std::vector<std::uint32_t> parent_;
 };
 
-/// Numbers the sets from 0 in the order of their lowest members.
+/// Numbers the sets from 0.
 std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::size_t n) {
     Buffer<std::uint32_t> numbers(n);
     std::size_t count = 0;
@@ -47,8 +47,7 @@ std::pair<Buffer<std::uint32_t>, std::size_t> numbered(DisjointSets& sets, std::
     return {std::move(numbers), count};
 }
 
-/// The direction times the power of two that brings its largest coordinate near 1: no digit changes, and products of
-/// such vectors neither vanish nor overflow.
+/// Scales by a power of two to a largest coordinate near 1: digits stay, products neither vanish nor overflow.
 template <int D>
 Vec<D> near_one(Vec<D> direction) {
     double largest = 0;
@@ -59,7 +58,7 @@ Vec<D> near_one(Vec<D> direction) {
     return direction;
 }
 
-/// Whether the directions differ by more than the angle of that cosine; zero vectors do not.
+/// True if the angle exceeds that of `cosine`; false for zero vectors.
 template <int D>
 bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
     const Vec<D> a = near_one(from), b = near_one(to);
@@ -69,7 +68,7 @@ bool turns(const Vec<D>& from, const Vec<D>& to, double cosine) {
 
 double cosine_of(double degrees) { return cos(degrees * std::numbers::pi / 180); }
 
-/// The part of a triangle's third vertex that is perpendicular to the edge from a to b: which way the triangle goes.
+/// Component of the third vertex perpendicular to the edge.
 Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {
     const Vec<3> a = mesh.points[edge[0]];
     const Vec<3> e = near_one(mesh.points[edge[1]] - a);
@@ -82,7 +81,6 @@ Vec<3> away_from_edge(const LinearMesh<3>& mesh, FacetId f, const std::array<Ver
     return {};
 }
 
-/// The edges that facets have, rising: all that is not found edge by edge looks at these alone.
 Outcome<std::vector<EdgeId>> edges_of_facets(const Incidence<FacetId>& shells, std::size_t edges,
                                              const Execution& execution) {
     return reduce_each(
@@ -96,10 +94,9 @@ Outcome<std::vector<EdgeId>> edges_of_facets(const Incidence<FacetId>& shells, s
         });
 }
 
-/// How sharply the boundary turns at an edge.
 enum class Break : std::uint8_t { none, smooth, mild, sharp };
 
-/// Cosines of the ridge angle and of the angle beyond which a turn is sharp whatever is around it.
+/// Cosines of the ridge angle and of the angle above which every turn is sharp.
 struct TurnLimits {
     double mild, sharp;
 };
@@ -115,9 +112,8 @@ Break break_at(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, s
     return turns(d0, -d1, limits.mild) ? Break::mild : Break::smooth;
 }
 
-/// What the file says of its edges: its ridges are sharp whatever the angle, and an edge that it merely lists tells a
-/// turn from coarseness; where the surface is smooth that is no break. Edges inside the volume bound
-/// nothing: they stay free.
+/// Applies listed edges: listed ridges on the boundary are sharp at any angle, mild turns at other listed edges are
+/// sharp.
 void heed_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffer<Break>& breaks) {
     for (const EdgeId e : edges.of_edges)
         if (breaks[e.index()] == Break::mild) breaks[e.index()] = Break::sharp;
@@ -127,14 +123,13 @@ void heed_listed_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, Buffe
     }
 }
 
-/// Whether all three edges of a facet turn mildly: it is too large for the surface that it lies on, not a face of its
-/// own.
+/// True if all three edges turn mildly: the facet is coarse, not a face of the model.
 bool is_coarse(const EdgeSet<3>& edges, const Buffer<Break>& breaks, FacetId f) {
     const auto& of = edges.of_facets[f];
     return std::all_of(of.begin(), of.end(), [&](EdgeId e) { return breaks[e.index()] == Break::mild; });
 }
 
-/// A mild edge that no other ridge meets at either end is no curve: it is a fold between thin triangles.
+/// Removes mild edges that meet no other ridge: these are folds between thin triangles.
 void drop_lone_edges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, std::span<const EdgeId> of_facets,
                      const Buffer<Break>& breaks, Buffer<EdgeKind>& kinds) {
     std::vector<std::uint8_t> ridges(mesh.points.size(), 0);
@@ -177,13 +172,12 @@ Outcome<Buffer<EdgeKind>> find_edge_kinds(const LinearMesh<2>&, const EdgeSet<2>
                     [&](std::size_t e) { return shells[e].empty() ? EdgeKind::volume : EdgeKind::surface; });
 }
 
-/// The edges that make up curves: ridges in 3D, all facets in 2D.
 template <int D>
 constexpr EdgeKind curve_kind = D == 3 ? EdgeKind::ridge : EdgeKind::surface;
 
 VertexId other_end(const std::array<VertexId, 2>& edge, VertexId v) { return edge[0] == v ? edge[1] : edge[0]; }
 
-/// Curve edges around each vertex: how many, and the places of the first two in a list of them.
+/// Number of curve edges at a vertex, and the list positions of the first two.
 struct CurveEdges {
     std::uint32_t count = 0;
     std::array<std::uint32_t, 2> places{};
@@ -202,7 +196,6 @@ std::vector<CurveEdges> curve_edges_of_vertices(std::size_t vertices, const Edge
     return around;
 }
 
-/// Whether the facets of these two edges are of different references (2D).
 bool references_differ(const LinearMesh<2>& mesh, const Incidence<FacetId>& shells, const std::array<EdgeId, 2>& pair) {
     const auto reference = [&](EdgeId e) { return mesh.facets.references[shells[e][0]]; };
     return reference(pair[0]) != reference(pair[1]);
@@ -219,16 +212,15 @@ std::vector<std::uint8_t> listed_corners(const LinearMesh<D>& mesh) {
     return listed;
 }
 
-/// Unit directions of the two edges of a triangle at its vertex i.
 std::array<Vec<3>, 2> directions_at(const LinearMesh<3>& mesh, FacetId f, std::size_t i) {
     const auto& v = mesh.facets.vertices[f];
     return {normalised(near_one(mesh.points[v[(i + 1) % 3]] - mesh.points[v[i]])),
             normalised(near_one(mesh.points[v[(i + 2) % 3]] - mesh.points[v[i]]))};
 }
 
-/// Tips of cones among the vertices without ridges. The unit directions within a triangle's angle at a vertex add up to
-/// (a + b) tan(θ/2); around a vertex of a plane that is 0, around the tip of a cone it goes along the axis, whichever
-/// way facets are turned. All edges leave a tip to that side by more than `limit`, the sine of the ridge angle.
+/// Finds tips of cones among vertices without ridges. The integral of unit directions over a triangle's angle at a
+/// vertex is (a + b) tan(θ/2). The sum is 0 at a vertex of a plane and along the axis at a tip, for any facet
+/// orientation. All edges leave a tip to that side with a sine above `limit`, that of the ridge angle.
 std::vector<std::uint8_t> find_tips(const LinearMesh<3>& mesh, const std::vector<CurveEdges>& around, double limit) {
     std::vector<Vec<3>> means(mesh.points.size());
     const auto each_corner = [&](auto&& use) {
@@ -253,7 +245,6 @@ std::vector<std::uint8_t> find_tips(const LinearMesh<2>& mesh, const std::vector
     return std::vector<std::uint8_t>(mesh.points.size(), 0);
 }
 
-/// Number of facets at a vertex, and one of them.
 struct FacetsAtVertex {
     std::uint32_t count = 0;
     FacetId one;
@@ -267,13 +258,12 @@ std::vector<FacetsAtVertex> facets_at_vertices(const LinearMesh<D>& mesh) {
     return at;
 }
 
-/// The facets around a vertex that are connected across smooth edges.
+/// Facets around a vertex that are connected across smooth edges.
 struct Sheet {
     std::uint32_t facets = 0;
-    EdgeId end;  ///< the ridge at which the walk ended; invalid if the sheet is closed
+    EdgeId end;  ///< ridge at the end of the walk; invalid: closed sheet
 };
 
-/// The edges of a mesh with the facets around each and the kind of each.
 template <int D>
 struct ClassifiedEdges {
     const EdgeSet<D>& edges;
@@ -281,7 +271,7 @@ struct ClassifiedEdges {
     const Buffer<EdgeKind>& kinds;
 };
 
-/// Walks around v from the facet f, away from its edge `from` (invalid: either way), until a ridge or f itself.
+/// Walks around v from facet f, away from `from` (invalid: either way), to a ridge or f.
 Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, VertexId v, FacetId f, EdgeId from) {
     const auto& [edges, shells, kinds] = of_mesh;
     Sheet sheet;
@@ -301,8 +291,8 @@ Sheet sheet_from(const ClassifiedEdges<3>& of_mesh, const FacetsAtVertex& at, Ve
     return sheet;
 }
 
-/// True if all sheets of facets at a vertex are bounded by its two ridges, or, at a vertex without ridges, if there is
-/// one sheet only. Otherwise another surface touches the vertex: a baffle whose tip is on a wall, for example.
+/// True if all sheets at v end at its two ridges, or there is one sheet and no ridge. Otherwise another surface touches
+/// v, such as a baffle tip on a wall.
 bool is_where_sheets_pass(const ClassifiedEdges<3>& edges, const FacetsAtVertex& at, VertexId v,
                           std::span<const EdgeId> ridges) {
     if (ridges.empty()) return sheet_from(edges, at, v, at.one, {}).facets == at.count;
@@ -314,14 +304,13 @@ bool is_where_sheets_pass(const ClassifiedEdges<3>& edges, const FacetsAtVertex&
     }
     return facets == at.count;
 }
-/// In 2D facets that meet are counted.
+/// In 2D the number of facets decides.
 bool is_where_sheets_pass(const ClassifiedEdges<2>&, const FacetsAtVertex&, VertexId, std::span<const EdgeId>) {
     return true;
 }
 
-/// Turns that make a vertex a corner.
 struct CornerLimits {
-    double cosine = 0;    ///< of the angle between the two curve edges of a vertex
+    double cosine = 0;
     double tip_sine = 0;  ///< see find_tips
 };
 
@@ -352,7 +341,6 @@ Outcome<Buffer<VertexKind>> find_vertex_kinds(const LinearMesh<D>& mesh, const C
     });
 }
 
-/// Curve edges in chains between corners, by their places.
 DisjointSets chains(const std::vector<CurveEdges>& around, const Buffer<VertexKind>& kinds, std::size_t on_curves) {
     DisjointSets sets(on_curves);
     for (std::size_t v = 0; v < around.size(); ++v)
@@ -361,7 +349,7 @@ DisjointSets chains(const std::vector<CurveEdges>& around, const Buffer<VertexKi
     return sets;
 }
 
-/// Of each edge: the number of its curve, or no_feature.
+/// One an edge: its curve, or `no_feature`.
 Outcome<Buffer<std::uint32_t>> of_all_edges(std::span<const std::uint32_t> numbers, std::span<const EdgeId> on_curves,
                                             std::size_t edges, const Execution& execution) {
     auto curves = map_each(execution, edges, [](std::size_t) { return no_feature; });
@@ -381,13 +369,13 @@ std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<3>& 
     return numbered(sets, mesh.facets.size());
 }
 
-/// In 2D a facet's patch is the curve of its edge, numbered anew in the order of the facets.
+/// 2D: patches are curves, renumbered in the order of facets.
 std::pair<Buffer<std::uint32_t>, std::size_t> find_patches(const LinearMesh<2>& mesh, const EdgeSet<2>& edges,
                                                            const Incidence<FacetId>& shells,
                                                            std::span<const EdgeId> of_facets, const Buffer<EdgeKind>&,
                                                            const Buffer<std::uint32_t>& curves) {
     DisjointSets sets(mesh.facets.size());
-    std::vector<std::uint32_t> first(edges.size(), no_feature);  // of each curve: its first facet
+    std::vector<std::uint32_t> first(edges.size(), no_feature);  // first facet of each curve
     for (const EdgeId e : of_facets)
         for (const FacetId f : shells[e]) {
             auto& lead = first[curves[e.index()]];
@@ -467,7 +455,7 @@ Vec<D> farthest(std::span<const Vec<D>> points, Measure&& measure) {
     return best;
 }
 
-/// From the two or three points that are farthest apart: components that agree bit by bit give an exact zero.
+/// Normal from the two or three points that are farthest apart; bitwise equal components give exact zeros.
 Vec<2> spanned_normal(std::span<const Vec<2>> points) {
     const Vec<2> a = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - points[0]); });
     const Vec<2> b = farthest(points, [&](const Vec<2>& p) { return norm_squared(p - a); });

@@ -12,11 +12,10 @@ import camber.bezier;
 
 export namespace camber {
 
-/// When the boundary breaks.
 template <int D>
 struct FeatureOptions {
-    double ridge_angle_degrees = 40;  ///< 2D: a vertex where facets turn by more is a corner
-    /// A vertex where a ridge curve turns by more than this (degrees) is a corner (3D).
+    double ridge_angle_degrees = 40;  ///< 2D: larger turns make a vertex a corner
+    /// Larger turns of a ridge curve (degrees) make a vertex a corner (3D).
     double corner_angle_degrees = 40;
 
     [[nodiscard]] static constexpr auto options() {
@@ -28,43 +27,45 @@ struct FeatureOptions {
     }
 };
 
-/// Where a vertex lies: a ridge curve passes through a ridge vertex and breaks at a corner. In 2D the boundary edges
-/// are pieces of smooth curves: their vertices are surface or corner.
+/// Ridge curves pass through ridge vertices and break at corners. In 2D boundary vertices are `surface` or `corner`.
 enum class VertexKind : std::uint8_t { volume, surface, ridge, corner };
 
-/// Of no patch, of no curve.
 inline constexpr std::uint32_t no_feature = 0xffffffffU;
 
-/// The features of a mesh's boundary (interfaces between materials included).
+/// Features of a mesh's boundary, including interfaces between materials.
 ///
-/// 3D: an edge of facets is a ridge if the file lists it among `ridges`, if the references of its facets differ, if
-/// they turn by more than the ridge angle, or if it has not exactly two facets. (A turn of less than 1.5 times that
-/// angle makes no ridge where it is the mesh's coarseness: around a lone facet whose three edges all turn so, which is
-/// too large for a smooth surface and not a face of its own, and at a lone edge that no other ridge meets. At an edge
-/// that the file lists among `edges` it does.) An edge that is merely listed is of kind `surface`. A vertex
-/// of ridges is a corner if the file says so, if it has not exactly two ridge edges, or if they turn by more than the
-/// corner angle; a vertex of none if the file says so, or if it is the tip of a cone: all edges of its facets leave the
-/// plane across their mean direction by more than the ridge angle, to one side. A vertex in which surfaces touch is a
-/// corner too: where the facets around it, connected across edges that are not ridges, make a sheet that its two ridge
-/// edges do not both bound, or more than one sheet at a vertex without ridges. The end of a baffle's rim on a wall is
-/// one. A patch is a set of facets connected
-/// across edges that are not ridges; a curve is a chain of ridge edges between corners. 2D: facets are edges of kind
-/// `surface`; a vertex is a corner if the file says so (also: an end of a facet listed among `ridges`), if it has not
-/// exactly two facets, if their references differ, or if they turn by more than the ridge angle. Patches and curves are
-/// the same chains of facets between corners.
+/// 3D. Ridges are edges of facets in any of these cases:
+/// - The file lists the edge among `ridges`.
+/// - It does not have exactly two facets.
+/// - Their references differ.
+/// - They turn by more than the ridge angle. At unlisted edges of a coarse mesh, turns below 1.5 times this angle do
+///   not count: around a facet with three such edges, or at an edge that meets no other ridge.
+///
+/// Other listed edges are of kind `surface`. Corners are vertices in any of these cases:
+/// - The file lists the vertex.
+/// - It has ridges, but not exactly two, or they turn by more than the corner angle.
+/// - It has no ridge and is the tip of a cone: all edges of its facets leave the plane across their mean direction, to
+///   one side, by more than the ridge angle.
+/// - Surfaces touch there, as at the end of a baffle's rim on a wall. Some sheet (facets connected across edges other
+///   than ridges) is not bounded by both ridges, or there are several sheets and no ridge.
+///
+/// Patches are sets of facets connected across edges other than ridges. Curves are chains of ridges between corners.
+///
+/// 2D. Facets are edges of kind `surface`. Corners are vertices that the file lists (or a facet of which it lists among
+/// `ridges`), without exactly two facets, with facets of different references, or with a turn above the ridge angle.
+/// Patches and curves are the chains of facets between corners.
 template <int D>
 struct Features {
     Column<EdgeKind> edge_kinds;      ///< one a unique edge
     Column<VertexKind> vertex_kinds;  ///< one a vertex
-    Column<std::uint32_t> patches;    ///< one a facet: its smooth patch, from 0
-    Column<std::uint32_t> curves;     ///< one a unique edge: its curve, from 0, or no_feature
+    Column<std::uint32_t> patches;    ///< one a facet, from 0
+    Column<std::uint32_t> curves;     ///< one a unique edge, from 0; or `no_feature`
     std::size_t patch_count = 0, curve_count = 0;
     std::size_t surface_edges = 0, ridge_edges = 0, corners = 0;
 
     friend bool operator==(const Features&, const Features&) = default;
 };
 
-/// The vertices that are corners, rising.
 template <int D>
 [[nodiscard]] inline std::vector<VertexId> corners_of(const Features<D>& features) {
     std::vector<VertexId> corners;
@@ -73,17 +74,17 @@ template <int D>
     return corners;
 }
 
-/// Errors: `edges` is not of this mesh (ErrorKind::internal), stopped.
+/// Errors: `edges` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<Features<D>> find_features(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                  const FeatureOptions<D>& options, const Execution& execution);
 
-/// A patch that is part of a plane (2D: of a line); `normal` is zero for a patch that is not.
+/// Plane (2D: line) of a patch; `normal` is zero if the patch is curved.
 template <int D>
 struct FlatPatch {
     Vec<D> point, normal;
-    double tolerance = 0;  ///< a point nearer to the plane than this is on it
-    int axis = -1;         ///< the axis that the normal lies along exactly: that coordinate is the same everywhere
+    double tolerance = 0;  ///< points nearer to the plane are on it
+    int axis = -1;         ///< axis of an exactly axis-aligned normal: its coordinate is constant
 
     [[nodiscard]] inline bool is_flat() const { return norm_squared(normal) > 0; }
     /// Signed distance; 0 within the tolerance.
@@ -92,7 +93,7 @@ struct FlatPatch {
                                    : dot(p - point, normal);
         return std::fabs(h) <= tolerance ? 0 : h;
     }
-    /// The closest point of the plane, to the last bit where the normal is along an axis.
+    /// Closest point of the plane; exact for normals along an axis.
     [[nodiscard]] inline Vec<D> snapped(Vec<D> p) const {
         if (axis < 0) return p - dot(p - point, normal) * normal;
         p[static_cast<std::size_t>(axis)] = point[static_cast<std::size_t>(axis)];
@@ -101,7 +102,7 @@ struct FlatPatch {
     friend bool operator==(const FlatPatch&, const FlatPatch&) = default;
 };
 
-/// The plane through the vertices of each patch, where they are in one. Errors: stopped.
+/// One row a patch. Errors: stopped.
 template <int D>
 [[nodiscard]] Outcome<Buffer<FlatPatch<D>>> flat_patches(const LinearMesh<D>& mesh, const Features<D>& features,
                                                          const Execution& execution);
@@ -110,15 +111,14 @@ template <int D>
 
 namespace camber {
 
-/// Distances below this share of a set's size are none; coordinates themselves are known to a few ulps.
+/// Distances below this share of a set's size are zero; coordinates have errors of a few ulps.
 inline constexpr double flat_tolerance = 1e-12;
 inline constexpr double coordinate_ulps = 1e-15;
 
-/// The plane through points when they are coplanar within rounding: |height| ≤ 1e-12 size + 1e-15 |coordinates|.
+/// Plane through points that are coplanar within rounding: |height| ≤ 1e-12 size + 1e-15 |coordinates|.
 template <int D>
 [[nodiscard]] FlatPatch<D> plane_of(std::span<const Vec<D>> points);
 
-/// A mesh with its edges, the features of its boundary, and the facets around each edge.
 template <int D>
 struct MeshBoundary {
     const LinearMesh<D>& mesh;
@@ -127,18 +127,17 @@ struct MeshBoundary {
     const Incidence<FacetId>& shells;
 };
 
-/// The smooth sides of each vertex: a fan is a set of facets around one vertex that are connected across edges which
-/// are not ridges. A vertex inside a patch has one, a vertex of a ridge one a side, even where both sides are one
-/// patch. A fan is pointed where no plane is tangent to it: at a corner, where a facet turns from the mean normal (by
-/// angles) by more than 20°, or between two ridges by more than 40°. So are tips of cones, and their halves beside a
-/// plane.
+/// Smooth sides of vertices. A fan is a set of facets around a vertex, connected across edges other than ridges. A
+/// vertex inside a patch has one fan, a ridge vertex one a side, even within one patch. A pointed fan has no tangent
+/// plane: a facet turns from the angle-weighted mean normal by more than 20° (between two ridges 40°). Corners, tips of
+/// cones, and their halves beside a plane are pointed.
 struct Fans {
-    Column<std::array<std::uint32_t, 3>> of_facets;  ///< the fan of each corner of each facet
-    Incidence<FacetId> facets;                       ///< of each fan
-    Column<VertexId> vertices;                       ///< of each fan: its vertex
-    Column<std::array<FacetId, 3>> neighbours;       ///< across the edge opposite each corner unless that is a ridge
-    Column<std::int8_t> signs;                       ///< ±1: facets of a patch times their signs look to one side
-    Column<std::uint8_t> pointed;                    ///< of each fan: whether it is the tip of a cone, see below
+    Column<std::array<std::uint32_t, 3>> of_facets;  ///< fan of each facet corner
+    Incidence<FacetId> facets;                       ///< facets of each fan
+    Column<VertexId> vertices;                       ///< vertex of each fan
+    Column<std::array<FacetId, 3>> neighbours;       ///< across the edge opposite each corner; invalid at ridges
+    Column<std::int8_t> signs;                       ///< ±1: orientation relative to the patch
+    Column<std::uint8_t> pointed;                    ///< one a fan; 1: no tangent plane
 
     [[nodiscard]] std::size_t size() const { return vertices.size(); }
 };
@@ -146,9 +145,8 @@ struct Fans {
 [[nodiscard]] Outcome<Fans> find_fans(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Features<3>& features,
                                       const Incidence<FacetId>& shells, const Execution& execution);
 
-/// The fans near a fan on the same smooth side, nearest rings first, without the fan itself: `min_rings`, and more
-/// until `enough` are found or `max_rings` walked. Facets that turn away from `normal` are not entered, and nothing is
-/// reached through a pointed fan.
+/// Limits for rings of fans on the same smooth side, nearest first. At least `min_rings`, then up to `max_rings` until
+/// `enough` fans are found. Facets that turn away from `normal`, and paths through pointed fans, are excluded.
 struct RingOptions {
     std::size_t enough = 18, most = 80;
     int min_rings = 2, max_rings = 4;
@@ -156,41 +154,39 @@ struct RingOptions {
 [[nodiscard]] std::vector<std::uint32_t> rings(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan,
                                                const Vec<3>& normal, const RingOptions& options);
 
-/// Twice the facet's area times its unit normal, turned to the patch's side.
+/// Twice the area times the unit normal, oriented as the patch.
 [[nodiscard]] Vec<3> area_vector(const LinearMesh<3>& mesh, const Fans& fans, FacetId f);
 
-/// Where v stands in the facet; 0 when it does not.
+/// Index of v in the facet; 0 if absent.
 [[nodiscard]] std::size_t corner_of(const SimplexVertices<2>& facet, VertexId v);
 
 }  // namespace camber
 
-/// What the boundary of a mesh is, and where it is doubtful what it ought to be.
+/// A mesh's boundary, and suspicious places in it.
 export namespace camber {
 
-/// A smooth piece.
 struct PatchFacts {
     std::vector<Reference> references;             ///< rising
-    std::size_t facets = 0, interface_facets = 0;  ///< those with elements on both sides
-    double area = 0, size = 0;  ///< of the straight facets, 2D their length; the diagonal of their box
-    bool is_flat = false;       ///< in one plane, 2D on one line, to 1e-12 of the size
+    std::size_t facets = 0, interface_facets = 0;  ///< facets with elements on both sides
+    double area = 0, size = 0;                     ///< straight; diagonal of the box
+    bool is_flat = false;                          ///< planar (2D: straight) to 1e-12 of the size
 };
 
-/// A chain of ridge edges between corners (3D).
 struct CurveFacts {
     std::size_t edges = 0;
     double length = 0;
-    double min_turn = 0, largest_turn = 0;  ///< degrees between its two facets, of edges that have two
-    std::vector<Reference> references;      ///< of the facets beside it, rising
+    double min_turn = 0, largest_turn = 0;  ///< degrees, over edges with two facets
+    std::vector<Reference> references;      ///< adjacent ones, rising
 };
 
-/// Facets turn by 0 degrees where they are in one plane, and by 180 where they lie on each other.
+/// Coplanar facets turn by 0, folded ones by 180 degrees.
 enum class Suspicion : std::uint8_t {
-    near_ridge,      ///< an edge (2D: a vertex) that turns by nearly as much as a ridge
-    mild_ridge,      ///< a ridge by its angle alone that turns by little more than is asked for
-    knife_edge,      ///< facets that nearly lie on each other
-    tip,             ///< all facets of a vertex are steep to its normal: the tip of a cone
-    spread_normals,  ///< some are
-    turned_facet,    ///< a facet's own normal is far from those of its vertices
+    near_ridge,      ///< an edge (2D: vertex) that turns slightly less than a ridge
+    mild_ridge,      ///< a ridge by angle alone, slightly above the limit
+    knife_edge,      ///< facets nearly folded onto each other
+    tip,             ///< cone tip: all facets are steep to the vertex normal
+    spread_normals,  ///< some facets are steep to it
+    turned_facet,    ///< facet normal far from its vertex normals
 };
 inline constexpr std::size_t suspicion_count = 6;
 [[nodiscard]] constexpr auto words(Suspicion) {
@@ -200,44 +196,43 @@ inline constexpr std::size_t suspicion_count = 6;
                     Word{Suspicion::turned_facet, "normal_deviation"});
 }
 
-/// One such place.
 template <int D>
 struct Suspect {
     Suspicion what = Suspicion::near_ridge;
-    double degrees = 0;  ///< of the turn, or of the farthest normal
+    double degrees = 0;  ///< turn, or deviation of the normal
     Vec<D> point;
-    std::vector<VertexId> vertices;  ///< of the edge, the vertex or the facet
-    std::vector<FacetId> facets;     ///< beside or around it
+    std::vector<VertexId> vertices;
+    std::vector<FacetId> facets;
 };
 
-/// When a place is suspicious; angles in degrees.
+/// Limits for suspicious places (degrees).
 struct InspectionLimits {
     double ridge_angle = 40;
-    double near = 0.75;       ///< a turn from this share of the ridge angle up is near it, and up to 1/near beyond
-    double knife_edge = 150;  ///< a turn from here up
-    double normals = 40;      ///< a normal farther than this from that of its vertex
+    double near = 0.75;       ///< shares of the ridge angle from `near` to 1/`near` are near it
+    double knife_edge = 150;  ///< smallest turn
+    double normals = 40;      ///< largest angle to the vertex normal
 };
 
 template <int D>
 struct BoundaryInspection {
-    std::vector<PatchFacts> patches;  ///< by their numbers in Features
+    std::vector<PatchFacts> patches;  ///< numbered as in Features
     std::vector<CurveFacts> curves;   ///< 3D
     std::vector<VertexId> corners;
-    std::size_t smooth_listed_edges = 0;  ///< edges that the file lists and that are no ridges (3D)
+    std::size_t smooth_listed_edges = 0;  ///< listed edges other than ridges (3D)
     std::size_t interface_facets = 0;     ///< with elements on both sides
-    std::size_t lone_facets = 0;          ///< with none, where there are elements
-    /// Edges (2D: vertices, twice the same) of one facet, of more than two, and where two facets are turned to
-    /// different sides, with these.
+    std::size_t lone_facets = 0;          ///< facets without elements, if the mesh has elements
+    /// Edges (2D: a vertex, twice) with one facet; with more than two; with two facets of opposite orientation, and
+    /// these facets.
     std::vector<std::array<VertexId, 2>> open, crowded;
     struct Turned {
         std::array<VertexId, 2> edge;
         std::array<FacetId, 2> facets;
     };
     std::vector<Turned> turned;
-    std::vector<Suspect<D>> suspects;  ///< the worst of a kind first
+    std::vector<Suspect<D>> suspects;  ///< the worst of each kind first
 };
 
-/// Errors: `edges` or `features` are not of this mesh (internal), stopped.
+/// Errors: `edges` or `features` of another mesh (internal), stopped.
 template <int D>
 [[nodiscard]] Outcome<BoundaryInspection<D>> inspect_boundary(const LinearMesh<D>& mesh, const EdgeSet<D>& edges,
                                                               const Features<D>& features,

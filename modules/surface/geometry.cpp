@@ -1,4 +1,4 @@
-// Functions of all geometry models, and the surface, plane or curve that an edge lies on.
+// Geometry models: default implementations, and the surface, plane or curve of an edge.
 module;
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ namespace camber {
 
 namespace {
 
-/// The surfaces of facets, each once, by rising number; `unnumbered` for facets without one.
+/// `unnumbered` stands for facets without a surface.
 template <int D>
 std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<const FacetSite<D>> facets) {
     std::vector<std::int64_t> found;
@@ -27,7 +27,7 @@ std::vector<std::int64_t> surfaces_of(const GeometryModel<D>& model, std::span<c
     return found;
 }
 
-/// The entity at which these surfaces meet: two meet at a curve, more at an entity of the kind `of_more`.
+/// Two surfaces meet in a curve, more in an entity of kind `of_more`.
 GeometryEntity entity_of(const std::vector<std::int64_t>& surfaces, GeometryKind of_more) {
     if (surfaces.empty() || surfaces.back() == GeometryEntity::unnumbered) return {};
     if (surfaces.size() == 1) return GeometryEntity::surface(surfaces[0]);
@@ -51,7 +51,7 @@ GeometryEntity GeometryModel<D>::entity_at_edge(const EdgeSite<D>& edge) const {
 template <int D>
 GeometryEntity GeometryModel<D>::entity_at_vertex(std::span<const FacetSite<D>> around) const {
     auto surfaces = surfaces_of(*this, around);
-    if (D == 2 && surfaces.size() == 2)  // surfaces are curves in 2D, and meet in a corner
+    if (D == 2 && surfaces.size() == 2)  // 2D: surfaces are curves and meet in a corner
         return surfaces.back() == GeometryEntity::unnumbered
                    ? GeometryEntity{}
                    : GeometryEntity{GeometryKind::corner, GeometryEntity::unnumbered, {surfaces[0], surfaces[1]}};
@@ -182,16 +182,17 @@ GeometryEntity StraightGeometry<D>::surface_at(const FacetSite<D>&) const {
 
 namespace {
 
-/// The cosine of planes that are one, but for rounding.
+/// Smallest cosine between normals of equal planes (rounding).
 constexpr double same_plane = 1 - 1e-12;
 
-constexpr double farthest_start = 1e-4;   // of the chord
+constexpr double farthest_start = 1e-4;   // relative to the chord
 constexpr double min_tangent = 0.2;       // sine of the angle between the edge and the normal
-constexpr double farthest_foot = 0.5;     // of a step: beyond it the step is longer than the radius of curvature
-constexpr double largest_sideways = 0.1;  // of a step: a foot that is not below its point is on a rim
-constexpr double longest_move = 2;        // of a step
+constexpr double farthest_foot = 0.5;     // relative to a step; beyond it the step exceeds the radius of curvature
+constexpr double largest_sideways = 0.1;  // relative to a step; a foot that is not perpendicular is on a rim
+constexpr double longest_move = 2;        // relative to a step
 constexpr double min_cosine = 0.5;        // between the normals, or tangents, before and after a step
-constexpr double difference = 1e-4;       // of the chord: for tangents of curves without parameters
+constexpr double difference = 1e-4;       // relative to the chord; step of difference quotients for curves without
+                                          // parameters
 
 template <int D>
 bool is_same(const GeometryEntity& a, const GeometryEntity& b) {
@@ -225,7 +226,7 @@ Vec<D> slid_within(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift) 
 template <int D>
 struct EdgeSheet<D>::Found {
     SurfacePoint<D> foot;
-    bool is_on = false;  ///< true if it lies on the entity of the edge
+    bool is_on = false;
 };
 
 template <int D>
@@ -238,7 +239,7 @@ EdgeSheet<D>::EdgeSheet(const GeometryModel<D>& geometry, const EdgeSite<D>& edg
         kind_ = Kind::plane;
         return;
     }
-    // Lines: of 2D, between planes, rims of planes.
+    // Lines: all edges in 2D, edges between planes, rims of planes.
     if (plane_ || (D == 3 && std::ranges::all_of(edge.facets, is_plane))) return;
     entity_ = geometry.entity_at_edge(edge);
     if (entity_.kind == GeometryKind::surface && (D == 2 || edge.kind == EdgeKind::surface)) kind_ = Kind::surface;
@@ -253,7 +254,7 @@ typename EdgeSheet<D>::Found EdgeSheet<D>::nearest(const FacetId& facet, const V
     return {foot, is_same<D>(foot.entity, entity_) && is_finite(foot.point)};
 }
 
-/// Tangent of a curve: by its parameters if the model has them, otherwise a difference quotient.
+/// Tangent of a curve: from its parameters if available, else a difference quotient.
 template <int D>
 Vec<D> EdgeSheet<D>::direction_at(const Found& found) const {
     const Vec<D> chord = edge_->ends[1] - edge_->ends[0];
@@ -267,7 +268,6 @@ Vec<D> EdgeSheet<D>::direction_at(const Found& found) const {
                       geometry_->on_edge(*edge_, found.foot.point - step).point);
 }
 
-/// A place with the directions `near`, rotated into the sheet's tangent plane.
 template <int D>
 std::optional<SheetPlace<D>> EdgeSheet<D>::framed(
     const Found& found, const std::array<Vec<D>, static_cast<std::size_t>(D - 1)>& near) const {
@@ -321,7 +321,7 @@ std::optional<SheetPlace<D>> EdgeSheet<D>::moved(const SheetPlace<D>& from, cons
         return std::nullopt;
     const auto place = framed(found, from.tangents);
     if (!place) return std::nullopt;
-    // A normal has no side: facets of an interface may be turned either way.
+    // Normals are compared without sign: facets of an interface may have either orientation.
     if (kind_ == Kind::surface && std::abs(dot(place->normal, from.normal)) < min_cosine) return std::nullopt;
     const Vec<D> off = p - place->point;
     for (int i = 0; i < unknowns(); ++i)
@@ -340,7 +340,7 @@ SurfaceFoot<D> EdgeSheet<D>::foot(const SheetPlace<D>& near, const Vec<D>& p) co
 template <int D>
 bool EdgeSheet<D>::has_walked(const SheetPlace<D>& from, const SheetPlace<D>& to) const {
     if (from.facet == to.facet) return false;
-    // Where the surrogate is this mesh's own, both facets at the edge are where it began.
+    // If the surrogate is of this mesh, both facets at the edge count as the start.
     const auto is_at_edge = [&](FacetId facet) {
         return std::ranges::any_of(edge_->facets, [&](const FacetSite<D>& site) { return site.id == facet; });
     };

@@ -19,16 +19,15 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A plane (2D: a line). The normal need not be a unit vector.
+/// A plane (2D: a line). The normal may have any length.
 template <int D>
 struct Plane {
     Vec<D> point, normal;
     friend bool operator==(const Plane&, const Plane&) = default;
 };
 
-/// The closest point of a surface and the unit normal there (outwards where the surface is closed). On a plane whose
-/// normal is along an axis that coordinate of the point is the plane's to the last bit. Where the closest point is not
-/// unique (a centre, an axis) one is chosen.
+/// Closest point of a surface and its unit normal (outwards on closed surfaces). Coordinates along an axis-aligned
+/// normal of a plane are exact. If the closest point is not unique (centre, axis), one is chosen.
 template <int D>
 struct SurfaceFoot {
     Vec<D> point, normal;
@@ -38,7 +37,7 @@ struct SurfaceFoot {
 
 namespace camber {
 
-/// v / |v|, or `otherwise` for the zero vector.
+/// v / |v|; `otherwise` for the zero vector.
 template <int D>
 [[nodiscard]] Vec<D> unit_or(const Vec<D>& v, const Vec<D>& otherwise) {
     const double length = norm(v);
@@ -57,7 +56,7 @@ template <int D>
     return normalised(cross(axis, std::fabs(axis[0]) < 0.7 * norm(axis) ? x : y));
 }
 
-/// The axis that a unit normal lies along exactly, or −1.
+/// Axis of an exactly axis-aligned unit normal, or −1.
 template <int D>
 [[nodiscard]] int axis_of(const Vec<D>& normal) {
     for (int i = 0; i < D; ++i)
@@ -65,7 +64,6 @@ template <int D>
     return -1;
 }
 
-/// The closest point of a plane.
 template <int D>
 [[nodiscard]] SurfaceFoot<D> foot(const Plane<D>& plane, const Vec<D>& p) {
     const Vec<D> n = unit_or(plane.normal, some_direction<D>());
@@ -77,14 +75,13 @@ template <int D>
     return {point, n};
 }
 
-/// x with the coordinate that a plane along an axis holds exactly; x itself for other planes.
+/// Sets the exact coordinate of an axis-aligned plane; returns x on other planes.
 template <int D>
 [[nodiscard]] Vec<D> snapped(const Plane<D>& plane, Vec<D> x) {
     if (const int k = axis_of(normalised(plane.normal)); k >= 0) x[k] = plane.point[k];
     return x;
 }
 
-/// The plane through a facet's vertices.
 [[nodiscard]] inline Plane<2> plane_through(const std::array<Vec<2>, 2>& p) {
     return {p[0], {{p[1][1] - p[0][1], p[0][0] - p[1][0]}}};
 }
@@ -92,8 +89,7 @@ template <int D>
     return {p[0], cross(p[1] - p[0], p[2] - p[0])};
 }
 
-/// The point of both tangent planes that is nearest to p: p + α n_a + β n_b. Nothing where the planes are nearly
-/// parallel.
+/// Point p + α n_a + β n_b of both tangent planes; empty if they are nearly parallel.
 [[nodiscard]] inline std::optional<Vec<3>> nearest_on_both(const SurfaceFoot<3>& a, const SurfaceFoot<3>& b,
                                                            const Vec<3>& p) {
     constexpr double min_sine_squared = 0.003;
@@ -105,9 +101,9 @@ template <int D>
     return p + alpha * a.normal + beta * b.normal;
 }
 
-/// The point nearest to p on the curve where two surfaces meet, each known by its closest points alone: `foot_a(x)` and
-/// `foot_b(x)` give a SurfaceFoot. p is projected onto the meet of the tangent planes, again and again, and the last
-/// steps restore the surfaces alone. Nothing where they are nearly tangent (below about 3°) or do not meet near p.
+/// Closest point to p on the intersection curve of two surfaces, given as functions that return a SurfaceFoot. Projects
+/// p iteratively onto the intersection of the tangent planes; the last steps only restore the surfaces. Empty if the
+/// surfaces are nearly tangent (below about 3°) or do not meet near p.
 template <class FootA, class FootB>
 [[nodiscard]] std::optional<Vec<3>> nearest_where_they_meet(FootA&& foot_a, FootB&& foot_b, const Vec<3>& p) {
     constexpr int max_steps = 60;
@@ -136,24 +132,24 @@ template <class FootA, class FootB>
 
 export namespace camber {
 
-/// In 2D the boundary's curves take the part of surfaces, and two of them meet in corners.
+/// In 2D, surfaces are the boundary's curves; they meet in corners.
 enum class GeometryKind : std::uint8_t { none, corner, curve, surface };
 
-/// A piece of a geometry. Numbers are the maker's own: a Surrogate's surfaces and curves are its patches and ridge
-/// curves, an AnalyticGeometry's surfaces the rows of its table (the first of equal ones), a MixedGeometry doubles
-/// them (GeometryModel::called tells the maker's own).
+/// An entity of a geometry. Numbers depend on the implementation: patches and ridge curves of a Surrogate, rows of an
+/// AnalyticGeometry's table (the first of equal ones). MixedGeometry doubles them; `GeometryModel::called` returns the
+/// original ones.
 struct GeometryEntity {
     static constexpr std::int64_t unnumbered = -1;
 
     GeometryKind kind = GeometryKind::none;
     std::int64_t id = unnumbered;
-    /// The two surfaces that meet at a curve, the lower first; `unnumbered` where that is no surface or not known.
+    /// The two surfaces at a curve, the lower first; `unnumbered`: none or unknown.
     std::array<std::int64_t, 2> sides{unnumbered, unnumbered};
 
     [[nodiscard]] static constexpr GeometryEntity surface(std::int64_t number) {
         return {GeometryKind::surface, number, {unnumbered, unnumbered}};
     }
-    /// Whether it is this surface, or a curve that lies on it.
+    /// True for this surface and for curves on it.
     [[nodiscard]] constexpr bool lies_on(const GeometryEntity& surface) const {
         if (surface.kind != GeometryKind::surface || surface.id == unnumbered) return false;
         return kind == GeometryKind::curve ? sides[0] == surface.id || sides[1] == surface.id : *this == surface;
@@ -161,39 +157,39 @@ struct GeometryEntity {
     friend constexpr bool operator==(const GeometryEntity&, const GeometryEntity&) = default;
 };
 
-/// A place in an entity's own coordinates: two on a surface, the first alone on a curve (2D: on a surface too).
-/// `piece`: which piece of an entity that is made of pieces, as a surrogate's are of facets and edges.
+/// Local coordinates: two on a surface, one on a curve (2D: on a surface too). `piece`: facet or edge of a surrogate.
 struct GeometryParameters {
     std::array<double, 2> u{};
     std::uint32_t piece = 0;
     friend bool operator==(const GeometryParameters&, const GeometryParameters&) = default;
 };
 
-/// Where to look for the closest point. A surrogate starts at its facet `facet` and walks (local, fast), or without one
-/// searches all its facets, those of `entity` or else of `reference` alone if that is given. Analytic surfaces take
-/// that of `entity`, else that of `reference`. A mixed geometry asks whom the entity or the reference belongs to;
-/// without either that of the surrogate's facet counts, the given one or the nearest. An entity that is no surface
-/// tells nothing here: points go onto curves by GeometryModel::on_edge.
+/// Start of a closest-point search.
+///
+/// - Surrogate: starts at `facet` (local, fast). Without it, searches all facets, or those of `entity`, else of
+///   `reference`.
+/// - Analytic: uses the surface of `entity`, else of `reference`.
+/// - Mixed: uses the owner of `entity` or `reference`, else of the surrogate's facet (`facet`, or the nearest).
+///
+/// Only surfaces count as `entity`; `GeometryModel::on_edge` projects onto curves.
 struct SurfaceHint {
     FacetId facet = {};
     std::optional<Reference> reference = {};
     GeometryEntity entity = {};
 };
 
-/// A point of the geometry, the unit normal there (zero on a curve), and how far it is from the point that was
-/// projected. `facet` is the surrogate's, invalid on other surfaces. Where there is no surface the point stays, with a
-/// zero normal and no entity.
+/// A point of the geometry, its unit normal (zero on a curve), and its distance from the projected point. `facet`: of a
+/// surrogate, else invalid. Without a surface: the unchanged point, a zero normal, no entity.
 template <int D>
 struct SurfacePoint {
     Vec<D> point, normal;
     double distance = 0;
     FacetId facet = {};
     GeometryEntity entity = {};
-    std::optional<Reference> reference = {};            ///< of the surface, where it has one
-    std::optional<GeometryParameters> parameters = {};  ///< where the maker has them: evaluate gives the point back
+    std::optional<Reference> reference = {};
+    std::optional<GeometryParameters> parameters = {};  ///< if available, for `evaluate`
 };
 
-/// What a point lies on and, where that is known, where in it.
 struct GeometryPlace {
     GeometryEntity entity;
     std::optional<GeometryParameters> parameters = {};
@@ -204,8 +200,7 @@ template <int D>
     return {point.entity, point.parameters};
 }
 
-/// A point of an entity by its parameters: derivatives by u in `tangents` (a curve has the first alone), the unit
-/// normal of a surface, zero on a curve.
+/// Point of an entity with its derivatives by u (a curve has one) and unit normal (zero on a curve).
 template <int D>
 struct EntityPoint {
     Vec<D> point;
@@ -213,15 +208,14 @@ struct EntityPoint {
     Vec<D> normal;
 };
 
-/// What a maker calls an entity, and by which number, from 1; 0: it has none.
+/// Name of an entity and its number from 1; 0: none.
 struct EntityName {
     std::string_view kind = "none";
     std::size_t number = 0;
     friend constexpr bool operator==(const EntityName&, const EntityName&) = default;
 };
 
-/// Points of a geometry by its entities: those of one are in a row. Weights are areas (of curves lengths) that the
-/// points stand for; `near`: a facet of the mesh that is not far, or none.
+/// Points of a geometry, consecutive by entity. Weights are areas or lengths. `near`: a nearby facet, or invalid.
 template <int D>
 struct GeometrySamples {
     struct Entity {
@@ -233,7 +227,7 @@ struct GeometrySamples {
     Buffer<double> weights;
     Buffer<FacetId> near;
 
-    /// A point of the entity that was begun last.
+    /// Adds a point to the last entity.
     void add(const Vec<D>& point, double weight, FacetId facet = {}) {
         points.push_back(point);
         weights.push_back(weight);
@@ -243,7 +237,7 @@ struct GeometrySamples {
     void begin(const GeometryEntity& entity) { entities.push_back({entity, points.size(), points.size()}); }
 };
 
-/// A facet of a mesh, as a geometry is asked for it. `id` may be invalid: of no mesh yet.
+/// `id` is invalid outside of a mesh.
 template <int D>
 struct FacetSite {
     FacetId id;
@@ -251,7 +245,6 @@ struct FacetSite {
     std::array<Vec<D>, D> corners{};
 };
 
-/// A facet with its number, reference and vertices.
 template <int D>
 [[nodiscard]] FacetSite<D> facet_site(const LinearMesh<D>& mesh, FacetId f) {
     FacetSite<D> site{f, mesh.facets.references[f], {}};
@@ -259,7 +252,6 @@ template <int D>
     return site;
 }
 
-/// The facets with their numbers, references and vertices.
 template <int D>
 [[nodiscard]] std::vector<FacetSite<D>> facet_sites(const LinearMesh<D>& mesh, std::span<const FacetId> facets) {
     std::vector<FacetSite<D>> sites;
@@ -268,113 +260,101 @@ template <int D>
     return sites;
 }
 
-/// An edge on the boundary of a mesh, with the facets around it, which tell what stands there. `id` may be invalid: of
-/// no mesh yet.
+/// A boundary edge with its facets, which determine the geometry there. `id` is invalid outside of a mesh.
 template <int D>
 struct EdgeSite {
     EdgeId id;
     EdgeKind kind = EdgeKind::surface;
-    std::array<Vec<D>, 2> ends{};  ///< the vertex of the lower number first
+    std::array<Vec<D>, 2> ends{};  ///< lower vertex first
     std::vector<FacetSite<D>> facets;
 
     [[nodiscard]] Vec<D> middle() const { return midpoint(ends[0], ends[1]); }
 };
 
-/// The largest distance of some points, and the number of them that were projected to find it: the others are known to
-/// be nearer.
+/// Largest distance of points, and the number of projected ones; the others are known to be nearer.
 struct LargestDistance {
     double largest = 0;
     std::size_t projected = 0;
-    FacetId facet = {};  ///< with that distance, where several facets are searched; invalid: none
+    FacetId facet = {};  ///< facet of that distance, if several are searched
 };
 
-/// The face that every maker of a geometry has: what the boundary of the domain is, as boundary_nodes,
-/// boundary_distance and the operators ask for it. A maker answers the first two questions, project and surface_at; the
-/// others have answers that follow from these, and a maker that knows better overrides them (a surrogate knows the
-/// curve of each of its edges, a CAD model its own ridges). Models are immutable, and asked by many threads at once;
-/// the answers depend on the question alone.
+/// Abstract interface of a geometry, the boundary of the domain. Implementations define `project` and `surface_at`; the
+/// other functions have defaults based on these ("Default: …"). Models are immutable and thread-safe; results depend
+/// only on the arguments.
 template <int D>
 class GeometryModel {
   public:
     virtual ~GeometryModel() = default;
 
-    /// The nearest point to p of the surface that the hint tells of. Where there is none p itself, with a zero normal.
-    /// Idempotent up to rounding.
+    /// Closest point of the hint's surface; without one, p with a zero normal. Idempotent up to rounding.
     [[nodiscard]] virtual SurfacePoint<D> project(const SurfaceHint& hint, const Vec<D>& p) const = 0;
-    /// The surface that a facet of a mesh lies on; no entity where the geometry has none there. Equal surfaces are one
-    /// entity.
+    /// Surface of a facet, if any. Equal surfaces are one entity.
     [[nodiscard]] virtual GeometryEntity surface_at(const FacetSite<D>& facet) const = 0;
-    /// Whether surface_at is one: cheaper where that is searched for.
     [[nodiscard]] virtual bool has_surface_at(const FacetSite<D>& facet) const {
         return surface_at(facet).kind != GeometryKind::none;
     }
 
-    /// The point of an entity with these parameters, as project gives them. Here: nothing, a maker without parameters.
+    /// Point at parameters from `project`. Default: empty.
     [[nodiscard]] virtual std::optional<EntityPoint<D>> evaluate(const GeometryEntity& entity,
                                                                  const GeometryParameters& parameters) const;
-    /// What an edge of a mesh lies on. Here: the surface of its facets, or the curve where two are.
+    /// Entity of an edge. Default: the surface of its facets, or the curve of two.
     [[nodiscard]] virtual GeometryEntity entity_at_edge(const EdgeSite<D>& edge) const;
-    /// What a vertex with these facets around it lies on. Here: their surface, the curve where two are, the corner
-    /// where more are.
+    /// Entity of a vertex with these facets. Default: their surface, the curve of two, the corner of more.
     [[nodiscard]] virtual GeometryEntity entity_at_vertex(std::span<const FacetSite<D>> around) const;
 
-    /// The plane (2D: the line) that the surface of a facet is, where it is one: beside it a ridge is plane, and
-    /// between two of them straight. Here: the facet's own plane where there is no surface, else nothing.
+    /// Plane (2D: line) of a facet's surface, if planar: ridges beside it are planar, ridges between two are straight.
+    /// Default: the facet's own plane if it has no surface.
     [[nodiscard]] virtual std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const;
-    /// What stands at an edge of a mesh: the point near p of the surface of its facets or, where two surfaces meet
-    /// there, of their curve. A facet without a surface counts as a part of its own plane beside one that has one;
-    /// between planes p stays as it is. Here: by project alone, the curve by the tangent planes of both surfaces.
+    /// Closest point of the surface at an edge, or of the curve where two surfaces meet. Beside a surface, facets
+    /// without one count as planes; between planes p is unchanged. Default: by `project`, for curves with both tangent
+    /// planes.
     [[nodiscard]] virtual SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const;
-    /// Where the middle of an edge belongs. Here: on_edge of the chord's middle.
+    /// Middle of an edge on the geometry. Default: `on_edge` of the chord's middle.
     [[nodiscard]] virtual Vec<D> middle_of(const EdgeSite<D>& edge) const;
 
-    /// How far points near a facet are from its surface: points[i] is that of the curved facet at at[i]. False, and
-    /// nothing written, where the facet has no surface. Here: by project. A whole facet at a time, since what is known
-    /// of it is then asked once.
+    /// Distances from a facet's surface: points[i] is the curved facet at at[i]. Returns false, and writes nothing,
+    /// without a surface. Default: by `project`. One call a facet, so that lookups happen once.
     [[nodiscard]] virtual bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                          std::span<const Vec<D>> points, std::span<double> out) const;
-    /// The largest of `distances` where that is above `bound`, up to rounding, else `bound`; nothing where the facet
-    /// has no surface. Here: by `distances`. A model that proves cheaply that points are within the bound overrides it.
+    /// The larger of `bound` and the largest of `distances`, up to rounding; empty without a surface. Override it if
+    /// points can be proved within the bound cheaply.
     [[nodiscard]] virtual std::optional<LargestDistance> largest_distance(const FacetSite<D>& facet,
                                                                           std::span<const Barycentric<D - 1>> at,
                                                                           std::span<const Vec<D>> points,
                                                                           double bound) const;
-    /// Whether each points[i] is at most bounds[i] away from a facet's surface; true if the facet has none. Here: by
-    /// `distances`. A model that has cheap upper bounds of distances overrides it.
+    /// True if each points[i] is within bounds[i] of a facet's surface, or there is none. Override it if upper bounds
+    /// are cheap.
     [[nodiscard]] virtual bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                           std::span<const double> bounds) const;
-    /// Whether facets of a reference that are not of the mesh (without a number) all have the same surface: then one
-    /// call of `are_within` can take the points of several facets. Here: no.
+    /// True if facets of a reference with invalid `id` all have the same surface: one `are_within` call can serve
+    /// several. Default: false.
     [[nodiscard]] virtual bool is_one_surface(Reference reference) const;
-    /// The points of the geometry that stand over places of a facet: of a surface made of pieces those of the facet's
-    /// own piece, else those next to the straight facet's. False, and nothing written, where the facet has no surface.
-    /// Here: by project.
+    /// Points of the geometry over points of a facet: on the facet's own piece, if the surface has pieces, else next to
+    /// the straight facet. Returns false, and writes nothing, without a surface. Default: by `project`.
     [[nodiscard]] virtual bool points_over(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                            std::span<Vec<D>> out) const;
-    /// True if the surface at a facet is a curved piece that was made from this facet: then points_over gives the
-    /// points of that piece, and middle_of the middles of its edges. Here: no.
+    /// True if the surface is a curved piece made from this facet; `points_over` and `middle_of` then give points of
+    /// that piece. Default: false.
     [[nodiscard]] virtual bool is_made_from(const FacetSite<D>& facet) const;
-    /// Where to look for points of a facet's surface. The search begins at the facet itself only where the surface was
-    /// made from it: a geometry of another mesh has other facets of these numbers.
+    /// Search start for a facet's surface. Includes the facet only if the surface was made from it: facet numbers of
+    /// another mesh are unrelated.
     [[nodiscard]] SurfaceHint hint_at(const FacetSite<D>& facet, const GeometryEntity& entity = {}) const {
         return {is_made_from(facet) ? facet.id : FacetId{}, facet.reference, entity};
     }
-    /// How far a point where these facets (at least one) meet is from the geometry. Here: the largest distance from
-    /// their surfaces.
+    /// Distance of a point where these facets (at least one) meet. Default: the largest distance from their surfaces.
     [[nodiscard]] virtual double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const;
-    /// The unit normals of a facet's surface at the facet's vertices; nothing where it has none. Here: by project.
+    /// Unit normals of the surface at a facet's vertices, if any. Default: by `project`.
     [[nodiscard]] virtual std::optional<std::array<Vec<D>, D>> normals_at(const FacetSite<D>& facet) const;
 
-    /// What its maker calls an entity. Here: a surface or a curve, by its number.
+    /// Name of an entity. Default: surface or curve.
     [[nodiscard]] virtual EntityName called(const GeometryEntity& entity) const;
-    /// Points of what the geometry has whether a mesh has something there or not, about `wanted` of them on surfaces.
-    /// Here: none, a maker whose surfaces have no end, or end where the mesh does (see samples_over). Errors: stopped.
+    /// Samples the whole geometry; the number of points on surfaces is approximate. Default: none, for surfaces that
+    /// are unbounded or end with the mesh (see `samples_over`). Errors: stopped.
     [[nodiscard]] virtual Outcome<GeometrySamples<D>> own_samples(std::size_t wanted, const Execution& execution) const;
 
-    /// Whether the surface of this reference is prescribed from outside of the mesh (an analytic surface, a CAD model),
-    /// so that curves which the mesh brings give way to it. Not so what is made from the mesh itself. Here: no.
+    /// True if the reference's surface comes from outside of the mesh (analytic, CAD) and so overrides curves of the
+    /// mesh. Default: false.
     [[nodiscard]] virtual bool prescribes(Reference reference) const;
-    /// Whether the geometry is one that prescribes surfaces. Here: no.
     [[nodiscard]] virtual bool prescribes_any() const;
 
   protected:
@@ -385,21 +365,19 @@ class GeometryModel {
     GeometryModel& operator=(GeometryModel&&) = default;
 };
 
-/// A value of which a function model_of, found beside its type, makes a model: a Surrogate, an AnalyticGeometry.
+/// A value that `model_of` (found by argument-dependent lookup) converts to a model.
 template <class Maker, int D>
 concept MakesGeometry = requires(Maker maker) {
     { model_of(std::move(maker)) } -> std::convertible_to<std::shared_ptr<const GeometryModel<D>>>;
 };
 
-/// What the boundary of the domain is: an immutable value of any maker, cheap to copy, that any number of threads may
-/// ask. Questions go through `->`.
+/// The boundary of the domain: an immutable value of any implementation, cheap to copy and thread-safe. Use `->` for
+/// queries.
 template <int D>
 class Geometry {
   public:
-    /// Of a maker's model, which is kept as it is.
     template <std::derived_from<GeometryModel<D>> Model>
     Geometry(Model model) : model_(std::make_shared<const Model>(std::move(model))) {}
-    /// Of a maker's value.
     template <class Maker>
         requires(!std::derived_from<Maker, GeometryModel<D>> && MakesGeometry<Maker, D>)
     Geometry(Maker maker) : model_(model_of(std::move(maker))) {}
@@ -411,7 +389,6 @@ class Geometry {
     std::shared_ptr<const GeometryModel<D>> model_;
 };
 
-/// The geometry's point nearest to p.
 template <int D>
 [[nodiscard]] SurfacePoint<D> project(const Geometry<D>& geometry, const SurfaceHint& hint, const Vec<D>& p) {
     return geometry->project(hint, p);
@@ -421,7 +398,7 @@ template <int D>
 
 namespace camber {
 
-/// One of the surfaces around an edge: a model's, or the plane of a facet that has none.
+/// A surface of a model at an edge, or the plane of a facet without a surface.
 template <int D>
 struct Sheet {
     const GeometryModel<D>* of = nullptr;
@@ -441,21 +418,21 @@ struct Sheet {
     }
 };
 
-/// What is known of the surfaces around an edge, on one side of which at least there is one.
+/// The surfaces at an edge; at least one side has a surface.
 template <int D>
 struct Sheets {
-    std::vector<Sheet<D>> distinct;  ///< of facets with a surface, and planes of those without
-    bool all = true;                 ///< whether each facet has one or a plane
+    std::vector<Sheet<D>> distinct;
+    bool all = true;  ///< each facet has a surface or plane
 
     void add(Sheet<D> sheet) {
         const auto same = [&](const Sheet<D>& other) { return sheet.is_same(other); };
         if (std::any_of(distinct.begin(), distinct.end(), same)) return;
-        // Curved ones first: among three or more the first two decide.
+        // Curved ones first: the first two of several decide.
         distinct.insert(sheet.plane ? distinct.end() : distinct.begin(), std::move(sheet));
     }
 };
 
-/// The surfaces of `first` on the facets that it `owns`; else what `rest` prescribes, or the planes that it has there.
+/// Surfaces of `first` on facets that it `owns`, elsewhere prescribed surfaces or planes of `rest`.
 template <int D, class Owns>
 [[nodiscard]] Sheets<D> sheets_around(const GeometryModel<D>& first, Owns&& owns, const GeometryModel<D>& rest,
                                       const EdgeSite<D>& edge) {
@@ -475,9 +452,8 @@ template <int D, class Owns>
     return around;
 }
 
-/// The point near p of the one surface around an edge, or of the curve where the first two meet; a normal only of the
-/// one surface. There is a surface among them. `touching()`: where two that touch rather than cross have their curve,
-/// if that is known; else it is wherever the edge is, on the first of them.
+/// Closest point of the one surface at an edge (with normal), or of the curve where the first two meet (no normal). At
+/// least one sheet is a surface. `touching()`: curve point of tangent surfaces, if known; else the foot on the first.
 template <class Touching>
 [[nodiscard]] SurfaceFoot<3> foot_where_they_meet(const std::vector<Sheet<3>>& sheets, const Vec<3>& p,
                                                   Touching&& touching) {
@@ -492,22 +468,20 @@ template <class Touching>
     return {known ? *known : a.foot(p).point, {}};
 }
 
-/// The same in 2D, where an edge is a facet and lies on its surface.
+/// In 2D an edge is a facet and lies on its surface.
 template <class Touching>
 [[nodiscard]] SurfaceFoot<2> foot_where_they_meet(const std::vector<Sheet<2>>& sheets, const Vec<2>& p, Touching&&) {
     return sheets[0].foot(p);
 }
 
-/// The point near p of an edge by the sheets around it, some of which are those of the first of two geometries.
-/// `rest_at()`: what the other one takes for that point, which beside a curved surface knows the ridge along the edge,
-/// and the first where it is across. `touching()`: as above.
+/// Closest point at an edge between two geometries. `rest_at()`: replaces p if some facet has neither surface nor
+/// plane. `touching()`: as above.
 template <int D, class RestAt, class Touching>
 [[nodiscard]] SurfaceFoot<D> foot_on_edge(const Sheets<D>& around, const Vec<D>& p, RestAt&& rest_at,
                                           Touching&& touching) {
     return foot_where_they_meet(around.distinct, around.all ? p : rest_at(), touching);
 }
 
-/// What stands at an edge, by its foot there: on a surface with the place in that.
 template <int D>
 [[nodiscard]] SurfacePoint<D> point_on_edge(const GeometryModel<D>& model, const EdgeSite<D>& edge,
                                             const SurfaceFoot<D>& foot, const Vec<D>& p) {
@@ -524,21 +498,20 @@ template <int D>
 
 }  // namespace camber
 
-/// What the node of a boundary edge may move on, by what every geometry answers: unknowns are displacements in the
-/// tangent plane of a place, followed by projection, which walks across a surrogate's facets.
+/// Surfaces and curves for moving boundary nodes. Unknowns are displacements in the tangent plane, followed by
+/// projection (also across facets of a surrogate).
 export namespace camber {
 
-/// The plane on which all facets at an edge lie, where they lie on one. Its normal is a unit vector.
+/// Common plane of all facets at an edge, if any, with unit normal.
 template <int D>
 [[nodiscard]] std::optional<Plane<D>> common_plane(const GeometryModel<D>& geometry, const EdgeSite<D>& edge);
 
-/// p moved by the part of `shift` that lies in the plane, whose normal is a unit vector. A coordinate in which the
-/// plane is constant stays as it is.
+/// Moves p by the in-plane part of `shift`. The normal is a unit vector; constant coordinates stay exact.
 template <int D>
 [[nodiscard]] Vec<D> slid_within(const Plane<D>& plane, const Vec<D>& p, const Vec<D>& shift);
 
-/// A place on a sheet: orthonormal tangents, the first along the edge (a curve has that alone), and the unit normal,
-/// zero on a curve. `facet` is a surrogate's.
+/// Point of a sheet, orthonormal tangents (the first along the edge; a curve has one), unit normal (zero on a curve),
+/// and surrogate facet.
 template <int D>
 struct SheetPlace {
     Vec<D> point;
@@ -547,9 +520,9 @@ struct SheetPlace {
     FacetId facet = {};
 };
 
-/// The one surface, plane or curve of a geometry that an edge lies on. `straight`: there is none, or a line, on which a
-/// node that moves makes the same curve. It refers to the geometry and to the edge, which must outlive it. A node
-/// stays on it: places beyond its rim, on another entity or on another leaf of it are no answer.
+/// The surface, plane or curve of an edge. `straight`: none, or a line, on which moving a node does not change the
+/// curve. Refers to the geometry and the edge, which must outlive it. Points beyond its rim, on another entity or leaf
+/// are rejected.
 template <int D>
 class EdgeSheet {
   public:
@@ -560,16 +533,14 @@ class EdgeSheet {
     [[nodiscard]] Kind kind() const { return kind_; }
     [[nodiscard]] int unknowns() const { return kind_ == Kind::curve ? 1 : D - 1; }
 
-    /// Where the edge's node is; nothing where that is not on the sheet (to 1e-4 of the chord), or the sheet stands
-    /// across the edge.
+    /// Place of the edge's node; empty if it is farther than 1e-4 of the chord from the sheet, or the sheet is
+    /// transverse to the edge.
     [[nodiscard]] std::optional<SheetPlace<D>> place_of(const Vec<D>& node) const;
-    /// The place near from.point + step, whose tangents are those of `from`, turned as little as may be. Nothing where
-    /// the step is too long for the sheet: the foot is on another entity, farther away than half of the step or beyond
-    /// the rim, the normal turns by more than 60°.
+    /// Place near from.point + step, with minimal rotation of the tangents. Empty if the step is too long: the foot is
+    /// on another entity, farther than half of the step, or beyond the rim, or the normal turns by more than 60°.
     [[nodiscard]] std::optional<SheetPlace<D>> moved(const SheetPlace<D>& from, const Vec<D>& step) const;
-    /// The sheet's point nearest to p, searched from a place near it.
     [[nodiscard]] SurfaceFoot<D> foot(const SheetPlace<D>& near, const Vec<D>& p) const;
-    /// Whether a node that began at `from` has left the facets of the surrogate that were at its edge.
+    /// True if a node has left the surrogate's facets at its edge.
     [[nodiscard]] bool has_walked(const SheetPlace<D>& from, const SheetPlace<D>& to) const;
 
   private:
@@ -586,49 +557,45 @@ class EdgeSheet {
     std::optional<Plane<D>> plane_;
 };
 
-/// A circle in 2D. Here and below directions need not be unit vectors, and radii are positive.
+/// A circle in 2D. Directions need not be unit vectors; radii are positive.
 template <int D>
 struct Sphere {
     Vec<D> centre;
     double radius = 1;
     friend bool operator==(const Sphere&, const Sphere&) = default;
 };
-/// An infinite circular cylinder.
 struct Cylinder {
     Vec<3> point, axis;
     double radius = 1;
     friend bool operator==(const Cylinder&, const Cylinder&) = default;
 };
-/// The tube of the minor radius around the circle of the major radius about the axis.
+/// `major`: radius of the circle about the axis; `minor`: of the tube.
 struct Torus {
     Vec<3> centre, axis;
     double major_radius = 1, minor_radius = 0.25;
     friend bool operator==(const Torus&, const Torus&) = default;
 };
 
-/// Any of the surfaces above that the dimension has.
 template <int D>
 using AnalyticSurface =
     std::conditional_t<D == 2, std::variant<Plane<2>, Sphere<2>>, std::variant<Plane<D>, Sphere<D>, Cylinder, Torus>>;
 
-/// The surface of each facet reference; the first pair of a reference counts.
+/// Surfaces by facet reference; the first of a reference counts.
 template <int D>
 struct AnalyticGeometry {
     std::vector<std::pair<Reference, AnalyticSurface<D>>> surfaces;
     friend bool operator==(const AnalyticGeometry&, const AnalyticGeometry&) = default;
 };
 
-/// The surface of a reference; null where it has none.
 template <int D>
 [[nodiscard]] const AnalyticSurface<D>* surface_of(const AnalyticGeometry<D>& geometry, Reference reference);
 
-/// The point of the surface that is nearest to p.
 template <int D>
 [[nodiscard]] SurfaceFoot<D> closest_point(const AnalyticSurface<D>& surface, const Vec<D>& p);
 
-/// Checks that the surfaces are those of the mesh. Errors (usage): a reference with two surfaces, or of no facet; a
-/// radius that is no number, negative, or beyond 1e8 times the size of the boundary. Errors (input): too many vertices
-/// of a surface are off (VertexFit), or one by more than half of its longest edge; the farthest is named. Stopped.
+/// Checks that the surfaces fit the mesh. Errors (usage): a reference with two surfaces or without facets; a radius
+/// that is NaN, negative, or above 1e8 times the boundary's size. Errors (input): too many vertices of a surface are
+/// off (`VertexFit`), or one by more than half of its longest edge; names the farthest. Stopped.
 template <int D>
 [[nodiscard]] Outcome<Done> check_fit(const LinearMesh<D>& mesh, const AnalyticGeometry<D>& geometry,
                                       const Execution& execution);

@@ -1,4 +1,4 @@
-// Describes the boundary of a mesh, and finds suspicious places in it.
+// Describes the boundary of a mesh and finds suspicious places.
 module;
 #include <algorithm>
 #include <array>
@@ -18,12 +18,12 @@ namespace camber {
 
 namespace {
 
-/// Facets that meet: at an edge, in 2D at a vertex (twice the same).
+/// Adjacent facets with their edge (2D: their vertex, twice).
 template <int D>
 struct Hinge {
     std::array<VertexId, 2> ends;
     std::vector<FacetId> facets;
-    bool is_ridge = false, is_listed = false;  ///< is_listed: the file says that it is one
+    bool is_ridge = false, is_listed = false;
     std::uint32_t curve = no_feature;
 };
 
@@ -32,7 +32,6 @@ void add_once(std::vector<Reference>& references, Reference r) {
     if (at == references.end() || *at != r) references.insert(at, r);
 }
 
-/// The edges that the file lists as ridges, of all.
 std::vector<std::uint8_t> listed_ridges(const LinearMesh<3>& mesh, const EdgeSet<3>& edges) {
     std::vector<std::uint8_t> listed(edges.size(), 0);
     for (const std::uint32_t r : mesh.ridges)
@@ -40,7 +39,7 @@ std::vector<std::uint8_t> listed_ridges(const LinearMesh<3>& mesh, const EdgeSet
     return listed;
 }
 
-/// From a hinge into a facet, across the hinge.
+/// Direction from a hinge into a facet, perpendicular to the hinge.
 Vec<3> into(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& ends, FacetId f) {
     const Vec<3>&a = mesh.points[ends[0]], &b = mesh.points[ends[1]];
     for (const VertexId v : mesh.facets.vertices[f])
@@ -63,13 +62,13 @@ double degrees_between(const Vec<2>& a, const Vec<2>& b) {
     return atan2(std::fabs(a[0] * b[1] - a[1] * b[0]), dot(a, b)) * 180 / std::numbers::pi;
 }
 
-/// By how many degrees two facets turn at a hinge, whichever way their vertices go round.
+/// Turn of two facets in degrees, for any orientation.
 template <int D>
 double turn_at(const LinearMesh<D>& mesh, const Hinge<D>& hinge) {
     return 180 - degrees_between(into(mesh, hinge.ends, hinge.facets[0]), into(mesh, hinge.ends, hinge.facets[1]));
 }
 
-/// Whether both facets go along the hinge the same way: then they are turned to different sides.
+/// True if both facets traverse the hinge in the same direction, so have opposite orientations.
 bool go_the_same_way(const LinearMesh<3>& mesh, const Hinge<3>& hinge) {
     const auto goes_up = [&](FacetId f) {
         const auto& v = mesh.facets.vertices[f];
@@ -84,7 +83,7 @@ bool go_the_same_way(const LinearMesh<2>& mesh, const Hinge<2>& hinge) {
     return begins(hinge.facets[0]) == begins(hinge.facets[1]);
 }
 
-/// The elements that have a facet: 0, 1 or 2.
+/// Number of elements at a facet: 0, 1 or 2.
 template <int D>
 std::size_t elements_beside(const LinearMesh<D>& mesh, const Incidence<ElementId>& balls, FacetId f) {
     const auto& facet = mesh.facets.vertices[f];
@@ -103,7 +102,7 @@ void add_patches(const LinearMesh<D>& mesh, const Features<D>& features, std::sp
     constexpr double flat = 1e-12;
     out.patches.resize(features.patch_count);
     std::vector<Box<D>> boxes(features.patch_count);
-    std::vector<Plane<D>> planes(features.patch_count);  // of the largest facet
+    std::vector<Plane<D>> planes(features.patch_count);
     std::vector<double> largest(features.patch_count, -1);
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
         const std::uint32_t at = features.patches[f];
@@ -195,7 +194,6 @@ Outcome<std::vector<Hinge<D>>> find_hinges(const LinearMesh<D>& mesh, const Edge
     return hinges;
 }
 
-/// Places where facets turn by an angle that is near a limit.
 template <int D>
 void add_turns(const LinearMesh<D>& mesh, const std::vector<Hinge<D>>& hinges, const InspectionLimits& limits,
                std::vector<Suspect<D>>& out) {
@@ -219,7 +217,7 @@ void add_turns(const LinearMesh<D>& mesh, const std::vector<Hinge<D>>& hinges, c
     }
 }
 
-/// Of each fan the normal by angles of its facets, so that it does not depend on how they are cut.
+/// Angle-weighted normals, which do not depend on the triangulation.
 std::vector<Vec<3>> normals_of(const LinearMesh<3>& mesh, const Fans& fans) {
     std::vector<Vec<3>> normals(fans.size());
     for (std::size_t fan = 0; fan < fans.size(); ++fan) {
@@ -237,7 +235,7 @@ std::vector<Vec<3>> normals_of(const LinearMesh<3>& mesh, const Fans& fans) {
 
 void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3>> normals,
               const InspectionLimits& limits, std::vector<Suspect<3>>& out) {
-    constexpr double even = 0.7;  // a cone's facets are about equally steep
+    constexpr double even = 0.7;  // facets of a cone are about equally steep
     for (std::size_t fan = 0; fan < fans.size(); ++fan) {
         double least = 180, most = 0;
         for (const FacetId f : fans.facets[fan]) {
@@ -255,7 +253,7 @@ void add_fans(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3
     }
 }
 
-/// Facets that stand out of what their vertices agree on; at tips all do.
+/// Adds facets that deviate from the normals of their vertices.
 void add_facets(const LinearMesh<3>& mesh, const Fans& fans, std::span<const Vec<3>> normals,
                 const InspectionLimits& limits, std::vector<Suspect<3>>& out) {
     for (std::size_t f = 0; f < mesh.facets.size(); ++f) {

@@ -1,4 +1,4 @@
-// Geometry model of a surrogate beside surfaces that another model prescribes.
+// Geometry model of a surrogate beside prescribed surfaces.
 module;
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@ namespace camber {
 
 namespace {
 
-/// Numbers of the two parts' entities are told apart by their last bit.
+/// The last bit of an entity number selects the part.
 enum class Part : std::uint8_t { first, rest };
 
 std::int64_t number_in(Part part, std::int64_t number) {
@@ -30,7 +30,7 @@ GeometryEntity entity_in(Part part, GeometryEntity entity) {
     for (std::int64_t& side : entity.sides) side = number_in(part, side);
     return entity;
 }
-/// The entity as the part numbers it; a curve between both parts has no number there.
+/// Converts to the part's numbers; a curve between both parts has none.
 GeometryEntity own_entity(GeometryEntity entity) {
     entity.id = number_of(entity.id);
     for (std::int64_t& side : entity.sides) side = number_of(side);
@@ -194,7 +194,7 @@ class MixedModel final : public GeometryModel<D> {
         return [this](const FacetSite<D>& facet) { return owner(facet.reference) == Part::first; };
     }
 
-    /// The part that owns all facets; the rest if there are none.
+    /// Part of all facets (`rest` if there are none); empty: both.
     [[nodiscard]] std::optional<Part> only_part(std::span<const FacetSite<D>> facets) const {
         if (std::none_of(facets.begin(), facets.end(), owns())) return Part::rest;
         return std::all_of(facets.begin(), facets.end(), owns()) ? std::optional(Part::first) : std::nullopt;
@@ -206,14 +206,13 @@ class MixedModel final : public GeometryModel<D> {
             if (owner(facet.reference) == part) own.push_back(facet);
         return own;
     }
-    /// True if the rest prescribes the surface of a facet at the edge.
     [[nodiscard]] bool meets_prescribed(const EdgeSite<D>& edge) const {
         return std::any_of(edge.facets.begin(), edge.facets.end(), [&](const FacetSite<D>& facet) {
             return owner(facet.reference) == Part::rest && parts_.rest->prescribes(facet.reference);
         });
     }
 
-    /// The point near p where the surfaces that a part prescribes end at an edge, where it knows a curve there.
+    /// Closest point of the curve at which a part's prescribed surfaces end, if the part has one.
     [[nodiscard]] std::optional<SurfacePoint<D>> rim_of(Part part, const EdgeSite<D>& edge, const Vec<D>& p) const {
         EdgeSite<D> own = edge;
         own.facets = facets_of(part, edge.facets);
@@ -223,7 +222,6 @@ class MixedModel final : public GeometryModel<D> {
         const bool is_known = found.entity.kind == GeometryKind::curve && found.entity.id != GeometryEntity::unnumbered;
         return is_known ? std::optional(std::move(found)) : std::nullopt;
     }
-    /// The point near p of an edge between both parts.
     template <class RestAt>
     [[nodiscard]] SurfaceFoot<D> foot_between(const EdgeSite<D>& edge, const Vec<D>& p, RestAt&& rest_at) const {
         const auto on_a_rim = [&]() -> std::optional<Vec<D>> {
@@ -234,7 +232,7 @@ class MixedModel final : public GeometryModel<D> {
         return foot_on_edge(sheets_around(*parts_.first, owns(), *parts_.rest, edge), p, rest_at, on_a_rim);
     }
 
-    /// The nearest point of all surfaces, for a query that names none.
+    /// For queries without entity and reference.
     [[nodiscard]] SurfacePoint<D> nearest_of_all(SurfacePoint<D> nearest, const Vec<D>& p) const {
         for (const Reference reference : parts_.references) {
             const SurfacePoint<D> here = of_reference({.facet = {}, .reference = reference}, p);

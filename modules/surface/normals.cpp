@@ -1,4 +1,4 @@
-// Normals of the surrogate: fans of facets around vertices, polynomial fits, the normal of each fan.
+// Normals of the surrogate: fans, polynomial fits.
 module;
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@ namespace camber {
 
 namespace {
 
-/// The corner opposite local edge k of a triangle, in the order of local_edges: e01 e12 e20.
+/// Corner opposite local edge k: e01 e12 e20.
 constexpr std::array<std::size_t, 3> opposite_of_edge{2, 0, 1};
 
 FacetId other_facet(std::span<const FacetId> shell, FacetId f) { return shell[0] == f ? shell[1] : shell[0]; }
@@ -37,12 +37,11 @@ Outcome<Buffer<std::array<FacetId, 3>>> smooth_neighbours(const EdgeSet<3>& edge
     });
 }
 
-/// Whether the facet runs along the edge from a to b in that direction.
 bool runs_along(const SimplexVertices<2>& facet, VertexId a, VertexId b) {
     return facet[(corner_of(facet, a) + 1) % 3] == b;
 }
 
-/// Spreads the sign of each patch's first facet over the patch. On a one-sided patch some seam is left.
+/// Spreads the sign of each patch's first facet. A one-sided patch keeps a seam.
 Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::array<FacetId, 3>>& neighbours) {
     Buffer<std::int8_t> signs(neighbours.size());
     std::fill(signs.begin(), signs.end(), std::int8_t{0});
@@ -67,15 +66,14 @@ Buffer<std::int8_t> patch_signs(const LinearMesh<3>& mesh, const Buffer<std::arr
     return signs;
 }
 
-/// The angle between vectors.
 double angle_between(const Vec<3>& a, const Vec<3>& b) { return atan2(norm(cross(a, b)), dot(a, b)); }
 
-/// True if a facet of the fan turns from the mean normal by more than 20°, or between two ridges by more than 40°.
-/// Around the end of a ridge, and around a vertex in which another surface ends (`is_shared`), facets turn anyway.
+/// True if a facet turns from the mean normal by more than 20°, or between two ridges by more than 40°. At the end of a
+/// ridge, and where another surface ends (`is_shared`), turns are expected.
 bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, bool is_shared) {
     constexpr double max_turn = 20 * std::numbers::pi / 180;
     Vec<3> mean;
-    std::vector<VertexId> ridges;  // their other ends
+    std::vector<VertexId> ridges;  // other ends of ridges
     for (const FacetId f : fans.facets[fan]) {
         const auto& v = mesh.facets.vertices[f];
         const std::size_t i = corner_of(v, fans.vertices[fan]), next = (i + 1) % 3, last = (i + 2) % 3;
@@ -91,10 +89,9 @@ bool is_pointed(const LinearMesh<3>& mesh, const Fans& fans, std::uint32_t fan, 
     });
 }
 
-/// A corner of a facet, as 3 f + i.
+/// A facet corner, 3 f + i.
 using Corner = std::uint32_t;
 
-/// The facets of the fan that holds the corner, by a walk across the two edges at its vertex.
 void walk_fan(const LinearMesh<3>& mesh, const Buffer<std::array<FacetId, 3>>& neighbours, Corner corner,
               std::vector<Corner>& fan) {
     const VertexId v = mesh.facets.vertices[corner / 3][corner % 3];
@@ -200,10 +197,9 @@ using Design = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColM
 using Column1 = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, max_rows, 1>;
 using Coefficients = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, max_terms, 1>;
 
-/// Terms of a polynomial in two variables, the constant included.
 constexpr int terms_of(int degree) { return (degree + 1) * (degree + 2) / 2; }
 
-/// The exponents of 1, x, y, xx, xy, … by rising degree.
+/// Exponents of 1, x, y, xx, xy, … by degree.
 constexpr auto exponents = [] {
     std::array<std::array<std::size_t, 2>, max_terms> out{};
     std::size_t k = 0;
@@ -212,14 +208,14 @@ constexpr auto exponents = [] {
     return out;
 }();
 
-/// Directions of a height field: x and y along the principal axes of the points' shadows on the plane, z along its
-/// normal; and the points' root mean squares along x and y.
+/// Frame of a height field: z along the normal, x and y along the principal axes of the projected points, with their
+/// root mean squares.
 struct PlaneFrame {
     Mat<3> axes;
     std::array<double, 2> scale{};
 
     [[nodiscard]] bool spans_plane() const { return scale[0] > 0 && scale[1] > 0; }
-    /// A vector in the frame, x and y in units of their scales.
+    /// Coordinates in the frame, x and y divided by `scale`.
     [[nodiscard]] Vec<3> scaled(const Vec<3>& d) const {
         const Vec<3> v = transposed_times(axes, d);
         return {{v[0] / scale[0], v[1] / scale[1], v[2]}};
@@ -251,7 +247,7 @@ PlaneFrame principal_frame(const Vec<3>& normal, std::span<const Vec<3>> offsets
 
 std::array<double, highest_degree + 1> powers_of(double x) { return {1, x, x * x, x * x * x, x * x * x * x}; }
 
-/// The least-squares solution; nothing when the columns are dependent or nearly so.
+/// Least squares; empty if columns are nearly dependent.
 std::optional<Coefficients> solved(Design columns, const Column1& right) {
     constexpr double min_pivot_ratio = 1e-3;
     const Eigen::Index terms = columns.cols();
@@ -272,7 +268,7 @@ FittedNormal jet_over(const Vec<3>& normal, std::span<const Vec<3>> offsets) {
     const PlaneFrame frame = principal_frame(normal, offsets);
     if (!frame.spans_plane()) return {};
     const auto rows = static_cast<Eigen::Index>(offsets.size());
-    Design design(rows, max_terms - 1);  // no constant: the height is 0 at the origin
+    Design design(rows, max_terms - 1);  // no constant term: height 0 at the origin
     Column1 heights(rows);
     for (Eigen::Index r = 0; r < rows; ++r) {
         const Vec<3> at = frame.scaled(offsets[static_cast<std::size_t>(r)]);
@@ -328,7 +324,7 @@ FittedHeight fitted_height(const Vec<3>& origin, const Vec<3>& normal, std::span
             design(row + 1, column) = i == 0 ? 0 : slope_weight * weight * di * x[i - 1] * y[j];
             design(row + 2, column) = j == 0 ? 0 : slope_weight * weight * dj * x[i] * y[j - 1];
         }
-        // z = p(x, y) and p_x = −n_x/n_z, p_y = −n_y/n_z, by x and y in units of their scales.
+        // z = p(x, y), p_x = −n_x/n_z, p_y = −n_y/n_z, with scaled x and y.
         right(row) = weight * at[2];
         right(row + 1) = -slope_weight * weight * frame.scale[0] * n[0] / n[2];
         right(row + 2) = -slope_weight * weight * frame.scale[1] * n[1] / n[2];
@@ -355,7 +351,7 @@ struct Fitter {
         return normalised(sum);
     }
 
-    /// The given normal at the fan's vertex that is nearest to `base`, if near enough; else the zero vector.
+    /// The file's normal at v nearest to `base`, or zero if none is near enough.
     [[nodiscard]] Vec<3> given_normal(VertexId v, const Vec<3>& base) const {
         double best = min_cosine;
         Vec<3> out;
@@ -369,7 +365,6 @@ struct Fitter {
         return out;
     }
 
-    /// Whether ridges bound the fan.
     [[nodiscard]] bool is_bounded(std::uint32_t fan) const {
         return std::ranges::any_of(fans.facets[fan], [&](FacetId f) {
             const std::size_t i = corner_of(mesh.facets.vertices[f], fans.vertices[fan]);
@@ -377,8 +372,8 @@ struct Fitter {
         });
     }
 
-    /// The plane of the fan's own facets (three or more, or the whole stencil), if they are coplanar. Beside a ridge
-    /// those around them too: a row of facets along it is in one plane on a cylinder as well.
+    /// Plane of the fan's facets (three or more, else of the stencil) if coplanar. Beside a ridge, neighbouring fans
+    /// are included: on a cylinder a row of facets along a ridge is coplanar too.
     [[nodiscard]] FlatPatch<3> local_plane(std::uint32_t fan, std::span<const Vec<3>> stencil) const {
         std::vector<Vec<3>> points(stencil.begin(), stencil.end());
         points.push_back(mesh.points[fans.vertices[fan]]);
@@ -397,7 +392,6 @@ struct Fitter {
         return plane_of<3>(points);
     }
 
-    /// Well-known tangents of the ridges that bound the fan.
     [[nodiscard]] std::vector<Vec<3>> border_tangents(std::uint32_t fan) const {
         constexpr int min_support = 3;
         const VertexId v = fans.vertices[fan];
@@ -433,18 +427,18 @@ struct Fitter {
         return points;
     }
 
-    /// Of the jet through points around the fan's vertex; the zero vector where there are too few, or it is far off.
+    /// Normal of the jet; zero if points are too few or it is far off `base`.
     [[nodiscard]] Vec<3> fitted(std::uint32_t fan, const Vec<3>& base, std::span<const Vec<3>> points) const {
         constexpr double min_agreement = 0.5;
         const FittedNormal jet = fitted_normal(mesh.points[fans.vertices[fan]], base, points);
         return jet.degree > 0 && dot(jet.normal, base) > min_agreement ? jet.normal : Vec<3>{};
     }
 
-    /// The normal of the prescribed surface that the fan goes on in, else the zero vector. One side alone tells it on
-    /// either side of a jump of the curvature, both together where this side's part is but a tooth.
+    /// Normal of the prescribed surface if the fan continues it smoothly, else zero. One-sided fits work at jumps of
+    /// the curvature, two-sided fits if this side is only a narrow tooth.
     [[nodiscard]] Vec<3> prescribed(std::uint32_t fan, const Vec<3>& one_sided, std::vector<Vec<3>> points) const {
         constexpr double min_agreement = 0.7;
-        constexpr double both_sides = 0.5;  // what is fitted from there errs less, and a crease shows as half of it
+        constexpr double both_sides = 0.5;  // two-sided fits are more accurate, and a crease counts half
         const Beyond beyond = beyond_fan(input.junctions, input.boundary, fans, fan, one_sided);
         if (!beyond.facet.valid() || dot(beyond.normal, one_sided) < min_agreement) return {};
         const auto agrees = [&](const Vec<3>& n, double tolerance) {

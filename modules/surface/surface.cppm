@@ -1,6 +1,5 @@
-/// The boundary's shape: features, the P3 surrogate made from the mesh alone, analytic surfaces, projection, and the
-/// nodes of boundary edges. The partitions fans, given_directions, junctions, tangents, heights and normals export
-/// nothing: they serve the surrogate.
+/// Shape of the boundary: features, P3 surrogate from the mesh, analytic surfaces, projection, nodes of boundary edges.
+/// The partitions fans, given_directions, junctions, tangents, heights and normals are internal to the surrogate.
 export module camber.surface;
 export import :boundary;
 export import :features;

@@ -1,4 +1,4 @@
-// Builds the surrogate, and finds the closest points on it.
+// Builds the surrogate; finds closest points on it.
 module;
 #include <algorithm>
 #include <array>
@@ -19,14 +19,13 @@ namespace camber {
 
 namespace {
 
-/// The straight edge, its middle to the last bit.
 template <int D>
 SurrogateEdge<D> straight_edge(const Vec<D>& a, const Vec<D>& b) {
     const Vec<D> third = (b - a) / 3;
     return {{{a, a + third, b - third, b}}, midpoint(a, b)};
 }
 
-/// The cubic edge with these tangents; exactly straight where both lie along the chord within rounding.
+/// Cubic edge; exactly straight if both tangents are along the chord within rounding.
 template <int D>
 SurrogateEdge<D> smooth_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec<D>& tangent_b, const Vec<D>& b) {
     const Vec<D> e = b - a;
@@ -40,7 +39,7 @@ SurrogateEdge<D> smooth_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec
     };
     if (along_chord(tangent_a) && along_chord(tangent_b)) return straight_edge(a, b);
     SurrogateEdge<D> edge{cubic_edge(a, tangent_a, tangent_b, b), {}};
-    // (a + 3 c + 3 d + b)/8, written from the middle.
+    // (a + 3 c + 3 d + b)/8, relative to the chord's middle.
     const auto& c = edge.curve.control;
     edge.middle = midpoint(a, b) + 0.375 * ((c[1] - a) + (c[2] - b));
     return edge;
@@ -48,7 +47,7 @@ SurrogateEdge<D> smooth_edge(const Vec<D>& a, const Vec<D>& tangent_a, const Vec
 
 template <int D>
 void snap(SurrogateEdge<D>& edge, const FlatPatch<D>& flat) {
-    // The ends are the mesh's own and stay.
+    // The ends are mesh vertices and stay fixed.
     edge.curve.control[1] = flat.snapped(edge.curve.control[1]);
     edge.curve.control[2] = flat.snapped(edge.curve.control[2]);
     edge.middle = flat.snapped(edge.middle);
@@ -62,14 +61,13 @@ Buffer<EdgeId> boundary_edges(const Features<D>& features) {
     return edges;
 }
 
-/// A facet's copy of an edge's inner control points: that next to `from` comes first.
+/// Inner control points of an edge, the one next to `from` first.
 template <int D>
 std::array<Vec<D>, 2> inner_points(const SurrogateEdge<D>& edge, const std::array<VertexId, 2>& ends, VertexId from) {
     const auto& c = edge.curve.control;
     return ends[0] == from ? std::array{c[1], c[2]} : std::array{c[2], c[1]};
 }
 
-/// What the stages of the 3D surrogate share.
 struct Parts {
     const LinearMesh<3>& mesh;
     const EdgeSet<3>& edges;
@@ -82,8 +80,7 @@ struct Parts {
     const FanNormals& normals;
 };
 
-/// The surrogate's facet at an edge where it goes on smoothly beyond a junction: alone at that edge, with the
-/// prescribed surface's normals at both ends. Else none.
+/// The surrogate's only facet at a smooth junction edge (prescribed normals at both ends), else invalid.
 FacetId smooth_side(const Parts& parts, EdgeId e) {
     FacetId own;
     for (const FacetId f : parts.shells[e]) {
@@ -99,7 +96,6 @@ FacetId smooth_side(const Parts& parts, EdgeId e) {
     return own;
 }
 
-/// The distinct planes of the flat patches around an edge, two at most.
 std::vector<FlatPatch<3>> planes_around(const Parts& parts, EdgeId e) {
     constexpr double same_direction = 1e-12;
     std::vector<FlatPatch<3>> planes;
@@ -114,7 +110,7 @@ std::vector<FlatPatch<3>> planes_around(const Parts& parts, EdgeId e) {
     return planes;
 }
 
-/// Of the smooth surface that facet f is a part of.
+/// Edge in the smooth surface of facet f.
 SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e, FacetId f) {
     const auto& [low, high] = parts.edges.vertices[e];
     const Vec<3> a = parts.mesh.points[low], b = parts.mesh.points[high];
@@ -123,7 +119,7 @@ SurrogateEdge<3> inner_edge(const Parts& parts, EdgeId e, FacetId f) {
     const auto normal = [&](VertexId v) { return parts.normals.normals[parts.fans.of_facets[f][corner_of(facet, v)]]; };
     const Vec<3> at_low = normal(low), at_high = normal(high), chord = b - a;
     const auto tangent = [&](const Vec<3>& n) { return chord - dot(chord, n) * n; };
-    // A pointed end has no normal: the edge arrives as a circle does, at the chord's angle of the other end.
+    // A pointed end has no normal: the edge gets the chord's angle at the other end, as on a circle.
     const double length_squared = norm_squared(chord);
     const auto mirrored = [&](const Vec<3>& n) {
         const double rise = dot(chord, n);
@@ -142,13 +138,12 @@ SurrogateEdge<3> ridge_edge(const Parts& parts, EdgeId e) {
     if (planes.size() == 2) return straight_edge(a, b);
     const auto& [at_low, at_high] = parts.tangents.tangents[parts.tangents.row(e)];
     SurrogateEdge<3> edge = smooth_edge(a, at_low, at_high, b);
-    const bool straight = edge.middle == midpoint(a, b);  // in the plane already, as its ends are
+    const bool straight = edge.middle == midpoint(a, b);  // then in the plane already, like its ends
     if (planes.size() == 1 && !straight) snap(edge, planes[0]);
     return edge;
 }
 
-/// The displacement of a ridge within the surface of a facet beside it: its middle less that of the edge which the
-/// facet alone would have.
+/// Tangential displacement of a ridge's middle from that of the edge on facet f alone.
 Vec<3> shift_in_surface(const Parts& parts, const SurrogateEdge<3>& ridge, EdgeId e, FacetId f) {
     const auto& facet = parts.mesh.facets.vertices[f];
     Vec<3> normal;
@@ -159,7 +154,7 @@ Vec<3> shift_in_surface(const Parts& parts, const SurrogateEdge<3>& ridge, EdgeI
     return shift - dot(shift, n) * n;
 }
 
-/// Moves the middle of an edge of the facet's surface by the shift, in the tangent planes of its ends.
+/// Moves the middle of an edge by the shift, within the tangent planes at its ends.
 void bend(const Parts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId f, const Vec<3>& shift) {
     constexpr double of_inner_points = 4.0 / 3;
     const auto& facet = parts.mesh.facets.vertices[f];
@@ -172,7 +167,7 @@ void bend(const Parts& parts, SurrogateEdge<3>& edge, EdgeId e, FacetId f, const
     edge.middle = midpoint(c[0], c[3]) + 0.375 * ((c[1] - c[0]) + (c[2] - c[3]));
 }
 
-/// Bends the edges beside ridges as these are bent within the surface, so that thin triangles beside them do not fold.
+/// Bends edges beside ridges alike, so that thin triangles do not fold.
 Outcome<Done> bend_beside_ridges(const Parts& parts, std::span<const EdgeId> rows, Buffer<SurrogateEdge<3>>& curves,
                                  const Execution& execution) {
     const auto row = [&](EdgeId e) {
@@ -198,7 +193,7 @@ Outcome<Done> bend_beside_ridges(const Parts& parts, std::span<const EdgeId> row
     return Done{};
 }
 
-/// The triangle's vertices, then those of the facets around them on the same smooth side, each with its normal there.
+/// The triangle's vertices, then those of adjacent facets on the same smooth side, with normals.
 std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
     std::vector<std::uint32_t> fans;
     const auto add = [&](std::uint32_t fan) {
@@ -217,7 +212,7 @@ std::vector<PointAndNormal> samples_around(const Parts& parts, FacetId f) {
     return samples;
 }
 
-/// Moves the centroid along the normal onto the surface through the samples (b_111 weighs 6/27 there).
+/// Moves the centroid along the normal onto the fitted surface (b_111 weighs 6/27 there).
 Vec<3> fitted_centre(const Parts& parts, FacetId f, const CubicSimplex<2, 3>& triangle) {
     constexpr double largest_share = 0.25;
     const Barycentric<2> centroid{1.0 / 3, 1.0 / 3, 1.0 / 3};
@@ -228,8 +223,8 @@ Vec<3> fitted_centre(const Parts& parts, FacetId f, const CubicSimplex<2, 3>& tr
     return fit.degree > 0 && std::fabs(fit.height) < largest_share * size ? centre + 4.5 * fit.height * normal : centre;
 }
 
-/// Of a triangle with one pointed corner, which a polynomial does not follow: that the centroid is two thirds from it
-/// to the middle of the opposite edge, raised as the other edges are there.
+/// For one pointed corner, where polynomial fits fail: the centroid is two thirds from it to the middle of the opposite
+/// edge, raised like the other edges there.
 Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     const auto at = [&](double of_tip, double of_next, double of_last) {
         Barycentric<2> xi{};
@@ -246,7 +241,7 @@ Vec<3> ruled_centre(const CubicSimplex<2, 3>& triangle, std::size_t tip) {
     return triangle.at({1, 1, 1}) + 4.5 * (target - at(third, third, third));
 }
 
-/// The corner of a facet that alone is pointed, or 3.
+/// The only pointed corner, or 3.
 std::size_t pointed_corner(const Parts& parts, FacetId f) {
     std::size_t tip = 3, count = 0;
     for (std::size_t i = 0; i < 3; ++i)
@@ -290,7 +285,6 @@ CubicSimplex<2, 3> cubic_triangle(const Parts& parts, std::span<const EdgeId> ed
     return triangle;
 }
 
-/// The parts of the value that do not depend on the dimension.
 template <int D>
 Outcome<Surrogate<D>> assembled(const SurrogateInput<D>& input, Buffer<EdgeId> edges, Buffer<SurrogateEdge<D>> curves,
                                 Buffer<CubicSimplex<D - 1, D>> facets, Column<std::array<FacetId, D>> neighbours,
@@ -343,7 +337,7 @@ Outcome<Surrogate<3>> build(const SurrogateInput<3>& input, const SurrogateOptio
     return assembled<3>(input, std::move(rows), std::move(*curves), std::move(*facets), fans->neighbours, execution);
 }
 
-/// The facet that goes on beyond each end, where the curve does: opposite local vertex i is vertex 1 − i.
+/// Facet beyond each end if the curve continues; the vertex opposite i is 1 − i.
 Buffer<std::array<FacetId, 2>> next_along(const LinearMesh<2>& mesh, const Features<2>& features) {
     std::vector<std::array<FacetId, 2>> around(mesh.points.size());
     for (std::size_t f = 0; f < mesh.facets.size(); ++f)
@@ -420,7 +414,7 @@ std::size_t Surrogate<D>::row(EdgeId e) const {
 
 namespace {
 
-/// What both ways of making one share; `prescribed`: none, or the geometry of the rest.
+/// `prescribed`: geometry of the remaining boundary, or null.
 template <int D>
 Outcome<Surrogate<D>> made_beside(const GeometryModel<D>* prescribed, const LinearMesh<D>& mesh,
                                   const EdgeSet<D>& edges, const Features<D>& features, const SurrogateOptions& options,
@@ -460,7 +454,7 @@ Outcome<Surrogate<D>> build_surrogate(const LinearMesh<D>& mesh, const EdgeSet<D
 
 namespace {
 
-/// The same place in a neighbour's coordinates: corners are matched by their vertices, the rest is 0.
+/// Barycentric coordinates in the neighbour, matched by vertices; the rest is 0.
 template <int K>
 Barycentric<K> carried_over(const SimplexVertices<K>& from, const Barycentric<K>& xi, const SimplexVertices<K>& to) {
     Barycentric<K> out{};
@@ -475,7 +469,6 @@ SurrogateFoot<D> named(FacetId f, const CubicFoot<D - 1, D>& foot) {
     return {f, foot.xi, foot.point, foot.distance_squared};
 }
 
-/// Walks across the rim as long as the distance falls.
 template <int D>
 SurrogateFoot<D> walked(const Surrogate<D>& surrogate, SurrogateFoot<D> here, const Vec<D>& p) {
     constexpr int max_steps = 1000;

@@ -1,4 +1,4 @@
-// The surrogate as a geometry model, of its own mesh or of another one.
+// The surrogate as a geometry model.
 module;
 #include <algorithm>
 #include <array>
@@ -26,7 +26,6 @@ bool is_own_edge(const Surrogate<D>& surrogate, std::size_t row, const EdgeSite<
     return c.front() == edge.ends[0] && c.back() == edge.ends[1];
 }
 
-/// Whether the surrogate's facet of that number is the mesh's own.
 template <int D>
 bool is_own_facet(const Surrogate<D>& surrogate, const FacetSite<D>& facet) {
     if (facet.id.index() >= surrogate.facets.size()) return false;
@@ -113,7 +112,7 @@ class SurrogateModel : public GeometryModel<D> {
         return foot.row < surrogate_.edges.size() ? curve_at(foot.row, edge) : GeometryModel<D>::entity_at_edge(edge);
     }
 
-    /// The plane of the patch under the facet; of a facet under which there is no patch, its own.
+    /// Plane of the closest patch; without a patch, of the facet.
     [[nodiscard]] std::optional<Plane<D>> plane_at(const FacetSite<D>& facet) const override {
         const auto foot = closest_of_reference(facet.reference, centroid_of(facet));
         if (!foot.facet.valid()) return plane_through(facet.corners);
@@ -122,8 +121,8 @@ class SurrogateModel : public GeometryModel<D> {
         return Plane<D>{flat.point, flat.normal};
     }
 
-    /// A ridge's own curve; of another mesh's ridge, the nearest of all ridge curves. Other edges: of their reference's
-    /// patches the nearest point, in flat ones within the plane.
+    /// Own ridge: its curve. Other mesh's ridge: the closest ridge curve. Other edges: the closest point of their
+    /// reference's patches, within the plane of flat ones.
     [[nodiscard]] SurfacePoint<D> on_edge(const EdgeSite<D>& edge, const Vec<D>& p) const override {
         if (edge.kind == EdgeKind::ridge) {
             const CurveFoot<D> foot = on_ridge(edge, p);
@@ -159,7 +158,7 @@ class SurrogateModel : public GeometryModel<D> {
         return foot.facet.valid() ? in_plane(foot, middle) : middle;
     }
 
-    /// Points of an own facet start at their place on it, and in flat patches count 0 within the plane's tolerance.
+    /// Own facets: the search starts at the same coordinates; flat patches count 0 within their tolerance.
     [[nodiscard]] bool distances(const FacetSite<D>& facet, std::span<const Barycentric<D - 1>> at,
                                  std::span<const Vec<D>> points, std::span<double> out) const override {
         if (is_own_facet(surrogate_, facet)) {
@@ -180,8 +179,7 @@ class SurrogateModel : public GeometryModel<D> {
         return true;
     }
 
-    /// The search for each point begins at the foot of the point before it. That foot gives an upper bound of the
-    /// distance; all facets are searched only if the bound is too large.
+    /// Each search starts at the last foot, an upper bound; all facets are searched only if it is too large.
     [[nodiscard]] bool are_within(const FacetSite<D>& facet, std::span<const Vec<D>> points,
                                   std::span<const double> bounds) const override {
         if (!has_reference(facet.reference)) return true;
@@ -212,7 +210,7 @@ class SurrogateModel : public GeometryModel<D> {
         return is_own_facet(surrogate_, facet) && !surrogate_.flats[surrogate_.patches[facet.id]].is_flat();
     }
 
-    /// The surrogate is one surface: the distance from the patches that the first facet lies on.
+    /// The surrogate is one surface: only the first facet's patches count.
     [[nodiscard]] double distance_where(std::span<const FacetSite<D>> meet, const Vec<D>& p) const override {
         const FacetSite<D>& first = meet.front();
         const auto foot = is_own_facet(surrogate_, first) ? closest_near(surrogate_, first.id, p)
@@ -242,10 +240,10 @@ class SurrogateModel : public GeometryModel<D> {
     [[nodiscard]] bool has_reference(Reference reference) const {
         return std::ranges::binary_search(references_, reference);
     }
-    /// Whether an edge is this surrogate's own, or both of its ends are near one of the ridges.
+    /// True for an own edge, or with both ends near a ridge.
     [[nodiscard]] bool is_at_ridge(const EdgeSite<D>& edge) const {
         if (is_own_edge(surrogate_, surrogate_.row(edge.id), edge)) return true;
-        constexpr double near = 0.1;  // of the chord
+        constexpr double near = 0.1;  // relative to the chord
         const double most = near * camber::distance(edge.ends[0], edge.ends[1]);
         return std::ranges::all_of(edge.ends, [&](const Vec<D>& end) {
             const auto foot = closest_on_ridges(surrogate_, end);
@@ -256,7 +254,7 @@ class SurrogateModel : public GeometryModel<D> {
   private:
     [[nodiscard]] GeometryEntity patch_of(FacetId f) const { return GeometryEntity::surface(surrogate_.patches[f]); }
 
-    /// `near`: the foot of a point near p, if one is known: the search begins there.
+    /// `near`: foot of a nearby point.
     [[nodiscard]] SurrogateFoot<D> closest_of_reference(Reference reference, const Vec<D>& p,
                                                         const SurrogateFoot<D>& near = {}) const {
         const auto admits = [&](FacetId f) { return surrogate_.references[f] == reference; };
@@ -265,7 +263,7 @@ class SurrogateModel : public GeometryModel<D> {
         return closest_among(surrogate_, p, admits, admits(walked.facet) ? walked : SurrogateFoot<D>{});
     }
 
-    /// Most feet are inside the facet; the others may be beyond its rim.
+    /// Most feet are inside the facet; others may be beyond its rim.
     void own_distances(FacetId facet, std::span<const Barycentric<D - 1>> at, std::span<const Vec<D>> points,
                        std::span<double> out) const {
         if constexpr (D == 3)
@@ -277,7 +275,7 @@ class SurrogateModel : public GeometryModel<D> {
                 out[i] = std::sqrt(closest_near(surrogate_, facet, at[i], points[i]).distance_squared);
     }
 
-    /// The foot of p, in the plane of a flat patch to the last bit.
+    /// Foot of p, exact in the plane of a flat patch.
     [[nodiscard]] Vec<D> in_plane(const SurrogateFoot<D>& foot, const Vec<D>& p) const {
         const auto& flat = surrogate_.flats[surrogate_.patches[foot.facet]];
         return flat.is_flat() ? flat.snapped(p) : foot.point;
@@ -293,16 +291,16 @@ class SurrogateModel : public GeometryModel<D> {
     [[nodiscard]] GeometryEntity curve_at(std::size_t row, const EdgeSite<D>& edge) const {
         const GeometryEntity sides = GeometryModel<D>::entity_at_edge(edge);
         const std::int64_t number = surrogate_.edge_curves[row].curve_number;
-        // An open rim, or the inside of a patch: the one patch is on both sides.
+        // Open rim, or inside a patch: both sides are one patch.
         if (sides.kind != GeometryKind::curve) return {GeometryKind::curve, number, {sides.id, sides.id}};
         return {GeometryKind::curve, number, sides.sides};
     }
 
     Surrogate<D> surrogate_;
-    std::vector<Reference> references_;  ///< sorted, each once
+    std::vector<Reference> references_;  ///< sorted, distinct
 };
 
-/// Of another mesh, whose ridges need not be those of the mesh that lies on it.
+/// Surrogate of another mesh; its ridges need not match this mesh's.
 template <int D>
 class PrescribedModel final : public SurrogateModel<D> {
     using Base = SurrogateModel<D>;
@@ -322,7 +320,7 @@ class PrescribedModel final : public SurrogateModel<D> {
     [[nodiscard]] bool prescribes_any() const override { return true; }
 
   private:
-    /// A ridge of that mesh alone is an edge of the surface here.
+    /// Ridges of this mesh alone count as surface edges.
     [[nodiscard]] EdgeSite<D> seen(EdgeSite<D> edge) const {
         if (edge.kind == EdgeKind::ridge && !this->is_at_ridge(edge)) edge.kind = EdgeKind::surface;
         return edge;

@@ -1,4 +1,4 @@
-// Tangents of boundary curves, and junctions with a prescribed geometry.
+// Tangents of boundary curves; junctions with prescribed geometries.
 module;
 #include <algorithm>
 #include <array>
@@ -17,7 +17,6 @@ namespace camber {
 
 namespace {
 
-/// Whom the facets around a vertex belong to.
 enum Owner : std::uint8_t { none = 0, surrogate = 1, prescription = 2, both = 3 };
 
 template <int D>
@@ -31,7 +30,7 @@ Buffer<std::uint8_t> owners_of_vertices(const LinearMesh<D>& mesh, std::span<con
     return owners;
 }
 
-/// Where the file says that the boundary breaks nothing goes on.
+/// Excludes breaks listed in the file: the boundary is not smooth there.
 void forget_breaks(const LinearMesh<2>& mesh, const EdgeSet<2>&, const Incidence<FacetId>&,
                    std::span<const std::uint8_t>, Buffer<std::uint8_t>& owners) {
     for (const VertexId v : mesh.corners) owners[v.index()] = none;
@@ -48,7 +47,7 @@ void forget_breaks(const LinearMesh<3>& mesh, const EdgeSet<3>& edges, const Inc
     }
 }
 
-/// Which way a facet goes from the line of its edge: a unit vector.
+/// Unit vector into the facet, perpendicular to the edge.
 Vec<3> away_from(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId, 2>& edge) {
     const Vec<3> along = normalised(mesh.points[edge[1]] - mesh.points[edge[0]]);
     for (const VertexId v : mesh.facets.vertices[f]) {
@@ -58,13 +57,11 @@ Vec<3> away_from(const LinearMesh<3>& mesh, FacetId f, const std::array<VertexId
     }
     return {};
 }
-/// By how much the boundary turns from one facet to another across their edge, in radians.
 double turn_across(const LinearMesh<3>& mesh, const std::array<VertexId, 2>& edge, FacetId f, FacetId g) {
     const Vec<3> from = away_from(mesh, f, edge), to = -away_from(mesh, g, edge);
     return atan2(norm(cross(from, to)), dot(from, to));
 }
 
-/// The largest turn from a facet of the fan to one beside it.
 double largest_turn(const MeshBoundary<3>& boundary, std::span<const FacetId> fan) {
     const auto& [mesh, edges, features, shells] = boundary;
     double largest = 0;
@@ -141,12 +138,12 @@ namespace {
 
 constexpr std::size_t max_neighbours = 4;
 
-/// The curve edges around each vertex that is not a corner (two), and how to walk along them.
+/// Curve edges at vertices other than corners (two each), for walks along curves.
 template <int D>
 struct Chains {
     const EdgeSet<D>& edges;
     const Features<D>& features;
-    std::vector<std::array<EdgeId, 2>> around;  ///< of each vertex: lower edge first
+    std::vector<std::array<EdgeId, 2>> around;  ///< lower edge first
 
     [[nodiscard]] VertexId other_end(EdgeId e, VertexId v) const {
         const auto& ends = edges.vertices[e];
@@ -156,7 +153,7 @@ struct Chains {
         const auto& at = around[v.index()];
         return at[0] == e ? at[1] : at[0];
     }
-    /// The vertices from v on, along e first; stops at a corner, at v, or after four.
+    /// Vertices from v along e, up to a corner, v itself, or four.
     [[nodiscard]] std::vector<VertexId> walk(VertexId v, EdgeId e) const {
         std::vector<VertexId> out;
         VertexId at = v;
@@ -184,15 +181,15 @@ Chains<D> make_chains(const LinearMesh<D>& mesh, const EdgeSet<D>& edges, const 
     return chains;
 }
 
-/// A neighbour d = (x, y) along and across the tangent, as u = |d|²/x and the slope y/x. Where the curve's tangent is
-/// off by δ, y/x = δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so nothing follows κ/2 u and the fit is exact.
+/// Neighbour d = (x, y) along and across the tangent, with u = |d|²/x and slope y/x. If the tangent is off by δ, y/x =
+/// δ + κ/2 u + O(u²); on a circle y = κ/2 |d|², so the fit is exact.
 template <int D>
 struct Height {
     double u = 0;
     Vec<D> slope;
 };
 
-/// Heights over the tangent as far as the curve still goes forward: |x| must grow by a third of each step.
+/// Heights while the curve goes forward: |x| grows by at least a third of each step.
 template <int D>
 std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D>> offsets, double direction) {
     constexpr double min_advance = 0.33;
@@ -208,7 +205,7 @@ std::vector<Height<D>> heights_over(const Vec<D>& tangent, std::span<const Vec<D
     return out;
 }
 
-/// Two a side, or more of one where the other is short; never the same vertex from both sides.
+/// Two a side, or more of one if the other is short; never a vertex twice.
 template <int D>
 std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::vector<Height<D>>& behind) {
     const std::size_t few_ahead = std::min<std::size_t>(ahead.size(), 2),
@@ -220,7 +217,7 @@ std::vector<Height<D>> chosen(const std::vector<Height<D>>& ahead, const std::ve
     return out;
 }
 
-/// δ: the polynomial through the slopes, at u = 0: Σ_i (y_i/x_i) ∏_{j≠i} u_j/(u_j − u_i).
+/// δ, the slopes' interpolating polynomial at u = 0: Σ_i (y_i/x_i) ∏_{j≠i} u_j/(u_j − u_i).
 template <int D>
 Vec<D> slope_at_zero(std::span<const Height<D>> heights) {
     Vec<D> slope;
@@ -239,7 +236,7 @@ struct Tangent {
     std::uint8_t support = 0;
 };
 
-/// The parabola by chord length through three points; the chord where there are two.
+/// Parabola by chord length through three points; the chord of two.
 template <int D>
 Vec<D> first_tangent(std::span<const Vec<D>> ahead, std::span<const Vec<D>> behind) {
     if (ahead.empty()) return behind.empty() ? Vec<D>{} : -first_tangent<D>(behind, ahead);
@@ -280,7 +277,7 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
     if (passes_through)
         if (const EdgeId back = chains.around[v.index()][1]; back.valid())
             for (const VertexId w : chains.walk(v, back)) {
-                // On a closed curve of few edges both walks meet: each vertex is taken once, from its nearer side.
+                // On a short closed curve both walks meet: each vertex is taken once, from its nearer side.
                 const auto twice = std::find(ahead.begin(), ahead.end(), w);
                 if (twice != ahead.end()) {
                     if (static_cast<std::size_t>(twice - ahead.begin()) <= behind.size()) break;
@@ -295,12 +292,12 @@ Tangent<D> tangent_at(const LinearMesh<D>& mesh, const Chains<D>& chains, Vertex
         return out;
     };
     Tangent<D> t = fitted_tangent<D>(offsets(ahead), offsets(behind));
-    // From the lead's direction to "along e", leaving v.
+    // Turns the direction of `lead` so that it leaves v along e.
     if (lead != e) t.direction = -t.direction;
     return t;
 }
 
-/// The given line at v that is nearest to the fitted tangent, if near enough.
+/// The file's line at v nearest to the fitted tangent, if near enough.
 template <int D>
 Tangent<D> preferred(const GivenAtVertices<D>& given, double min_cosine, VertexId v, Tangent<D> fitted) {
     double best = min_cosine;
@@ -315,13 +312,13 @@ Tangent<D> preferred(const GivenAtVertices<D>& given, double min_cosine, VertexI
     return out;
 }
 
-/// The direction of a prescribed curve at its end v, or the zero vector.
+/// Direction of a prescribed curve at its end v, or zero.
 Vec<2> prescribed_tangent(const Junctions<2>& junctions, const LinearMesh<2>& mesh, std::span<const FacetId> shell,
                           VertexId v) {
     const Vec<2> n = shell.size() == 1 ? junctions.normal(mesh, shell[0], v) : Vec<2>{};
     return {{-n[1], n[0]}};
 }
-/// Where two prescribed surfaces meet at an angle.
+/// Nonzero for two prescribed surfaces at an angle.
 Vec<3> prescribed_tangent(const Junctions<3>& junctions, const LinearMesh<3>& mesh, std::span<const FacetId> shell,
                           VertexId v) {
     constexpr double min_sine = 0.1;
@@ -330,7 +327,6 @@ Vec<3> prescribed_tangent(const Junctions<3>& junctions, const LinearMesh<3>& me
     return norm(line) > min_sine ? normalised(line) : Vec<3>{};
 }
 
-/// The curve edges that end at vertices where prescribed ones do, by vertex.
 struct EdgeAt {
     VertexId vertex;
     EdgeId edge;
@@ -347,7 +343,7 @@ std::vector<EdgeAt> prescribed_ends(const LinearMesh<D>& mesh, const EdgeSet<D>&
     return ends;
 }
 
-/// All that tells the tangent of a curve edge at its end v.
+/// Computes the tangent of a curve edge at its end v.
 template <int D>
 struct TangentSources {
     const LinearMesh<D>& mesh;
@@ -358,7 +354,7 @@ struct TangentSources {
     GivenAtVertices<D> given;
     double min_cosine = 2;
 
-    /// By how much the curve turns at the end of its first edge; not at all where it ends there.
+    /// Turn at the end of the first edge; 0: the curve ends there.
     [[nodiscard]] double next_turn(VertexId v, EdgeId e) const {
         const auto ahead = chains.walk(v, e);
         if (ahead.size() < 2) return 0;
@@ -369,7 +365,7 @@ struct TangentSources {
         return 2 * asin(std::fmin(1, distance(a, b) / 2));
     }
 
-    /// The prescribed tangent at v that edge e goes on in, along what is fitted to it; else the zero vector.
+    /// Prescribed tangent that continues edge e at v, in the fitted direction; else zero.
     [[nodiscard]] Vec<D> tangent_beyond(VertexId v, EdgeId e, const Vec<D>& fitted) const {
         double least = std::numbers::pi / 2;
         Vec<D> tangent;

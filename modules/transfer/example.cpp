@@ -1,5 +1,5 @@
-// camber.transfer: a front on a square of 10 x 10 cells goes to one of 13 x 13, and back, ten times: how much of it is
-// lost by interpolation, and by the projection that keeps its integral.
+// Example of camber.transfer: a front moves between meshes of 10 x 10 and 13 x 13 cells ten times, by interpolation and
+// by conservative projection.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -12,7 +12,6 @@ import camber.transfer;
 
 using namespace camber;
 
-/// The unit square in n x n cells of two triangles.
 static LinearMesh<2> square(std::size_t n) {
     LinearMesh<2> mesh;
     Buffer<Vec<2>> points;
@@ -32,7 +31,6 @@ static LinearMesh<2> square(std::size_t n) {
     return mesh;
 }
 
-/// With a node in the middle of each edge.
 static Outcome<QuadraticMesh<2>> of_degree_2(LinearMesh<2> linear, const Execution& execution) {
     auto edges = unique_edges(linear, execution);
     if (!edges) return fail(edges.error());

@@ -1,4 +1,4 @@
-// Finds the old elements of new points, interpolates there and integrates residuals.
+// Locates new points in old elements, interpolates and integrates residuals.
 module;
 #include <algorithm>
 #include <array>
@@ -20,8 +20,7 @@ namespace camber {
 
 namespace {
 
-/// Some elements of a mesh with the vertices and edges that they have, numbered anew; `number` is all invalid, before
-/// and after.
+/// Submesh with renumbered vertices; `number` is all invalid before and after.
 template <int D>
 QuadraticMesh<D> part_of_mesh(const QuadraticMesh<D>& mesh, const std::vector<std::uint32_t>& elements,
                               Buffer<VertexId>& number) {
@@ -50,7 +49,7 @@ QuadraticMesh<D> part_of_mesh(const QuadraticMesh<D>& mesh, const std::vector<st
     part.linear.elements.vertices = std::move(simplices);
     part.linear.elements.references = std::move(references);
     part.edges.of_elements = std::move(of_elements);
-    part.mid_nodes = mesh.mid_nodes;  // edges keep their numbers: location asks for nothing else of them
+    part.mid_nodes = mesh.mid_nodes;  // edges keep their numbers, since location uses nothing else of them
     return part;
 }
 
@@ -143,7 +142,7 @@ std::uint32_t Sources<D>::across(std::size_t material, std::uint32_t element, st
     return is_all ? next.value : part.elements[next.index()];
 }
 
-/// Newton's method from the centre, with the Jacobian of the place once the element bends.
+/// Newton's method from the centre; updates the Jacobian in curved elements.
 template <int D>
 bool Nearby<D>::is_inside(const Tried& here, const Vec<D>& p, Barycentric<D>& xi) {
     constexpr int most_steps = 6;
@@ -173,7 +172,7 @@ bool Nearby<D>::is_inside(const Tried& here, const Vec<D>& p, Barycentric<D>& xi
     return false;
 }
 
-/// The old element across the face that p lies farthest behind, by the linear map at the centre.
+/// Neighbour across the face with the lowest coordinate, by the linear map at the centre.
 template <int D>
 std::uint32_t Nearby<D>::next_towards(const Tried& here, const Vec<D>& p) const {
     const Vec<D> step = here.inverse * (p - here.map.origin - here.centre);
@@ -208,7 +207,6 @@ OldPlace<D> Nearby<D>::find(const Vec<D>& p) {
     return found(known == tried_.end() ? remember(place.element) : i, place);
 }
 
-/// Puts the element first, where the next point is likely to be.
 template <int D>
 OldPlace<D> Nearby<D>::found(std::size_t i, OldPlace<D> place) {
     Tried& here = tried_[i];
@@ -234,7 +232,6 @@ std::size_t Nearby<D>::remember(std::uint32_t element) {
 
 namespace {
 
-/// What became of some nodes.
 struct Counts {
     std::size_t kept = 0, inside = 0, outside = 0, lost = 0;
     double largest_distance = 0;
@@ -248,7 +245,6 @@ Counts together(Counts a, const Counts& b) {
     return a;
 }
 
-/// Of each old node one of its elements, or `none`.
 template <int D>
 Buffer<std::uint32_t> elements_at_nodes(const QuadraticMesh<D>& mesh) {
     Buffer<std::uint32_t> at(node_count_of(mesh, 2), none);
@@ -298,7 +294,6 @@ class Interpolation {
             default_grain);
     }
 
-    /// All fields at new node n.
     void put(std::size_t n, Counts& counts) {
         const std::uint32_t same = same_.old_node[n];
         const std::size_t vertices = new_.linear.points.size();
@@ -330,7 +325,7 @@ class Interpolation {
                 add_field<D, 2>(old_, place.element, quadratic, fields_[f].values.data(), out);
         }
     }
-    /// Copies what the old node has; whether that was all fields. (A field of degree 1 has no value at an edge's node.)
+    /// Copies the values of the old node; false if a field has none (degree 1 at an edge node).
     [[nodiscard]] bool put_kept(std::size_t n, std::uint32_t same) {
         bool all = true;
         for (std::size_t f = 0; f < fields_.size(); ++f) {
@@ -343,7 +338,7 @@ class Interpolation {
         return all;
     }
 
-    /// Where the old mesh has new node n: in an element of one of its materials, else nearest to one.
+    /// Old place of new node n, in an element of one of its materials or nearest to one.
     [[nodiscard]] OldPlace<D> find(std::size_t n) const {
         const Vec<D>& p = place_of(new_, n);
         OldPlace<D> best;
@@ -378,7 +373,7 @@ class Interpolation {
     const Sources<D>& sources_;
     NodeMaterials materials_;
     Buffer<std::uint32_t> old_element_at_;
-    std::size_t nodes_ = 0;  ///< of the field that has most
+    std::size_t nodes_ = 0;  ///< maximum over the fields
     Interpolated out_;
 };
 
@@ -404,10 +399,9 @@ std::vector<std::uint8_t> asked_materials(const QuadraticMesh<D>& new_mesh, cons
 
 namespace {
 
-/// Elements whose parts of the residuals are held at a time.
+/// Elements whose residuals are in memory at a time.
 constexpr std::size_t block_size = 16384;
 
-/// The part of one degree, for a block of elements.
 template <int D, int K>
 class Parts {
   public:
@@ -427,9 +421,8 @@ class Parts {
         projection.high.assign(components_ * projection.matrix.size(), -infinity);
     }
 
-    /// What a thread has of an element.
     struct Scratch {
-        std::vector<double> values;  ///< u at the nodes, component after component
+        std::vector<double> values;  ///< u at the nodes, by component
     };
     void begin(std::size_t i, std::size_t e, Scratch& scratch) {
         std::ranges::fill(row(i), 0.0);
@@ -439,7 +432,7 @@ class Parts {
             for (const std::size_t n : all) scratch.values.push_back(projection_.block.values[n * components_ + c]);
     }
 
-    /// Adds weight φ (u_old − u) at point q of the rule, where the old mesh has `place`.
+    /// Adds weight φ (u_old − u) at point q of the rule, with old position `place`.
     void add(std::size_t i, std::size_t q, double weight, const OldPlace<D>& place, Scratch& scratch) {
         if (components_ == 0) return;
         const auto& phi = projection_.reference.functions[q];
@@ -455,7 +448,7 @@ class Parts {
             for (std::size_t k = 0; k < nodes; ++k) out[k] += weight * difference * phi[k];
         }
     }
-    /// The limits that the old elements of new element number i of the block have.
+    /// Limits of new element i of the block from its old elements.
     void limit(std::size_t i, std::span<const std::uint32_t> old_elements) {
         if (!has_limits_) return;
         for (std::size_t c = 0; c < components_; ++c) {
@@ -469,7 +462,6 @@ class Parts {
             limits_[2 * (i * components_ + c) + 1] = high;
         }
     }
-    /// Adds element number i of the block to the unknowns.
     void scatter(std::size_t i, std::size_t slot) {
         if (components_ == 0) return;
         const auto& unknowns = projection_.matrix.unknowns(slot);

@@ -1,4 +1,4 @@
-// Corrects transferred values so that integrals and limits are preserved.
+// Corrects transferred values to preserve integrals and limits.
 module;
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-// The macro alloca, which Eigen takes otherwise, does not come along where the standard headers are one module.
+// Eigen's default, the macro alloca, is lost where the standard headers are one module.
 #define EIGEN_ALLOCA __builtin_alloca
 #include <Eigen/Dense>
 module camber.transfer;
@@ -72,12 +72,12 @@ Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals(
 
 namespace {
 
-/// C M⁻¹ Cᵀ of some integrals: by how much each changes for the multiplier of each. It may be singular: integrals over
-/// elements without free nodes have no say, and a node on an interface has but one for two.
+/// C M⁻¹ Cᵀ of some integrals: the change of each per multiplier. May be singular: integrals over elements without free
+/// nodes cannot change, and interface nodes couple two.
 class Reach {
   public:
     Reach() = default;
-    /// Rows are scaled for the pseudo-inverse, since materials may be of very different volumes.
+    /// Rows are scaled for the pseudo-inverse, since volumes of materials differ widely.
     explicit Reach(const Eigen::MatrixXd& a) : square_(0.5 * (a + a.transpose())) {
         constexpr double singular = 1e-10;
         Eigen::VectorXd scale = a.diagonal();
@@ -89,11 +89,10 @@ class Reach {
         is_whole_ = decomposition.rank() == a.rows();
     }
     [[nodiscard]] const Eigen::MatrixXd& square() const { return square_; }
-    /// Whether any integrals can be reached.
     [[nodiscard]] bool is_whole() const { return is_whole_; }
-    /// The multipliers of the least change that comes nearest to `gap`.
+    /// Multipliers of the smallest change that comes closest to `gap`.
     [[nodiscard]] Eigen::VectorXd multipliers(const Eigen::VectorXd& gap) const { return inverse_ * gap; }
-    /// What of `gap` no change reaches; exactly 0 where that is rounding.
+    /// Unreachable part of `gap`, exactly 0 within rounding.
     [[nodiscard]] Eigen::VectorXd rest(const Eigen::VectorXd& gap) const {
         constexpr double rounding = 1e-8;
         Eigen::VectorXd rest = Eigen::VectorXd::Zero(gap.size());
@@ -109,14 +108,13 @@ class Reach {
     bool is_whole_ = true;
 };
 
-/// A change of the unknowns, and what is to be wanted of each group after it.
+/// Change of the unknowns and new group targets.
 struct LeastChange {
     Buffer<double> change;
-    std::vector<double> moved;           ///< of each group: by how much its own integral is to be another
+    std::vector<double> moved;           ///< per group: change of the target integral
     std::size_t spread = 0, unkept = 0;  ///< see TransferStatistics
 };
 
-/// The changes in L2 that integrals by group can be put right by.
 template <int D, int K>
 class Changes {
   public:
@@ -129,8 +127,8 @@ class Changes {
                 if (u != none) patch_of_[u] = patches.groups[patches.group_of_new[slot]].patch;
     }
 
-    /// M⁻¹ Cᵀ, a column for the first group of each patch, one for the second, and so on: patches do not touch. And of
-    /// each patch what it can reach, and of all together by material.
+    /// Computes M⁻¹ Cᵀ, with a column for the k-th groups of all patches, which are disjoint, and the reach of each
+    /// patch and of all by material.
     [[nodiscard]] Outcome<Done> make(const Execution& execution) {
         std::size_t most = 0;
         std::vector<Eigen::MatrixXd> squares;
@@ -161,8 +159,8 @@ class Changes {
         return Done{};
     }
 
-    /// The least change by which the integrals over the groups change so much. What the nodes of a patch cannot reach
-    /// is made up for by the least change of all nodes that does so by material.
+    /// Smallest change of the integrals by `gap`. Parts that a patch cannot reach use the smallest change of all nodes,
+    /// by material.
     [[nodiscard]] LeastChange least(const std::vector<double>& gap) const {
         LeastChange out{.change = Buffer<double>(matrix_.size(), 0), .moved = std::vector<double>(gap.size(), 0)};
         std::vector<double> lambda(gap.size());
@@ -185,7 +183,7 @@ class Changes {
     }
 
   private:
-    /// Of the integrals over all groups of each material.
+    /// Reach of each material's integral over all its groups.
     [[nodiscard]] Reach reach_of_materials() const {
         const auto m = static_cast<Eigen::Index>(materials_);
         Eigen::MatrixXd all = Eigen::MatrixXd::Zero(m, m);
@@ -196,7 +194,6 @@ class Changes {
                         of_patches_[p].square()(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
         return Reach(all);
     }
-    /// Adds to the multipliers those by which the integrals over the materials change so much.
     void spread(const Eigen::VectorXd& missing, std::vector<double>& lambda, LeastChange& out) const {
         const Eigen::VectorXd of_material = of_materials_.multipliers(missing);
         for (const double rest : of_materials_.rest(missing)) out.unkept += rest != 0 ? 1 : 0;
@@ -208,7 +205,6 @@ class Changes {
             of_patch(out.moved, p) += of_patches_[p].square() * own;
         }
     }
-    /// The part of numbers of the groups that is a patch's.
     [[nodiscard]] Eigen::Map<Eigen::VectorXd> of_patch(std::vector<double>& groups, std::size_t p) const {
         return {groups.data() + patches_.first_group[p], static_cast<Eigen::Index>(groups_of(p))};
     }
@@ -241,10 +237,10 @@ class Changes {
     const Patches& patches_;
     MassMatrix<D, K>& matrix_;
     std::size_t materials_;
-    Buffer<std::uint32_t> patch_of_;  ///< of each unknown
+    Buffer<std::uint32_t> patch_of_;  ///< per unknown
     std::vector<Buffer<double>> columns_;
     std::vector<Reach> of_patches_;  ///< their groups
-    Reach of_materials_;             ///< all groups of each; made where some patch is not whole
+    Reach of_materials_;             ///< over all groups; only if some patch is not whole
 };
 
 }  // namespace
@@ -277,7 +273,7 @@ Outcome<std::vector<double>> missing_integrals(const TransferScene<D>& scene,
         execution);
     if (!after) return fail(after.error());
     const std::vector<Sum>& before = projection.before;
-    // A material that comes where it was not has no integral to keep.
+    // A new material has no integral to preserve.
     std::vector<std::uint8_t> was_there(patches.groups.size(), 0);
     for (const std::uint32_t group : patches.group_of_old)
         if (group != no_group) was_there[group] = 1;
@@ -296,7 +292,7 @@ Outcome<Done> keep_integrals(const TransferScene<D>& scene, const typename Patch
                              Projection<D, K>& projection, const Execution& execution) {
     Changes<D, K> changes(patches, scene.materials.size(), projection.matrix);
     const std::size_t components = projection.block.components;
-    // Once, and again for what the columns' own errors left.
+    // The repetitions correct the errors of the columns.
     constexpr int rounds = 3;
     for (int round = 0; round < rounds; ++round) {
         const auto missing = missing_integrals(scene, patches, projection, execution);
@@ -333,8 +329,8 @@ CAMBER_INSTANTIATE(3, 2)
 
 namespace {
 
-/// Of each unknown ∫ φ, and the one group that all of its elements are of; `no_group` on interfaces, whose nodes
-/// would change two groups at once.
+/// ∫ φ per unknown, and the group of all its elements; `no_group` on interfaces, where a change would affect two
+/// groups.
 template <int D, int K>
 struct Movable {
     Buffer<double> weight;
@@ -375,11 +371,11 @@ Outcome<Done> keep_limits(const TransferScene<D>& scene, const typename PatchSea
                 std::clamp(value(u, c), projection.low[u * components + c], projection.high[u * components + c]);
     const auto free = movable<D, K>(patches, projection.matrix, execution);
     if (!free) return fail(free.error());
-    // Twice: what rounding leaves of the first is moved by the second.
+    // The second pass corrects rounding of the first.
     for (int round = 0; round < 2; ++round) {
         const auto missing = missing_integrals(scene, patches, projection, execution);
         if (!missing) return fail(missing.error());
-        // How far a node may move in the direction that helps.
+        // Admissible move of a node in the required direction.
         const auto room = [&](std::size_t u, std::size_t c) {
             const double gap = (*missing)[free->group[u] * components + c] * free->weight[u];
             if (gap == 0) return 0.0;

@@ -16,11 +16,10 @@ import :transferred;
 
 namespace camber {
 
-/// Nodes of a field of degree K in a D-simplex.
 template <int D, int K>
 inline constexpr int field_nodes = K == 1 ? D + 1 : quadratic_nodes<D>;
 
-/// The Lagrange functions of degree K: of the vertices, then of the edges in the order of `local_edges`.
+/// Lagrange functions of degree K: vertices, then edges in the order of `local_edges`.
 template <int D, int K>
 [[nodiscard]] constexpr std::array<double, field_nodes<D, K>> lagrange(const Barycentric<D>& xi) {
     std::array<double, field_nodes<D, K>> phi{};
@@ -30,7 +29,7 @@ template <int D, int K>
     return phi;
 }
 
-/// The nodes of an element: vertices, then V + the edge's number.
+/// Element nodes: vertices, then V + the edge's number.
 template <int D, int K>
 [[nodiscard]] std::array<std::size_t, field_nodes<D, K>> nodes_of(const QuadraticMesh<D>& mesh, std::size_t e) {
     std::array<std::size_t, field_nodes<D, K>> nodes{};
@@ -41,20 +40,18 @@ template <int D, int K>
     return nodes;
 }
 
-/// Where node n of a mesh is.
 template <int D>
 [[nodiscard]] const Vec<D>& place_of(const QuadraticMesh<D>& mesh, std::size_t n) {
     const std::size_t vertices = mesh.linear.points.size();
     return n < vertices ? mesh.linear.points[n] : mesh.mid_nodes[n - vertices].point;
 }
 
-/// F of an element, relative to its vertex 0: only differences of stored numbers occur, so errors are relative to the
-/// element and not to its place.
+/// F relative to an element's vertex 0: errors are relative to its size.
 template <int D>
 struct ElementMap {
     Vec<D> origin;
     QuadraticSimplex<D, D> relative;
-    bool is_straight = true;  ///< all edges' nodes are the middles of their chords, to the bit: F is affine
+    bool is_straight = true;  ///< all edge nodes are bitwise the chords' middles: F is affine
 
     [[nodiscard]] Vec<D> at(const Barycentric<D>& xi) const { return origin + relative.point(xi); }
     [[nodiscard]] double determinant(const Barycentric<D>& xi) const { return det(Mat<D>{relative.derivatives(xi)}); }
@@ -71,7 +68,7 @@ template <int D>
         const auto [i, j] = local_edges<D>[k];
         const Vec<D>& node = mesh.mid_nodes[mesh.edges.of_elements[e][k]].point;
         const bool is_middle = node == midpoint(mesh.linear.points[v[i]], mesh.linear.points[v[j]]);
-        // A middle is the middle of the differences, too, which its own rounding far from 0 is not.
+        // Far from 0 a rounded middle is not the middle of the differences.
         control[D + 1 + k] = is_middle
                                  ? midpoint(control[i], control[j])
                                  : control_point(control[i], LagrangeNode<D>{node - map.origin}, control[j]).point;
@@ -82,8 +79,8 @@ template <int D>
 
 inline constexpr std::uint32_t none = 0xffffffffU;
 
-/// Which elements of two meshes are of one material: those of a reference that both have, where each of them has more
-/// than one; all others are of the last material, the rest.
+/// Materials shared by two meshes: their common references, if each mesh has more than one. Other elements belong to
+/// the last material, the rest.
 template <int D>
 class Materials {
   public:
@@ -94,7 +91,6 @@ class Materials {
             if (std::ranges::find(new_references, r) != new_references.end()) shared_.push_back(r);
     }
 
-    /// 0 … rest().
     [[nodiscard]] std::size_t of(Reference reference) const {
         const auto at = std::ranges::lower_bound(shared_, reference);
         return at != shared_.end() && *at == reference ? static_cast<std::size_t>(at - shared_.begin()) : rest();
@@ -120,10 +116,9 @@ class Materials {
         return all;
     }
 
-    std::vector<Reference> shared_;  ///< rising
+    std::vector<Reference> shared_;  ///< ascending
 };
 
-/// The materials of the elements around each node.
 class NodeMaterials {
   public:
     template <int D>
@@ -142,7 +137,7 @@ class NodeMaterials {
         others_.erase(twice.begin(), twice.end());
     }
 
-    /// visit(material) of each until it says that this will do; a node of no element is of the rest.
+    /// Calls `visit(material)` until it returns true; nodes without elements have the rest.
     template <class Visit>
     void visit(std::size_t n, Visit&& visit) const {
         if (visit(first_[n] == none ? rest_ : first_[n])) return;
@@ -153,11 +148,11 @@ class NodeMaterials {
 
   private:
     Buffer<std::uint32_t> first_;
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> others_;  ///< nodes of interfaces: (node, material), rising
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> others_;  ///< interface nodes: (node, material), ascending
     std::size_t rest_;
 };
 
-/// A sum that keeps what rounding takes from it (Neumaier 1974), and the sum of the terms' sizes.
+/// Compensated sum (Neumaier 1974), with the sum of absolute values.
 struct Sum {
     double total = 0, rest = 0, size = 0;
 
@@ -170,8 +165,8 @@ struct Sum {
     [[nodiscard]] double value() const { return total + rest; }
 };
 
-/// Sums by group of what `terms(slot, out)` writes for the slots below n, `columns` numbers each: group after group.
-/// Terms are made in parallel and added in the order of the slots. A group of `no_group` is left out.
+/// Sums by group the `columns` numbers that `terms(slot, out)` writes for slots below n; result by group. Terms are
+/// computed in parallel, but added in slot order. `no_group` is skipped.
 inline constexpr std::uint32_t no_group = 0xffffffffU;
 template <class Terms>
 [[nodiscard]] Outcome<std::vector<Sum>> sums_by_group(std::span<const std::uint32_t> group_of, std::size_t groups,
@@ -194,33 +189,32 @@ template <class Terms>
     return sums;
 }
 
-/// What two meshes have in common, to the bit. Nodes are numbered as those of a field of degree 2.
+/// Bitwise common parts of two meshes. Nodes are numbered as for degree 2.
 struct Same {
-    Buffer<std::uint32_t> old_node;     ///< of each new node: the old one at its place, or `none`
-    Buffer<std::uint32_t> old_element;  ///< of each new element: the old one with its nodes and material, or `none`
-    Buffer<std::uint8_t> is_kept;       ///< of each old element: whether it is one of these
+    Buffer<std::uint32_t> old_node;     ///< per new node: old one at its position, or `none`
+    Buffer<std::uint32_t> old_element;  ///< per new element: old one with its nodes and material, or `none`
+    Buffer<std::uint8_t> is_kept;       ///< per old element: true if it is one of these
 };
 
-/// Of several old nodes at a place (the two sides of a crack) a new one gets that of an element that it keeps, or else
-/// the first. Errors: memory, stopped.
+/// If several old nodes share a position (a crack), a new node gets that of an unchanged element, else the first.
+/// Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<Same> find_same(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh,
                                       const Materials<D>& materials, const Execution& execution);
 
-/// The errors of `transfer` that its input alone makes.
+/// Input errors of `transfer`.
 template <int D>
 [[nodiscard]] Outcome<Done> check_input(const QuadraticMesh<D>& old_mesh, std::span<const TransferField> fields,
                                         const QuadraticMesh<D>& new_mesh, const TransferOptions& options,
                                         const Execution& execution);
 
-/// The integrals of each field by material, before and after; materials without elements are left out. Errors: memory,
-/// stopped.
+/// Integrals of each field by material, before and after; without empty materials. Errors: memory, stopped.
 template <int D>
 [[nodiscard]] Outcome<std::vector<std::vector<MaterialIntegrals>>> total_integrals(
     const QuadraticMesh<D>& old_mesh, std::span<const TransferField> old_fields, const QuadraticMesh<D>& new_mesh,
     std::span<const TransferField> new_fields, const Materials<D>& materials, const Execution& execution);
 
-/// ∫ φ_α |det J| over elements: exact, the integrand is a polynomial of degree D + 2 at most where det J > 0.
+/// ∫ φ_α |det J| over elements; exact where det J > 0 (polynomial of degree D + 2 at most).
 template <int D, int K>
 class Weights {
   public:
@@ -253,13 +247,13 @@ class Weights {
     Functions reference_{};
 };
 
-/// Values at the nodes of a field, `components` each.
+/// Nodal values, `components` each.
 struct NodalValues {
     std::span<const double> values;
     std::size_t components = 1;
 };
 
-/// The integrals of a field's components over elements, by group. `element(slot)`: the element's number.
+/// Integrals of a field over elements, by group. `element(slot)`: element number.
 template <int D, int K, class ElementOf>
 [[nodiscard]] Outcome<std::vector<Sum>> integrals_by_group(const QuadraticMesh<D>& mesh, const ElementOf& element,
                                                            std::span<const std::uint32_t> group_of, std::size_t groups,
@@ -280,15 +274,15 @@ template <int D, int K, class ElementOf>
         execution);
 }
 
-/// All fields of one degree as one: the components of all of them side by side, which share matrices and places.
+/// Fields of one degree, components side by side, sharing matrices.
 struct Block {
     int degree = 2;
-    std::vector<std::size_t> fields;    ///< their numbers
-    std::size_t components = 0;         ///< of all of them
-    Buffer<double> old_values, values;  ///< at the old and at the new nodes
+    std::vector<std::size_t> fields;    ///< field numbers
+    std::size_t components = 0;         ///< total
+    Buffer<double> old_values, values;  ///< at old and at new nodes
 };
 
-/// The block of a degree; `values` are those of all fields at the new nodes.
+/// `values` are those of all fields at the new nodes.
 [[nodiscard]] inline Block block_of(int degree, std::span<const TransferField> fields,
                                     const std::vector<Buffer<double>>& values) {
     Block block{.degree = degree, .fields = {}, .components = 0, .old_values = {}, .values = {}};
@@ -317,7 +311,6 @@ struct Block {
     return block;
 }
 
-/// Puts the new values of a block back into those of its fields.
 inline void put_back(const Block& block, std::span<const TransferField> fields, std::vector<Buffer<double>>& values) {
     std::size_t first = 0;
     for (const std::size_t f : block.fields) {

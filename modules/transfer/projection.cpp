@@ -1,4 +1,4 @@
-// Projects fields in L2: mass matrices, patches and the solution.
+// L2 projection of fields: mass matrices, patches and solution.
 module;
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@ module;
 #include <span>
 #include <utility>
 #include <vector>
-// The macro alloca, which Eigen takes otherwise, does not come along where the standard headers are one module.
+// Eigen's default, the macro alloca, is lost where the standard headers are one module.
 #define EIGEN_ALLOCA __builtin_alloca
 #include <Eigen/Dense>
 module camber.transfer;
@@ -23,11 +23,10 @@ namespace camber {
 
 namespace {
 
-/// Of the nodes of any element: of one size for all, so that Eigen's decomposition is compiled once.
+/// Maximum over all elements, so that Eigen's decomposition is compiled once.
 constexpr int most_nodes = field_nodes<3, 2>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_nodes, most_nodes>;
 
-/// The least and the largest eigenvalue of a symmetric matrix.
 std::array<double, 2> extremes(const Square& symmetric) {
     const Eigen::SelfAdjointEigenSolver<Square> solver(symmetric, Eigen::EigenvaluesOnly);
     return {solver.eigenvalues()[0], solver.eigenvalues()[symmetric.rows() - 1]};
@@ -94,7 +93,7 @@ Outcome<MassMatrix<D, K>> MassMatrix<D, K>::make(const QuadraticMesh<D>& mesh,
             return d;
         };
         if (auto done = m.assemble(diagonals, m.inverse_diagonal_, execution); !done) return fail(done.error());
-        for (double& d : m.inverse_diagonal_) d = d > 0 ? 1 / d : 0;  // a node of vanishing elements alone stays
+        for (double& d : m.inverse_diagonal_) d = d > 0 ? 1 / d : 0;  // a node with vanishing elements only stays
         return m;
     });
 }
@@ -159,7 +158,7 @@ Outcome<Done> MassMatrix<D, K>::weigh(const QuadraticMesh<D>& mesh, const std::v
             curved_[curved_at_[slot]] = element.matrix;
             scales_[slot] = 0;
             all.turned += element.least > 0 ? 0 : 1;
-            // m M̂ ≤ M ≤ n M̂ with m ≤ det J ≤ n, and so their diagonals: rough, and enough where det J varies little.
+            // m M̂ ≤ M ≤ n M̂ with m ≤ det J ≤ n, hence also for the diagonals; sufficient if det J varies little.
             const double ratio = element.largest / element.least;
             std::array<double, 2> bounds{reference.low / ratio, reference.high * ratio};
             if (!(element.least > 0) || !(ratio < 1.5)) bounds = ReferenceMass<D, K>::eigenvalues(element.matrix);
@@ -216,8 +215,7 @@ auto MassMatrix<D, K>::local_product(std::size_t slot, const std::array<double, 
 template <int D, int K>
 Outcome<Done> MassMatrix<D, K>::solve(std::span<double> r, std::span<double> x, const Execution& execution) {
     // Saad, Iterative Methods for Sparse Linear Systems, algorithm 12.1, with the eigenvalues in θ ± δ. The error falls
-    // as 2 q^k, q = (√κ − 1)/(√κ + 1). An element that nearly vanishes somewhere makes κ large: then the work is
-    // bounded.
+    // as 2 q^k, q = (√κ − 1)/(√κ + 1). An element that nearly vanishes makes κ large, so the work is bounded.
     constexpr double share = 1e-10, least_eigenvalue = 1e-3;
     const double low = std::max(low_, least_eigenvalue * high_);
     const double root = std::sqrt(high_ / low), q = (root - 1) / (root + 1);
@@ -265,7 +263,7 @@ Changed find_changed(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& n
     return changed;
 }
 
-// The sets' items: new slots, old slots, old nodes, new nodes.
+// Items of the sets: new slots, old slots, old nodes, new nodes.
 template <int D>
 PatchSearch<D>::PatchSearch(const QuadraticMesh<D>& old_mesh, const QuadraticMesh<D>& new_mesh, const Same& same,
                             const Changed& changed)
@@ -295,7 +293,7 @@ auto PatchSearch<D>::patches(const QuadraticMesh<D>& old_mesh, const QuadraticMe
                              const Materials<D>& materials) -> Patches {
     Patches out;
     const std::size_t first_old = changed_.new_elements.size();
-    // The lowest item of a patch is its first new element; of a set without one an old element.
+    // The lowest item of a patch is its first new, else old element.
     std::vector<std::uint32_t> patch_of(first_old, none);
     std::vector<typename Patches::Group> of_new(first_old);
     for (std::size_t slot = 0; slot < first_old; ++slot) {
@@ -344,7 +342,7 @@ Outcome<Projection<D, K>> begin_projection(const TransferScene<D>& scene, std::s
     return projection;
 }
 
-/// The nearest field in L2, from the residual of the interpolated one; then its integrals, and its limits.
+/// Solves for the nearest field in L2, then corrects integrals and limits.
 template <int D, int K>
 Outcome<Done> finish_projection(const TransferScene<D>& scene, const typename PatchSearch<D>::Patches& patches,
                                 Projection<D, K>& projection, const Execution& execution) {

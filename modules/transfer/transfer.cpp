@@ -1,4 +1,4 @@
-// Transfers fields: checks inputs, finds elements that both meshes share, and calls the method.
+// Checks inputs, finds common elements and calls the transfer method.
 module;
 #include <algorithm>
 #include <array>
@@ -56,7 +56,7 @@ Outcome<Transferred> transfer(const QuadraticMesh<D>& old_mesh, std::span<const 
 
 namespace {
 
-/// A node as files number it.
+/// Node with its number in files.
 template <int D>
 Entity entity_of(const QuadraticMesh<D>& mesh, std::size_t n) {
     const std::size_t vertices = mesh.linear.points.size();
@@ -64,7 +64,7 @@ Entity entity_of(const QuadraticMesh<D>& mesh, std::size_t n) {
     return {"edge", n - vertices + 1};
 }
 
-/// The lowest i < n that is bad, or n.
+/// Lowest i < n with `is_bad(i)`, or n.
 template <class IsBad>
 Outcome<std::size_t> first_bad(std::size_t n, const IsBad& is_bad, const Execution& execution) {
     return reduce_each(
@@ -134,7 +134,7 @@ Outcome<Done> check_input(const QuadraticMesh<D>& old_mesh, std::span<const Tran
 
 namespace {
 
-/// The bits of a place; −0 is 0.
+/// Bits of a position; −0 becomes 0.
 template <int D>
 std::array<std::uint64_t, D> bits_of(const Vec<D>& p) {
     std::array<std::uint64_t, D> bits{};
@@ -142,11 +142,11 @@ std::array<std::uint64_t, D> bits_of(const Vec<D>& p) {
     return bits;
 }
 
-/// An element by the first old nodes at the places of its vertices, which rise.
+/// Key of an element: first old nodes at its vertices' positions, ascending.
 template <int D>
 using Corners = std::array<std::uint64_t, D + 1>;
 
-/// The items i < n by their keys, key(i): of items with equal keys the first.
+/// Items i < n by key(i); the first of equal ones.
 template <class KeyOf>
 RowTable table_of(std::size_t n, const KeyOf& key) {
     RowTable table(n);
@@ -169,10 +169,9 @@ class Matching {
           first_(first_nodes()),
           elements_(table_of(old_mesh.linear.elements.size(), old_corners())) {}
 
-    /// The first old node at the place of a new one.
     [[nodiscard]] std::uint32_t node(std::size_t n) const { return node_at(place_of(new_, n)); }
 
-    /// The old element with the nodes and the material of a new one, by the old nodes of the latter.
+    /// Old element with the same nodes and material as a new one; `old_node` holds the nodes.
     [[nodiscard]] std::uint32_t element(std::size_t e, const Buffer<std::uint32_t>& old_node) const {
         Corners<D> corners{};
         for (int i = 0; i <= D; ++i) {
@@ -190,7 +189,7 @@ class Matching {
         return found;
     }
 
-    /// Of the nodes of a new element those of an old one with the same vertices that are at their places; none: none.
+    /// Old element nodes at the positions of a new element with the same vertices; none if any is missing.
     [[nodiscard]] auto counterparts(std::size_t e, std::size_t found) const {
         const auto mine = nodes_of<D, 2>(new_, e), theirs = nodes_of<D, 2>(old_, found);
         std::array<std::uint32_t, quadratic_nodes<D>> out{};
@@ -230,7 +229,7 @@ class Matching {
     const QuadraticMesh<D>& new_;
     const Materials<D>& materials_;
     RowTable nodes_;
-    Buffer<std::uint32_t> first_;  ///< of each old vertex: the first old node at its place
+    Buffer<std::uint32_t> first_;  ///< per old vertex: first old node at its position
     RowTable elements_;
 };
 

@@ -1,4 +1,3 @@
-/// Fields that follow a mesh that changed: interpolated at the new nodes, or projected where the mesh changed so that
-/// what they hold in all is kept.
+/// Transfer of fields between meshes: interpolation, or local projection that preserves integrals.
 export module camber.transfer;
 export import :transferred;

@@ -15,21 +15,21 @@ module camber.validity;
 import camber.core;
 import camber.bezier;
 
-// The level without rounding. Doubles are whole multiples of a power of two; that of an axis may be taken out, since it
-// multiplies det J and det of the straight element alike. So all is integers, and bisection needs no division.
+// The level without rounding. Doubles are integer multiples of a power of two. The power of each axis is factored out,
+// because it multiplies det J and det of the straight element alike. All values are then integers, and bisection needs
+// no division.
 namespace camber {
 
-/// Up to 512 bits in place, which holds a tetrahedron of ordinary nodes; more on the heap.
+/// 512 bits in place suffice for a typical tetrahedron; larger values use the heap.
 using Integer =
     boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>, boost::multiprecision::et_off>;
 
 namespace {
 
-/// Longest path to a part: the deepest bisection.
 constexpr int longest_path = exact_depth;
 
-/// det J(ξ) on a part of an element: Bernstein coefficients of degree D, and det of the straight element, in the same
-/// unit. `path` tells which part it is: bisections by 2 · local edge + side.
+/// det J on a part (Bernstein coefficients of degree D) and det of the straight element, in one unit. `path`:
+/// bisections as 2 · local edge + side.
 template <int D>
 struct ExactJacobian {
     std::array<Integer, jacobian_coefficients<D>> values{};
@@ -38,12 +38,11 @@ struct ExactJacobian {
     int depth = 0;
 };
 
-/// Sums of neighbours are not halved one by one: the sum after m of n bisections is 2^m times too large. Halving makes
-/// up for it: in doubles by 2⁻ᵐ, exact but for underflow; in integers by 2^(n−m), so that all of them grow by 2ⁿ.
+/// Deferred halving: the sum after m of n bisections is 2^m times too large. Doubles are scaled by 2⁻ᵐ (exact except
+/// for underflow), integers by 2^(n−m), so that all of them grow by 2ⁿ.
 double halved(double x, int m, int) { return x * (1.0 / (1 << m)); }
 Integer halved(const Integer& x, int m, int n) { return x << (n - m); }
 
-/// The half on one side of the middle of a local edge.
 template <int D>
 ExactJacobian<D> half(ExactJacobian<D> part, int edge, int side) {
     part.path[part.depth++] = static_cast<std::uint8_t>(2 * edge + side);
@@ -55,8 +54,7 @@ ExactJacobian<D> half(ExactJacobian<D> part, int edge, int side) {
     return part;
 }
 
-/// The local edge along which the coefficients bend most. Where they bend along none, det J is affine, and its minimum
-/// at a corner.
+/// Local edge with the largest second difference; if all vanish, det J is affine.
 template <int D>
 int most_bent_edge(const ExactJacobian<D>& part) {
     int most = 0;
@@ -74,7 +72,6 @@ int most_bent_edge(const ExactJacobian<D>& part) {
     return most;
 }
 
-/// The local vertex with the smallest value of det J.
 template <int D>
 int lowest_corner(const ExactJacobian<D>& part) {
     int lowest = 0;
@@ -83,15 +80,14 @@ int lowest_corner(const ExactJacobian<D>& part) {
     return lowest;
 }
 
-/// The verdict on a part of an element.
 enum class PartVerdict : std::uint8_t { good, bad, split };
 
 struct SearchLimits {
     int depth, parts;
 };
 
-/// Depth first, the half with the lower corner first. `look(part)` judges; `bad(part)` is called with the part that
-/// ends the search. Undecided when a limit was met, and no part was bad.
+/// Depth-first search, the half with the lower corner first. `bad(part)` receives the part that ends the search.
+/// Undecided if a limit was reached.
 template <int D, class Look, class Bad>
 Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, Bad&& bad) {
     std::vector<ExactJacobian<D>> stack;
@@ -123,8 +119,7 @@ Verdict search(ExactJacobian<D> whole, const SearchLimits& limits, Look&& look, 
     return doubtful ? Verdict::undecided : Verdict::valid;
 }
 
-/// Weights of the element's vertices at each corner of a part. In integers exact, but for a power of two; in doubles
-/// exact for paths of up to 52 bisections.
+/// Vertex weights at the corners of a part. Integers are exact up to a power of two, doubles up to 52 bisections.
 template <class Weight, int D>
 std::array<std::array<Weight, D + 1>, D + 1> place_of(const ExactJacobian<D>& part) {
     std::array<std::array<Weight, D + 1>, D + 1> corners{};
@@ -141,7 +136,7 @@ std::array<std::array<Weight, D + 1>, D + 1> place_of(const ExactJacobian<D>& pa
     return corners;
 }
 
-/// mantissa · 2^exponent, the mantissa odd or 0.
+/// mantissa · 2^exponent; the mantissa is odd or 0.
 struct Dyadic {
     std::int64_t mantissa = 0;
     int exponent = 0;
@@ -159,7 +154,7 @@ using Points = std::array<Vec<D>, quadratic_nodes<D>>;
 template <int D>
 using IntegerPoints = std::array<std::array<Integer, D>, quadratic_nodes<D>>;
 
-/// The power of two that all coordinates along an axis are whole multiples of.
+/// Exponent of the largest power of two that divides an axis.
 template <int D>
 int common_exponent(const Points<D>& points, int c) {
     int lowest = 2000;
@@ -168,7 +163,6 @@ int common_exponent(const Points<D>& points, int c) {
     return lowest;
 }
 
-/// The points times a power of two for each axis.
 template <int D>
 IntegerPoints<D> integers(const Points<D>& points) {
     IntegerPoints<D> out;
@@ -182,10 +176,8 @@ IntegerPoints<D> integers(const Points<D>& points) {
     return out;
 }
 
-/// Which points an element is given by.
 enum class Form : std::uint8_t { nodes, control_points };
 
-/// Twice the columns' control vectors.
 template <int D>
 ColumnPoints<D, Integer> doubled_columns(const IntegerPoints<D>& n, Form form) {
     ColumnPoints<D, Integer> d;
@@ -198,8 +190,8 @@ ColumnPoints<D, Integer> doubled_columns(const IntegerPoints<D>& n, Form form) {
     return d;
 }
 
-/// Σ over the ordered D-tuples of vertices that make up α of the determinants of the columns' vectors: multinomial(α)
-/// times the coefficient, for `doubled_columns` without a further factor 2^D.
+/// Σ over the ordered D-tuples of vertices with sum α of the determinants of their column vectors: multinomial(α) times
+/// the coefficient, without a factor 2^D.
 template <int D>
 std::array<Integer, jacobian_coefficients<D>> ordered_sums(const ColumnPoints<D, Integer>& d) {
     const auto pairs = [&]<std::size_t... B>(std::index_sequence<B...>) {
@@ -228,11 +220,11 @@ std::array<std::array<Integer, D>, D> straight_edges(const IntegerPoints<D>& n) 
     return edges;
 }
 
-/// det J, and bound · det of the straight element, in one unit.
+/// det J and bound · det of the straight element, in one unit.
 template <int D>
 ExactJacobian<D> exact_jacobian(const Points<D>& points, Form form, double bound) {
     const IntegerPoints<D> n = integers<D>(points);
-    // The common unit: D!, times the power of two that makes the bound whole.
+    // Common unit: D!, times the power of two that makes the bound an integer.
     constexpr int unit = D == 2 ? 2 : 6;
     const Dyadic asked = bound > 0 ? dyadic(bound) : Dyadic{};
     ExactJacobian<D> t;
@@ -249,7 +241,6 @@ ExactJacobian<D> exact_jacobian(const Points<D>& points, Form form, double bound
 
 Integer magnitude_of(const Integer& x) { return x < 0 ? Integer(-x) : x; }
 
-/// Whether a value is good enough, and so are coefficients: det J > 0 and det J ≥ bound · |det straight|.
 bool holds(const Integer& value, const Integer& least) { return value > 0 && value >= least; }
 
 template <int D>
@@ -264,7 +255,7 @@ PartVerdict judge(const ExactJacobian<D>& part) {
 template <int D>
 using Weights = std::array<Integer, D + 1>;
 
-/// (Σw)^D det J at w/Σw, in the unit of `t`: Σ multinomial(α) w^α c_α.
+/// (Σw)^D det J at w/Σw: Σ multinomial(α) w^α c_α.
 template <int D>
 Integer value_at(const ExactJacobian<D>& t, const Weights<D>& w) {
     Integer value;
@@ -277,7 +268,6 @@ Integer value_at(const ExactJacobian<D>& t, const Weights<D>& w) {
     return value;
 }
 
-/// (Σw)^D.
 template <int D>
 Integer size_of(const Weights<D>& w) {
     Integer sum, size = 1;
@@ -286,13 +276,11 @@ Integer size_of(const Weights<D>& w) {
     return size;
 }
 
-/// Whether the condition fails at w/Σw.
 template <int D>
 bool fails_at(const ExactJacobian<D>& t, const Weights<D>& w) {
     return !holds(value_at<D>(t, w), Integer(magnitude_of(t.straight) * size_of<D>(w)));
 }
 
-/// Doubles as whole numbers, up to a power of two.
 template <int D>
 Weights<D> whole_weights(const Barycentric<D>& point) {
     int lowest = 2000;
@@ -306,7 +294,7 @@ Weights<D> whole_weights(const Barycentric<D>& point) {
     return w;
 }
 
-/// The weights in doubles, where their rounding does not spoil what they show (`still` fails there).
+/// Nothing if `still` fails after rounding to doubles.
 template <int D, class Still>
 std::optional<Barycentric<D>> in_doubles(Weights<D> w, Still&& still) {
     Integer common = 0;
@@ -338,12 +326,11 @@ Certificate<D> refuted(const ExactJacobian<D>& whole, const Weights<D>& w) {
             in_doubles<D>(w, [&](const Weights<D>& taken) { return fails_at<D>(whole, taken); })};
 }
 
-/// Triangles in closed form: det J − bound |det straight| is one quadratic form wᵀ M w of the weights. Its minimum is
-/// at a corner, where an edge's quadratic is stationary, or where all of it is: at adj(M) 1, with the value det
-/// M/1ᵀadj(M)1, if it is convex there (1ᵀ adj(M) 1 is the determinant of the form on Σw = 0).
+/// Closed form: minimum of the quadratic form wᵀ M w = det J − bound |det straight| over the weights
+/// (docs/algorithms/validity.md). 1ᵀ adj(M) 1 is the determinant of the form on Σw = 0.
 Certificate<2> decide_triangle(const ExactJacobian<2>& t) {
     const Integer least = magnitude_of(t.straight);
-    const bool touching_fails = least == 0;  // then det J > 0 is asked for, and det J ≥ least else
+    const bool touching_fails = least == 0;  // then the condition is det J > 0, else det J ≥ least
     const auto fails = [&](const Integer& x) { return x < 0 || (touching_fails && x == 0); };
     std::array<std::array<Integer, 3>, 3> m;
     for (int i = 0; i < 3; ++i)
@@ -379,9 +366,8 @@ Certificate<2> decide_triangle(const ExactJacobian<2>& t) {
     return {Verdict::valid, Level::exact, {}};
 }
 
-/// Whole weights near a point where the condition fails, if there are small ones. Where a cubic with whole coefficients
-/// just touches 0 it is singular, at a point that is rational unless there are several; bisection at middles comes as
-/// near as it likes to, say, a third without ever meeting it.
+/// Returns small integer weights near a point where the condition fails, if there are any. Bisection never reaches
+/// rational points such as 1/3, where a cubic may touch 0 (docs/algorithms/validity.md).
 std::optional<Weights<3>> rational_failure(const ExactJacobian<3>& whole, const ExactJacobian<3>& part) {
     const auto corners = place_of<double>(part);
     const auto& near = corners[lowest_corner(part)];
@@ -435,7 +421,7 @@ int common_exponent(const SurfaceTriangle& t) {
     return lowest;
 }
 
-/// Nodes times one power of two: the axes of a triangle in space are summed over.
+/// One power of two for all axes, because products are summed over them.
 std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const SurfaceTriangle& t) {
     const int lowest = common_exponent(t);
     std::array<std::array<Integer, 3>, quadratic_nodes<2>> out;
@@ -447,7 +433,7 @@ std::array<std::array<Integer, 3>, quadratic_nodes<2>> integers_of(const Surface
     return out;
 }
 
-/// N · N_straight and bound · |N_straight|² in one unit, as `exact_jacobian`.
+/// N · N_straight and bound · |N_straight|² in one unit.
 ExactJacobian<2> exact_jacobian(const SurfaceTriangle& triangle, double bound) {
     const auto n = integers_of(triangle);
     SurfaceColumns<Integer> d;  // doubled
@@ -475,7 +461,6 @@ ExactJacobian<2> exact_jacobian(const SurfaceTriangle& triangle, double bound) {
     return t;
 }
 
-/// The condition cannot be put in numbers for such a bound.
 bool usable(double bound) { return std::isfinite(bound); }
 
 template <int D>
@@ -494,11 +479,11 @@ Certificate<D> decide_exactly(const Points<D>& points, Form form, double bound) 
         else
             return decide_tetrahedron(whole);
     } catch (const std::bad_alloc&) {
-        return {Verdict::undecided, Level::exact, {}};  // never valid for want of memory
+        return {Verdict::undecided, Level::exact, {}};  // out of memory must not give `valid`
     }
 }
 
-/// n/d · 2^exponent as a double, itself or rounded up: of the sign of n.
+/// n/d · 2^exponent, exact or rounded up, with the sign of n.
 double rounded_up(const Integer& n, const Integer& d, int exponent) {
     if (n == 0) return 0;
     const Integer size = magnitude_of(n);
@@ -514,7 +499,6 @@ double rounded_up(const Integer& n, const Integer& d, int exponent) {
     return n < 0 ? std::min(up, -std::numeric_limits<double>::denorm_min()) : up;
 }
 
-/// A point in binary digits: weights that sum to 2^digits.
 template <int D>
 Weights<D> in_digits(const Barycentric<D>& point, int digits) {
     double sum = 0;
@@ -529,15 +513,14 @@ Weights<D> in_digits(const Barycentric<D>& point, int digits) {
     return w;
 }
 
-/// Where an element fails, from places where it may.
 template <int D>
 class FailureSearch {
   public:
-    /// `asked` for the bound, `full` for the bound 1; det J is in units of 2^exponent.
+    /// `full`: for the bound 1; det J is in units of 2^exponent.
     FailureSearch(ExactJacobian<D> asked, ExactJacobian<D> full, int exponent)
         : asked_(std::move(asked)), full_(std::move(full)), exponent_(exponent) {}
 
-    /// With as few digits as show it, and nearly as low as it is there.
+    /// Returns a point near `place` with few digits and nearly the same value.
     [[nodiscard]] std::optional<Failure<D>> near(const Barycentric<D>& place) const {
         const Weights<D> exactly = whole_weights<D>(place);
         if (!fails_at<D>(asked_, exactly)) return {};
@@ -569,7 +552,6 @@ class FailureSearch {
     int exponent_;
 };
 
-/// At `near`, else at the certificate's witness.
 template <int D, class Element>
 std::optional<Failure<D>> failure_of(const FailureSearch<D>& search, const Element& element, double bound,
                                      const Barycentric<D>& near) {

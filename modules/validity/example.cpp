@@ -1,5 +1,5 @@
-// camber.validity: one node of a P2 mesh is pulled so far that elements fold; `validate` certifies which, and `commit`
-// refuses them. A verdict holds for every point of an element, rounding included.
+// camber.validity: one displaced node folds elements of a P2 mesh. `validate` certifies which, and `commit` rejects the
+// proposal. A verdict holds for every point of an element, including rounding errors.
 #include <cstdio>
 #include <utility>
 
@@ -9,7 +9,7 @@ import camber.validity;
 
 using namespace camber;
 
-/// A square of four triangles around its middle, vertex 4.
+/// Four triangles around vertex 4.
 static LinearMesh<2> square() {
     const auto v = [](std::size_t i) { return VertexId(i); };
     LinearMesh<2> mesh;
@@ -27,7 +27,7 @@ static Outcome<bool> example(const Execution& execution) {
     const std::size_t n = mesh->edges.size();
     const EdgeId spoke = find_edge(mesh->edges, VertexId(std::size_t{0}), VertexId(std::size_t{4}));
 
-    // A proposal is new places for the nodes, judged before it is made the mesh's own.
+    // A proposal contains new node positions, judged before they are committed.
     Buffer<LagrangeNode<2>> nodes(mesh->mid_nodes.begin(), mesh->mid_nodes.end());
     nodes[spoke.index()].point += Vec<2>{{0.5, -0.4}};
     Buffer<EdgeKind> kinds(n, EdgeKind::fixed);
@@ -46,7 +46,7 @@ static Outcome<bool> example(const Execution& execution) {
     if (refused) return false;
     std::printf("commit: %s\n", describe(refused.error()).c_str());
 
-    // A fifth as far it breaks nothing: the places become the mesh's own.
+    // A fifth of the displacement keeps all elements valid, so the positions are committed.
     Proposal<2> nearer = proposal;
     Buffer<LagrangeNode<2>> halfway(mesh->mid_nodes.begin(), mesh->mid_nodes.end());
     halfway[spoke.index()].point += Vec<2>{{0.1, -0.08}};

@@ -1,4 +1,4 @@
-// Jacobian coefficients of elements in packs and of triangles in space, and signed volumes.
+// Jacobian coefficients of packed elements and of triangles in space, and signed volumes.
 module;
 #include <algorithm>
 #include <array>
@@ -35,7 +35,6 @@ std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>& elements, I
 
 namespace {
 
-/// det of the edge vectors in numbers of the kind, and its rounding error.
 template <int D, class Real>
 struct BoundedVolume {
     Real value{}, error{};
@@ -86,10 +85,9 @@ double leading(const Twice& x) { return x.high; }
 template <class Real>
 struct Columns {
     SurfaceColumns<Real> d;
-    std::array<std::array<Real, 3>, 2> w, straight;  ///< as JacobianColumns has them
+    std::array<std::array<Real, 3>, 2> w, straight;  ///< see `JacobianColumns`
 };
 
-/// As columns_of_nodes, with three axes.
 template <class Real>
 Columns<Real> columns_of(const SurfaceTriangle& t) {
     const auto at = [&](int node, int c) { return Real(t.nodes[node].c[c]); };
@@ -110,9 +108,9 @@ Columns<Real> columns_of(const SurfaceTriangle& t) {
     return j;
 }
 
-/// N · s and s · s for s = 2⁻ᵏ times the straight triangle's normal, which is exact. Of axis c the numbers are N_c off
-/// by at most ε_c (error_bound), s_c by 2⁻ᵏ ε_c, and |N_c| ≤ M_c = 4 perm(w) as |2ᵏ s_c| is: so products err by
-/// M 2⁻ᵏε + ε (|s| + 2⁻ᵏε), and the three products and two sums by far less than γ M (|s| + 2⁻ᵏε).
+/// N · s and s · s with s = 2⁻ᵏ times the straight normal (exact scaling). On axis c, N_c has error ε_c (error_bound),
+/// s_c has 2⁻ᵏ ε_c, and |N_c|, |2ᵏ s_c| ≤ M_c = 4 perm(w). Products err by M 2⁻ᵏε + ε (|s| + 2⁻ᵏε). The three products
+/// and two sums add far less than γ M (|s| + 2⁻ᵏε).
 template <class Real>
 BoundedJacobian<2, Real> shadow_jacobian(const SurfaceTriangle& t) {
     const Columns<Real> j = columns_of<Real>(t);
@@ -120,7 +118,7 @@ BoundedJacobian<2, Real> shadow_jacobian(const SurfaceTriangle& t) {
     double largest = 0;
     for (const Real& x : s) largest = std::max(largest, std::abs(leading(x)));
     BoundedJacobian<2, Real> out;
-    out.error = std::numeric_limits<double>::infinity();  // no normal, or none in doubles
+    out.error = std::numeric_limits<double>::infinity();  // no normal in doubles
     if (!(largest > 0) || !std::isfinite(largest)) return out;
     const Real scale = std::ldexp(1.0, -std::max(std::ilogb(largest), -1000));
     Real error = 0;
@@ -148,7 +146,7 @@ BoundedJacobian<2, Real> shadow_jacobian(const SurfaceTriangle& t) {
     return out;
 }
 
-/// In a plane of two axes the triangle in 2D, turned to be positive when straight; none where that is not certain.
+/// Positively oriented 2D form of a triangle in an axis-parallel plane; nothing if the sign is not certain.
 std::optional<NodalSimplex<2>> in_axis_plane(const SurfaceTriangle& t) {
     for (int c = 0; c < 3; ++c) {
         if (!std::ranges::all_of(t.nodes, [&](const Vec<3>& p) { return p[c] == t.nodes[0][c]; })) continue;

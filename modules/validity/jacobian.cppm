@@ -13,8 +13,7 @@ import camber.bezier;
 
 export namespace camber {
 
-/// A number as the unevaluated sum of two doubles (Dekker 1971): about 104 bits. Needs arithmetic that is not
-/// contracted.
+/// An unevaluated sum of two doubles (Dekker 1971): about 104 bits. Requires arithmetic without contraction.
 struct Twice {
     double high = 0, low = 0;
 
@@ -28,12 +27,12 @@ struct Twice {
         const double t = s - a;
         return {s, (a - (s - t)) + (b - t)};
     }
-    /// The same for |a| ≥ |b|.
+    /// The same, for |a| ≥ |b|.
     [[nodiscard]] static constexpr Twice quick_sum(double a, double b) {
         const double s = a + b;
         return {s, b - (s - a)};
     }
-    /// a · b, exactly but for underflow (Veltkamp, Dekker).
+    /// a · b, exactly except for underflow (Veltkamp, Dekker).
     [[nodiscard]] static constexpr Twice product(double a, double b) {
         const Twice x = halves(a);
         const Twice y = halves(b);
@@ -60,7 +59,7 @@ struct Twice {
     friend constexpr bool operator>(const Twice& a, const Twice& b) { return b < a; }
 
   private:
-    /// x as a sum of two numbers of 26 bits.
+    /// Two 26-bit parts of x.
     [[nodiscard]] static constexpr Twice halves(double x) {
         const double c = 134217729.0 * x;  // 2²⁷ + 1
         const double h = c - (c - x);
@@ -68,15 +67,15 @@ struct Twice {
     }
 };
 
-/// det J of a P2 simplex has degree D: one linear factor for each of the D columns.
+/// det J has degree D, one for each column.
 template <int D>
 inline constexpr int jacobian_coefficients = node_count<D, D>;
 
-/// The multi-indices of the coefficients, in the order of every array of them here.
+/// Order of all coefficient arrays.
 template <int D>
 inline constexpr const auto& jacobian_indices = multi_indices<D, D>;
 
-/// Position of the coefficient at each vertex; such a coefficient is a value of det J.
+/// Positions of the vertex coefficients, which are values of det J.
 template <int D>
 inline constexpr std::array<int, D + 1> corner_coefficients = [] {
     std::array<int, D + 1> corners{};
@@ -92,17 +91,17 @@ inline constexpr std::array<int, D + 1> corner_coefficients = [] {
 
 namespace camber {
 
-/// What follows is for any kind of number, packs of doubles too (core:tensors): so it is always inlined.
+/// The following templates also take packs of doubles (core:tensors); therefore they are always inlined.
 
 /// d[a−1][i] = P_{e_i+e_a} − P_{e_i+e_0}: column a of J is 2 Σ_i ξ_i d[a−1][i] (a = 1 … D, i = 0 … D).
 template <int D, class Real>
 using ColumnPoints = std::array<std::array<std::array<Real, D>, D + 1>, D>;
 
-/// A bound on |d[a−1][i]|, component by component, the same for all i; and never less than `smallest_bound`.
+/// Componentwise bounds on |d[a−1][i]| for all i, at least `smallest_bound`.
 template <int D, class Real>
 using ColumnBounds = std::array<std::array<Real, D>, D>;
 
-/// Position of the node of the local edge i–j among the nodes of an element; the vertex when i = j.
+/// Index of the node of the local edge i–j; the vertex if i = j.
 template <int D>
 inline constexpr auto node_between = [] {
     std::array<std::array<int, D + 1>, D + 1> table{};
@@ -115,7 +114,6 @@ inline constexpr auto node_between = [] {
     return table;
 }();
 
-/// u × v, as one number in 2D.
 template <class Real>
 [[nodiscard, gnu::always_inline]] constexpr std::array<Real, 3> product(const std::array<Real, 3>& u,
                                                                         const std::array<Real, 3>& v) {
@@ -127,7 +125,7 @@ template <class Real>
     return {u[0] * v[1] - u[1] * v[0]};
 }
 
-/// Σ over the ordered ways to write β = e_j + e_k of d_{D−1}[j] × d_D[k].
+/// Σ of d_{D−1}[j] × d_D[k] over the ordered pairs with β = e_j + e_k.
 template <int D, std::size_t B, class Real>
 [[nodiscard, gnu::always_inline]] constexpr auto pair_product(const ColumnPoints<D, Real>& d) {
     constexpr auto jk = [] {
@@ -144,8 +142,8 @@ template <int D, std::size_t B, class Real>
     return sum;
 }
 
-/// Σ over the vertices i of α of d_1[i] · (pair product of α − e_i), times 8 / multinomial(α): the mean over the
-/// ordered ways α = e_i + e_j + e_k of 8 det(d_1[i], d_2[j], d_3[k]) (Johnen, Remacle, Geuzaine 2013).
+/// Σ_i d_1[i] · (pair product of α − e_i), times 8 / multinomial(α). This is the mean over the ordered triples α = e_i
+/// + e_j + e_k of 8 det(d_1[i], d_2[j], d_3[k]) (Johnen, Remacle, Geuzaine 2013).
 template <std::size_t A, class Real, class Pairs>
 [[nodiscard, gnu::always_inline]] constexpr Real triple_coefficient(const ColumnPoints<3, Real>& d,
                                                                     const Pairs& pairs) {
@@ -169,7 +167,6 @@ template <std::size_t A, class Real, class Pairs>
     return sum * (8.0 / multinomial<3>(alpha));
 }
 
-/// The coefficients of det J from its columns: a fixed sum of products, no branches.
 template <int D, class Real>
 [[nodiscard, gnu::always_inline]] inline std::array<Real, jacobian_coefficients<D>> coefficients_of(
     const ColumnPoints<D, Real>& d) {
@@ -195,28 +192,31 @@ template <class Real>
     return a > b ? a : b;
 }
 
-/// γ of the bound below: 32 u for doubles, u = 2⁻⁵³, and 32 · 2⁻⁹⁵ for Twice, whose operations err by less than 2⁻¹⁰⁰
-/// (the rounding of its factor and result to doubles is in `rounded`).
+/// γ of `error_bound`: 32 u for doubles (u = 2⁻⁵³); 32 · 2⁻⁹⁵ for `Twice`, whose operations err by less than 2⁻¹⁰⁰
+/// (without `rounded`).
 template <class Real>
 inline constexpr double rounding_factor = 0x1p-48;
 template <>
 inline constexpr double rounding_factor<Twice> = 0x1p-90;
 
-/// Added to every w: makes γ w larger than what underflow can take from an entry of d (half an edge between denormal
-/// numbers; in Twice the low part of any product), which then is multiplied by other columns that may be huge.
+/// Added to every w: γ w must exceed the underflow of an entry of d (half an edge between denormal numbers; for `Twice`
+/// the low part of any product), which other columns multiply.
 template <class Real>
 inline constexpr double smallest_bound = 0x1p-1020;
 template <>
 inline constexpr double smallest_bound<Twice> = 0x1p-970;
 
-/// |coefficient error| ≤ γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w. A coefficient is a mean of
-/// products 2^D d_1 d_2 d_3, each at most 2^D perm(w); of relative roundings a product meets 6 from d (2 for each
-/// factor), and 10 from multiplying, summing and the factor: pair product 2, sum of pairs 1, times d_1 1, sum over
-/// axes 2, over vertices 2, 8/multinomial 2. 16 u of second order 16² u² and the roundings of w and perm themselves
-/// (at most 14, of the bound alone) leave half of γ. On a triangle: 4 from d, 3 from the rest.
-/// The same bound holds for the det of the straight element: its columns are below 2 w, with one rounding each.
-/// The last term covers underflow: less than 2⁻¹⁰⁷⁰ for each of the 64 products, times |d_1|. Sums are made large
-/// first, so that the bound overflows before any partial sum of a coefficient can: then `finite` is false.
+/// Error bound of coefficients: γ · 2^D perm(w), with w ≥ |d| and |error of d| ≤ (2u + u²) w. A coefficient is a mean
+/// of products 2^D d_1 d_2 d_3, each at most 2^D perm(w).
+///
+/// - Each product has 6 relative roundings from d and 10 from arithmetic: pair product 2, sum of pairs 1, times d_1 1,
+///   sums over axes 2 and vertices 2, 8/multinomial 2.
+/// - These 16 u, second-order terms (16² u²), and at most 14 roundings of w and perm leave half of γ.
+/// - Triangles have 4 roundings from d and 3 others.
+/// - The bound also holds for det of the straight element: its columns are below 2 w, with one rounding each.
+/// - The last term covers underflow: less than 2⁻¹⁰⁷⁰ for each of the 64 products, times |d_1|.
+///
+/// Large sums come first, so that the bound overflows before any partial sum of a coefficient; then `finite` is false.
 template <int D, class Real>
 [[nodiscard, gnu::always_inline]] constexpr Real error_bound(const ColumnBounds<D, Real>& w) {
     constexpr double rounding = rounding_factor<Real> * 0x1p-8;
@@ -245,16 +245,16 @@ template <int D, class Real>
 
 export namespace camber {
 
-/// Bézier coefficients of det J of one element with what is needed to judge them. `Real` may be a pack of doubles.
+/// Bézier coefficients of det J of one element. `Real` may be a pack of doubles.
 template <int D, class Real = double>
 struct BoundedJacobian {
     std::array<Real, jacobian_coefficients<D>> coefficients{};  ///< in the order of jacobian_indices<D>
-    Real straight{};                                            ///< det of the straight element with the same vertices
-    Real error{};  ///< bounds the rounding error of every coefficient and of `straight`
+    Real straight{};                                            ///< same vertices
+    Real error{};  ///< bounds the error of each coefficient and of `straight`
 };
 
-/// A P2 element by its Lagrange nodes, as the mesh stores them: the vertices, then the edges' nodes in the order of
-/// `local_edges`. What is certified of it holds for the stored numbers (no rounded control point comes in between).
+/// A P2 element by its Lagrange nodes: vertices, then edge nodes in the order of `local_edges`. Certificates hold for
+/// these stored numbers.
 template <int D>
 struct NodalSimplex {
     std::array<Vec<D>, quadratic_nodes<D>> nodes{};
@@ -271,7 +271,7 @@ template <int D>
     return s;
 }
 
-/// The element in Bézier form, as far as rounding goes: what is certified is certified of the nodes.
+/// Includes rounding errors; certificates refer to the nodes.
 template <int D>
 [[nodiscard]] inline QuadraticSimplex<D, D> bezier_form(const NodalSimplex<D>& s) {
     QuadraticSimplex<D, D> q;
@@ -287,7 +287,7 @@ template <int D>
 
 namespace camber {
 
-/// The columns of J, their bounds, and the edges of the straight element.
+/// With bounds, and the edges of the straight element.
 template <int D, class Real>
 struct JacobianColumns {
     ColumnPoints<D, Real> d;
@@ -295,9 +295,8 @@ struct JacobianColumns {
     std::array<std::array<Real, D>, D> straight;
 };
 
-/// From the Lagrange nodes n_ij (n_ii = vertex i) given by coordinate(node, axis):
-/// P_{e_i+e_a} − P_{e_i+e_0} = 2 (n_ia − n_i0) − (p_a − p_0)/2, in which only differences of stored numbers occur, so
-/// that the error is relative to the element's size and not to its distance from the origin.
+/// From Lagrange nodes n_ij (n_ii = vertex i): P_{e_i+e_a} − P_{e_i+e_0} = 2 (n_ia − n_i0) − (p_a − p_0)/2. Only
+/// differences of stored numbers occur, so the error is relative to the size of the element.
 template <int D, class Real, class Coordinate>
 [[nodiscard, gnu::always_inline]] inline JacobianColumns<D, Real> columns_of_nodes(Coordinate&& coordinate) {
     JacobianColumns<D, Real> j;
@@ -317,7 +316,6 @@ template <int D, class Real, class Coordinate>
     return j;
 }
 
-/// From the Bézier points.
 template <int D, class Real, class Coordinate>
 [[nodiscard, gnu::always_inline]] inline JacobianColumns<D, Real> columns_of_points(Coordinate&& coordinate) {
     JacobianColumns<D, Real> j;
@@ -329,7 +327,7 @@ template <int D, class Real, class Coordinate>
                 largest = larger<Real>(largest, magnitude<Real>(j.d[a - 1][i][c]));
             }
             j.straight[a - 1][c] = coordinate(a, c) - coordinate(0, c);
-            j.w[a - 1][c] = largest + smallest_bound<Real>;  // the edge is the sum of two of them: below 2 w
+            j.w[a - 1][c] = largest + smallest_bound<Real>;  // edges are sums of two of them: below 2 w
         }
     return j;
 }
@@ -347,7 +345,7 @@ template <int D, class Real, class Coordinate>
     return jacobian_of<D, Real>(columns_of_points<D, Real>(coordinate));
 }
 
-/// To doubles: the factor and the last rounding err by 2⁻⁵² of the coefficient.
+/// The factor and the last rounding err by 2⁻⁵² of the coefficient.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> rounded(const BoundedJacobian<D, Twice>& j) {
     BoundedJacobian<D> out;
@@ -365,20 +363,20 @@ template <int D>
 
 export namespace camber {
 
-/// Of the element with these stored nodes.
+/// From the stored Lagrange nodes.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> bounded_jacobian(const NodalSimplex<D>& s) {
     return jacobian_of_nodes<D, double>([&](int node, int c) { return s.nodes[node].c[c]; });
 }
 
-/// Of the element with exactly these Bézier points.
+/// From exact Bézier points.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> bounded_jacobian(const QuadraticSimplex<D, D>& s) {
     return jacobian_of_points<D, double>([&](int node, int c) { return s.control[node].c[c]; });
 }
 
-/// The same in numbers of twice the digits, rounded at the end: the error is then relative to the coefficients and no
-/// longer to the products that they are sums of. Some twenty times as dear; for what plain doubles leave undecided.
+/// Double-double arithmetic, rounded at the end: the error is relative to the coefficients, not to their summands.
+/// About twenty times slower; for elements that doubles leave undecided.
 template <int D>
 [[nodiscard]] inline BoundedJacobian<D> sharp_jacobian(const NodalSimplex<D>& s) {
     return rounded<D>(jacobian_of_nodes<D, Twice>([&](int node, int c) { return Twice(s.nodes[node].c[c]); }));
@@ -388,14 +386,13 @@ template <int D>
     return rounded<D>(jacobian_of_points<D, Twice>([&](int node, int c) { return Twice(s.control[node].c[c]); }));
 }
 
-/// Bézier coefficients of det J in the order of multi_indices<D, D>: 6 on a triangle, 20 on a tetrahedron. They all
-/// equal det of the edge vectors on a straight element.
+/// In the order of multi_indices<D, D> (6 or 20). For a straight element all equal det of the edge vectors.
 template <int D>
 [[nodiscard]] inline std::array<double, jacobian_coefficients<D>> jacobian(const QuadraticSimplex<D, D>& element) {
     return bounded_jacobian(element).coefficients;
 }
 
-/// A function affine in x ∈ R^M: gradient · x + offset.
+/// gradient · x + offset.
 template <int M>
 struct AffineFunction {
     Vec<M> gradient;
@@ -405,12 +402,12 @@ struct AffineFunction {
     friend bool operator==(const AffineFunction&, const AffineFunction&) = default;
 };
 
-/// All Bézier coefficients of det J of an element as functions of x = P − P_0, P the node of one of its edges and P_0
-/// where it is, divided by `scale`.
+/// Bézier coefficients of det J as functions of x = P − P_0, divided by `scale`; P is the node of one edge, P_0 its
+/// current position.
 template <int D>
 struct AffineJacobian {
     std::array<AffineFunction<D>, jacobian_coefficients<D>> coefficients{};
-    double scale = 1;     ///< |det of the straight element|; the largest coefficient where that is flat
+    double scale = 1;     ///< |det of the straight element|; the largest coefficient if it is flat
     double straight = 0;  ///< |det of the straight element| / scale: 1, or about 0
     double error = 0;     ///< of the coefficients at P_0, divided by scale
 };
@@ -419,7 +416,7 @@ struct AffineJacobian {
 
 namespace camber {
 
-/// The element's vertices in an even order that puts a local edge last: edge 2–3 of a tetrahedron, 1–2 of a triangle.
+/// Even vertex permutation that puts a local edge last (2–3 of a tetrahedron, 1–2 of a triangle).
 template <int D>
 [[nodiscard]] constexpr std::array<int, D + 1> edge_last(int edge) {
     const auto [a, b] = local_edges<D>[edge];
@@ -438,9 +435,9 @@ template <int D>
     }
 }
 
-/// The derivatives of the coefficients with respect to the node of the last edge, D−1 to D. It enters column D of J at
-/// vertex D−1 and column D−1 at vertex D, twice each; so with the cofactors of these columns, which are products of the
-/// others (J = J_0 + P ⊗ g: what stands beside P does not depend on P).
+/// Derivatives by the node of the last edge, D−1 to D. It occurs in column D of J at vertex D−1 and in column D−1 at
+/// vertex D, twice each, times the cofactors of these columns. The cofactors do not depend on the node (J = J_0 + P ⊗
+/// g).
 template <int D, std::size_t A>
 [[nodiscard]] constexpr Vec<D> coefficient_gradient(const auto& of_last, const auto& of_other) {
     constexpr auto alpha = jacobian_indices<D>[A];
@@ -460,7 +457,7 @@ template <int D, std::size_t A>
     return ((D == 2 ? 8.0 : 16.0) / multinomial<D>(alpha)) * gradient;
 }
 
-/// Cofactors of columns D and D−1 of J / 2, as Bézier coefficients of degree D − 1.
+/// For columns D and D−1 of J / 2: Bézier coefficients of degree D − 1.
 template <int D>
 [[nodiscard]] constexpr auto cofactors_of(const ColumnPoints<D, double>& d) {
     constexpr int count = node_count<D - 1, D>;
@@ -486,8 +483,7 @@ template <int D>
 
 export namespace camber {
 
-/// Of an element, as functions of the node of its local edge `edge`. The order of the coefficients is that of the
-/// element with the edge's vertices last.
+/// Functions of the node of `edge`, in the order of the element with this edge last.
 template <int D>
 [[nodiscard]] inline AffineJacobian<D> affine_jacobian(const NodalSimplex<D>& s, int edge) {
     const auto order = edge_last<D>(edge);
@@ -527,7 +523,7 @@ template <int D>
     return j;
 }
 
-/// Nodes of eight elements, one a lane; lanes that are not set are of points.
+/// Eight elements, one per lane; unset lanes are points.
 template <int D>
 struct NodalPack {
     alignas(64) std::array<std::array<std::array<double, pack_size>, D>, quadratic_nodes<D>> nodes{};
@@ -538,12 +534,12 @@ struct NodalPack {
     }
 };
 
-/// What is left of a BoundedJacobian where its lowest coefficient tells all.
+/// Data for tests of the lowest coefficient.
 struct LowJacobian {
-    double lowest = 0;           ///< of the coefficients
-    double straight = 0;         ///< as in BoundedJacobian
-    double error = 0;            ///< as there: what rounding may do to both
-    double sum_of_absolute = 0;  ///< of the coefficients: neither infinite nor NaN where none of them is
+    double lowest = 0;
+    double straight = 0;         ///< see BoundedJacobian
+    double error = 0;            ///< see BoundedJacobian
+    double sum_of_absolute = 0;  ///< finite if no coefficient is infinite or NaN
 
     [[nodiscard]] bool is_finite() const { return std::isfinite(error + straight + sum_of_absolute); }
 };
@@ -557,19 +553,17 @@ struct LowJacobian {
     return low;
 }
 
-/// Of each lane, from the numbers that bounded_jacobian gives, to the last bit, with any instructions.
+/// Bitwise equal to `bounded_jacobian` for any instruction set.
 template <int D>
 [[nodiscard]] std::array<LowJacobian, pack_size> low_jacobians(const NodalPack<D>& elements,
                                                                Instructions set = widest_instructions());
 
-/// Whether the element is valid for certain (`decide_by_coefficients`) and rounding does not blur its scaled Jacobian
-/// (`blurred`).
+/// True if certainly valid (`decide_by_coefficients`) and not `blurred`.
 [[nodiscard]] bool is_clear(const LowJacobian& jacobian, double bound);
 
-/// As of a BoundedJacobian.
 [[nodiscard]] double smallest_scaled_coefficient(const LowJacobian& jacobian);
 
-/// visit(i, jacobian) for i in [begin, end), of the elements element(i).
+/// Calls visit(i, jacobian of element(i)).
 template <int D, class Element, class Visit>
 void each_low_jacobian(std::size_t begin, std::size_t end, const Element& element, const Visit& visit) {
     NodalPack<D> pack;
@@ -581,13 +575,11 @@ void each_low_jacobian(std::size_t begin, std::size_t end, const Element& elemen
     }
 }
 
-/// Of the straight simplex with these corners: D! times its volume (area in 2D), the sign certain; 0 where the sign is
-/// not to be told, in numbers of twice the digits either.
+/// D! times the volume of a straight simplex. The sign is certain; 0 if double-double arithmetic does not determine it.
 template <int D>
 [[nodiscard]] double signed_volume(const std::array<Vec<D>, D + 1>& corners);
 
-/// The same of a curved element: ∫ det J over the reference element's volume; of the straight one where its sign is not
-/// to be told.
+/// ∫ det J over the volume of the reference element; uses the straight element if the sign is not certain.
 template <int D>
 [[nodiscard]] double signed_volume(const NodalSimplex<D>& element);
 

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// The nearest float that is not above x.
+/// Largest float that is at most x.
 float rounded_down(double x) {
     const auto f = static_cast<float>(x);
     return static_cast<double>(f) > x ? std::nextafter(f, -std::numeric_limits<float>::infinity()) : f;
@@ -37,7 +37,7 @@ struct Counts {
     }
 };
 
-/// Smallest finite value and where; the first of equals.
+/// The first of equal values.
 struct Smallest {
     double value = infinity;
     ElementId element;
@@ -48,7 +48,6 @@ struct Smallest {
     friend Smallest operator+(const Smallest& a, const Smallest& b) { return b.value < a.value ? b : a; }
 };
 
-/// What of a mesh is judged: its elements …
 template <int D>
 struct Elements {
     static constexpr int dimension = D;
@@ -61,7 +60,7 @@ void each_low(const Elements<D>& elements, std::size_t begin, std::size_t end, c
     each_low_jacobian<D>(begin, end, [&](std::size_t i) { return elements(id(i)); }, visit);
 }
 
-/// … or, of a surface alone, its triangles.
+/// Used for standalone surface meshes.
 struct Triangles {
     static constexpr int dimension = 3;
     const QuadraticMesh<3>& mesh;
@@ -74,7 +73,6 @@ void each_low(const Triangles& triangles, std::size_t begin, std::size_t end, co
     for (std::size_t i = begin; i < end; ++i) visit(i, low_jacobian(bounded_jacobian(triangles(id(i)))));
 }
 
-/// visit(what) with what is judged of the mesh.
 template <int D>
 auto of_judged(const QuadraticMesh<D>& mesh, const auto& visit) {
     if constexpr (D == 3)
@@ -82,14 +80,12 @@ auto of_judged(const QuadraticMesh<D>& mesh, const auto& visit) {
     return visit(Elements<D>{mesh});
 }
 
-/// What a pass over elements writes.
 struct Marks {
     Buffer<Verdict> verdicts;
     Buffer<float> lows;
 };
 
-/// The coefficients decide most elements; the others are looked at closely. True if the straight element is flat or
-/// inverted.
+/// True if the straight element is flat or inverted.
 template <class Items>
 bool mark(const Items& items, const LowJacobian& jacobian, double bound, ElementId e, Marks& marks) {
     if (is_clear(jacobian, bound)) {
@@ -103,7 +99,7 @@ bool mark(const Items& items, const LowJacobian& jacobian, double bound, Element
     return validity.straight_inverted;
 }
 
-/// Marks the elements id(0) … id(n − 1), in packs. How many of them have a flat or inverted straight element.
+/// Marks id(0) … id(n − 1). Returns the number of flat or inverted straight elements.
 template <class Items, class Ids>
 Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, double bound, Marks& marks,
                               const Execution& execution) {
@@ -123,7 +119,7 @@ Outcome<std::size_t> mark_all(const Items& items, std::size_t n, const Ids& id, 
     });
 }
 
-/// Whether det J > 0, of an element that this pass has marked.
+/// det J > 0 of a marked element.
 template <class Items>
 Verdict positivity(const Items& items, double bound, const Marks& marks, std::size_t e) {
     if (bound == 0 || (marks.verdicts[e] == Verdict::valid && bound > 0)) return marks.verdicts[e];
@@ -144,8 +140,8 @@ Outcome<Counts> count_verdicts(const Items& items, double bound, const Marks& ma
         [](const Counts& a, const Counts& b) { return a + b; });
 }
 
-/// Makes the smallest value of the mesh a close one: once the element with the lowest bound is refined, only elements
-/// whose bound is below its value can be lower still.
+/// Refines the smallest value; after refinement of the lowest element, only elements with a bound below its value
+/// remain.
 template <class Items>
 Outcome<Validation<Items::dimension>> finish_validation(const Items& items, double bound, Marks marks,
                                                         std::size_t straight_inverted, const Execution& execution) {
@@ -241,7 +237,7 @@ MeshMaps identities(const QuadraticMesh<D>& mesh) {
             IdMap<FacetId>::identity(mesh.linear.facets.size())};
 }
 
-/// The first element of which det J > 0 is not certified. There is one.
+/// Precondition: an element without certified det J > 0 exists.
 
 }  // namespace
 

@@ -11,16 +11,13 @@ import :verdict;
 
 export namespace camber {
 
-/// det J / |det straight| that makes an element valid, rounding included (paper §4.3).
+/// Minimum det J / |det straight| of valid elements, including rounding errors (paper §4.3).
 inline constexpr double min_bound = 1e-9;
-/// The same that is recommended where none is asked: what a solver is glad of, and what costs next to nothing
-/// (bench/results/bounds.md).
+/// Recommended value: suitable for solvers, reachable at low cost (bench/results/bounds.md).
 inline constexpr double default_bound = 0.1;
-/// The scaled Jacobian that elements are raised to where nodes follow the mesh alone, neither a metric nor a solution
-/// (docs/algorithms/repair.md).
+/// Target without a metric or solution (docs/algorithms/repair.md).
 inline constexpr double target_without_metric = 0.6;
 
-/// The scaled Jacobian that elements are to have: required, or recommended if none is required.
 struct JacobianBound {
     double value = default_bound;
     bool is_asked = false;
@@ -36,7 +33,7 @@ struct JacobianBound {
     friend constexpr bool operator==(const JacobianBound&, const JacobianBound&) = default;
 };
 
-/// It as an option of S, which has a member `min_scaled_jacobian`.
+/// S must have a member `min_scaled_jacobian`.
 template <class S>
 [[nodiscard]] constexpr Option<S, JacobianBound> bound_option() {
     return option("min_scaled_jacobian", &S::min_scaled_jacobian,
@@ -47,22 +44,21 @@ template <class S>
         .below(1);
 }
 
-/// Verdicts of a whole mesh; of a surface alone (`is_surface_alone`) all that is said of elements is of its triangles.
+/// Verdicts of a mesh. For standalone surface meshes, elements are triangles.
 template <int D>
 struct Validation {
-    double bound = 0;          ///< what the verdicts were asked for
-    Column<Verdict> verdicts;  ///< one an element
-    /// Certified lower bounds of det J / |det straight|, one an element: within 1e-3 of the minimum (as
-    /// ElementValidity says) where the coefficients alone did not decide and where the smallest of the mesh might be;
-    /// the smallest coefficient elsewhere. ±∞ where the straight element is flat.
+    double bound = 0;          ///< bound of the verdicts
+    Column<Verdict> verdicts;  ///< one per element
+    /// Certified lower bounds of det J / |det straight|. Within 1e-3 of the minimum (see ElementValidity) if the
+    /// coefficients alone did not decide, or if the minimum of the mesh may occur there; else the smallest coefficient.
+    /// ±∞ for flat straight elements.
     Column<float> min_scaled_jacobian;
     std::size_t invalid = 0, undecided = 0;
-    /// Elements of which det J > 0 everywhere is not certified, whatever the bound, rising: whether that is known not
-    /// to be so (invalid) or not known (undecided).
+    /// Elements without certified det J > 0, ascending: `invalid` if it is refuted, else `undecided`.
     std::vector<std::pair<ElementId, Verdict>> not_positive;
-    std::size_t straight_inverted = 0;  ///< elements whose straight counterpart is flat or inverted
-    double smallest = 1;                ///< of min_scaled_jacobian, flat ones left out; within 1e-3 of the true minimum
-    ElementId worst;                    ///< where it is; invalid when there is no element to speak of
+    std::size_t straight_inverted = 0;  ///< elements with a flat or inverted straight element
+    double smallest = 1;  ///< of min_scaled_jacobian without flat elements; within 1e-3 of the true minimum
+    ElementId worst;      ///< element of `smallest`; not valid if there is none
 
     [[nodiscard]] std::size_t not_valid() const { return invalid + undecided; }  ///< to the bound
     [[nodiscard]] bool all_valid() const { return not_valid() == 0; }            ///< to the bound
@@ -70,17 +66,16 @@ struct Validation {
     friend bool operator==(const Validation&, const Validation&) = default;
 };
 
-/// A proposal, the mesh that it is for, and the verdicts of all its elements. Only `validate` makes one (and what is
-/// made of its results: `relax`, `repair`), so that whoever holds one knows that the verdicts are those of the nodes;
-/// `commit` takes nothing else.
+/// A proposal with its mesh and all verdicts. Only `validate` and functions that use its results (`relax`, `repair`)
+/// create one, so the verdicts match the nodes. `commit` accepts nothing else.
 template <int D>
 class JudgedProposal {
   public:
-    [[nodiscard]] const QuadraticMesh<D>& mesh() const { return mesh_; }  ///< as it is without the proposal
+    [[nodiscard]] const QuadraticMesh<D>& mesh() const { return mesh_; }  ///< without the proposal
     [[nodiscard]] const Proposal<D>& proposal() const { return proposal_; }
     [[nodiscard]] const Validation<D>& validation() const { return validation_; }
 
-    /// The same places; what kinds the edges are does not enter the verdicts.
+    /// Edge kinds do not influence the verdicts.
     [[nodiscard]] JudgedProposal with_kinds(Column<EdgeKind> kinds) const {
         JudgedProposal other = *this;
         other.proposal_.kinds = std::move(kinds);
@@ -88,13 +83,12 @@ class JudgedProposal {
     }
     friend bool operator==(const JudgedProposal&, const JudgedProposal&) = default;
 
-    /// The third verb: verdicts of all elements, of the stored Lagrange nodes, over their own straight elements (those
-    /// of the proposal's points). Errors: a proposal of another mesh (internal), stopped.
+    /// Judges the stored nodes relative to the straight elements of the proposal's points. Errors: a proposal of
+    /// another mesh (internal), stopped.
     [[nodiscard]] static Outcome<JudgedProposal> judge(QuadraticMesh<D> mesh, Proposal<D> proposal, double bound,
                                                        const Execution& execution);
 
-    /// Other nodes of the same mesh, with the vertices where they are: only the elements `touched` are looked at, those
-    /// with a node that is elsewhere.
+    /// Judges other nodes with the same vertices; `touched` must include all elements with a changed node.
     [[nodiscard]] Outcome<JudgedProposal> judge_again(Proposal<D> proposal, std::span<const ElementId> touched,
                                                       const Execution& execution) const;
 
@@ -107,38 +101,35 @@ class JudgedProposal {
     Validation<D> validation_;
 };
 
-/// The third verb: see JudgedProposal::judge.
+/// See JudgedProposal::judge.
 template <int D>
 [[nodiscard]] inline Outcome<JudgedProposal<D>> validate(QuadraticMesh<D> mesh, Proposal<D> proposal, double bound,
                                                          const Execution& execution) {
     return JudgedProposal<D>::judge(std::move(mesh), std::move(proposal), bound, execution);
 }
 
-/// The verdicts of a mesh with its own nodes.
 template <int D>
 [[nodiscard]] Outcome<Validation<D>> validate(const QuadraticMesh<D>& mesh, double bound, const Execution& execution);
 
-/// An element of the mesh with other mid nodes.
 template <int D>
 [[nodiscard]] inline NodalSimplex<D> nodal_element(const QuadraticMesh<D>& mesh,
                                                    std::span<const LagrangeNode<D>> mid_nodes, ElementId e) {
     return nodal_form<D>(mesh.linear.points, mid_nodes, mesh.linear.elements.vertices[e], mesh.edges.of_elements[e]);
 }
 
-/// What a commit gives: the mesh, and where its entities are now. Identities while the topology stays.
+/// The entity maps are identities while the topology is unchanged.
 template <int D>
 struct Committed {
     QuadraticMesh<D> mesh;
     MeshMaps maps;
 };
 
-/// The last verb: the places of the proposal become the mesh's, if det J > 0 is certified everywhere; a bound above
-/// that is the caller's to ask for (`validation().all_valid()`). All or nothing: otherwise an element is named
-/// (ErrorKind::input), and the mesh stays as it was.
+/// Commits the positions if det J > 0 is certified everywhere; callers check higher bounds
+/// (`validation().all_valid()`). Otherwise the mesh is unchanged and the error names an element (ErrorKind::input).
 template <int D>
 [[nodiscard]] Outcome<Committed<D>> commit(const JudgedProposal<D>& judged);
 
-/// The same without asking for validity, for those who want to see a broken mesh, or repair it elsewhere.
+/// Commits without a validity check.
 template <int D>
 [[nodiscard]] Committed<D> commit_uncertified(const JudgedProposal<D>& judged);
 

@@ -15,8 +15,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// Bisections in a row, and in all of one element: beyond them an element is undecided. Corners of parts are whole
-/// multiples of 2⁻⁵² up to that depth, and so exact.
+/// Limits of depth and parts. Corners are integer multiples of 2⁻⁵² up to this depth, and therefore exact.
 constexpr int max_depth = 52;
 constexpr int max_parts = 4000;
 
@@ -27,7 +26,6 @@ double smallest_coefficient(const std::array<double, jacobian_coefficients<D>>& 
     return low;
 }
 
-/// The local vertex with the smallest value of det J.
 template <int D>
 int lowest_corner(const std::array<double, jacobian_coefficients<D>>& c) {
     int lowest = 0;
@@ -41,10 +39,9 @@ double lowest_corner_value(const std::array<double, jacobian_coefficients<D>>& c
     return c[corner_coefficients<D>[lowest_corner<D>(c)]];
 }
 
-/// What rounding may do to a coefficient of a part: `error` before the first bisection. A bisection makes means of
-/// coefficients, up to D in a row: these do not add to errors, but each sum is rounded to u of it, and halving may
-/// underflow. Means never exceed the largest coefficient, so D u · largest a bisection, here with room for a growth by
-/// rounding: 4 u.
+/// Rounding error of a coefficient; `error` applies before bisection. A bisection averages up to D times in a row.
+/// Averages do not add errors, but each sum is rounded by u, and halving may underflow. Averages never exceed the
+/// largest coefficient: D u · largest per bisection; 4 u also covers growth by rounding.
 struct Blur {
     double error, step;
     [[nodiscard]] double after(int depth) const { return error + step * depth; }
@@ -57,7 +54,7 @@ Blur blur_of(const BoundedJacobian<D>& jacobian) {
     return {jacobian.error, 0x1p-51 * largest + 0x1p-1070};
 }
 
-/// What a value of det J must exceed to be surely good enough (above), or be below to be surely not (below).
+/// det J is certainly sufficient above `above` and certainly not below `below`.
 struct Threshold {
     double value;
     Blur blur;
@@ -65,8 +62,8 @@ struct Threshold {
     [[nodiscard]] double below(int depth) const { return value - blur.after(depth); }
 };
 
-/// bound · |straight| is off by bound times the error of `straight`, and by the roundings here: those of the product,
-/// of the sums in `after` and `above` and of the comparison's side, each u of what is summed.
+/// bound · |straight| has the error bound times that of `straight`, plus roundings u of the product, of `after` and
+/// `above`, and of the comparison.
 template <class Jacobian>
 Threshold threshold_of(const Jacobian& jacobian, double bound) {
     const double asked = std::max(bound, 0.0);
@@ -74,7 +71,6 @@ Threshold threshold_of(const Jacobian& jacobian, double bound) {
     return {value, {jacobian.error * (1 + asked) * 1.0001 + value * 0x1p-50, 0}};
 }
 
-/// The same for parts.
 template <int D>
 Threshold threshold_of_parts(const BoundedJacobian<D>& jacobian, double bound) {
     Threshold threshold = threshold_of(jacobian, bound);
@@ -82,7 +78,6 @@ Threshold threshold_of_parts(const BoundedJacobian<D>& jacobian, double bound) {
     return threshold;
 }
 
-/// NaN among the coefficients, or overflow.
 template <int D>
 bool finite(const BoundedJacobian<D>& jacobian) {
     double sum = jacobian.error + jacobian.straight;
@@ -90,8 +85,8 @@ bool finite(const BoundedJacobian<D>& jacobian) {
     return std::isfinite(sum);
 }
 
-/// Depth-first search of the parts of an element, in constant memory. `visit` looks at a part and says whether to
-/// bisect it; the half with the smaller coefficient is next. False when the search was cut short.
+/// Depth-first, in constant memory. `visit(part)` returns true to bisect; the half with the smaller coefficient is
+/// next. False if a limit was reached.
 template <int D, class Visit>
 bool search(const BoundedJacobian<D>& jacobian, Visit&& visit) {
     std::array<JacobianPart<D>, max_depth + 2> stack;
@@ -112,7 +107,7 @@ bool search(const BoundedJacobian<D>& jacobian, Visit&& visit) {
     return true;
 }
 
-/// Second stage of `decide`. `found(part)` is called with the part that has a witness corner.
+/// `found(part)` receives the part with a witness corner.
 template <int D, class Found>
 Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold& threshold, Found&& found) {
     bool invalid = false;
@@ -127,8 +122,8 @@ Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold&
             found(part);
             return false;
         }
-        // A corner that is neither above nor below remains one of parts; affine to rounding and still between:
-        // bisecting tells no more.
+        // A corner between the limits stays one in all its parts; a part that is affine within rounding gives no
+        // further information.
         if (corner <= threshold.above(part.depth) || largest_bend(part).size < 0.125 * threshold.blur.error) {
             doubtful = true;
             return false;
@@ -139,8 +134,8 @@ Verdict decide_by_bisection(const BoundedJacobian<D>& jacobian, const Threshold&
     return complete && !doubtful ? Verdict::valid : Verdict::undecided;
 }
 
-/// Lower bound of the smallest value of det J, without the rounding error: branch and bound, down to `slack` ·
-/// max(scale, |minimum|) below it. `depth` is the deepest bisection.
+/// Lower bound of the minimum of det J without rounding error, to within `slack` · max(scale, |minimum|). `depth`:
+/// deepest bisection.
 struct LowerBound {
     double value;
     int depth;
@@ -162,17 +157,16 @@ LowerBound smallest_value(const BoundedJacobian<D>& jacobian, double slack, doub
             open = low;
         return !close;
     });
-    // Cut short, all that is known for certain is the bound before bisection.
+    // After an incomplete search only the bound before bisection is certain.
     return {complete ? finished : std::min(open, finished), depth};
 }
 
-/// Whether the straight element cannot be told from a flat one: its det is within rounding of 0.
 template <class Jacobian>
 bool straight_is_flat(const Jacobian& jacobian) {
     return !(std::abs(jacobian.straight) > 2 * jacobian.error);
 }
 
-/// (low − blur) / |straight|, rounded down, with the error of `straight` to the safe side.
+/// (low − blur) / |straight|, rounded down.
 template <class Jacobian>
 double scaled_down(const Jacobian& jacobian, double low, double blur) {
     const double number = low - blur;
@@ -181,8 +175,7 @@ double scaled_down(const Jacobian& jacobian, double low, double blur) {
     return ratio - std::abs(ratio) * 0x1p-50;
 }
 
-/// A lower bound of the scaled Jacobian where det J > 0 everywhere: at least half of the minimum, so that it shows the
-/// sign; 0 where rounding hides it.
+/// At least half of the minimum; 0 if rounding hides it.
 template <int D>
 double positive_bound(const BoundedJacobian<D>& jacobian) {
     const auto low = smallest_value(jacobian, 0.5, 0);
@@ -194,7 +187,7 @@ double positive_bound(const BoundedJacobian<D>& jacobian) {
 template <int D>
 Verdict decide_by_coefficients(const BoundedJacobian<D>& jacobian, double bound) {
     const Threshold threshold = threshold_of(jacobian, bound);
-    // Written so that NaN is neither valid nor invalid.
+    // NaN is neither valid nor invalid in these comparisons.
     bool all_above = true;
     for (const double x : jacobian.coefficients) all_above &= x > threshold.above(0);
     bool corner_below = false;
@@ -266,7 +259,7 @@ ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound) 
     } else {
         const auto low = smallest_value(jacobian, 0.5 * scaled_jacobian_tolerance, std::abs(jacobian.straight));
         validity.min_scaled_jacobian = scaled_down(jacobian, low.value, blur_of(jacobian).after(low.depth));
-        // The verdict is a certificate too, and a sharper one near the bound.
+        // Near the bound the verdict is a sharper certificate.
         if (validity.verdict == Verdict::valid)
             validity.min_scaled_jacobian = std::max(validity.min_scaled_jacobian, bound);
         if (!(validity.min_scaled_jacobian > 0) &&
@@ -285,7 +278,6 @@ bool all_finite(const std::array<Vec<D>, quadratic_nodes<K>>& points) {
     return true;
 }
 
-/// Plain doubles where they will do, twice the digits where not, and integers for the verdict where even these blur it.
 template <int D, class Element>
 ElementValidity check_by_levels(const Element& element, bool element_is_finite, double bound) {
     const BoundedJacobian<D> plain = bounded_jacobian(element);
@@ -305,8 +297,7 @@ ElementValidity check_by_levels(const Element& element, bool element_is_finite, 
     return validity;
 }
 
-/// The bound shows the sign where that is certain, also of what is only below the bound that is asked for: in numbers
-/// of twice the digits where doubles hide it.
+/// Also shows the sign of the minimum below the bound, if certain.
 template <int D, class Element>
 ElementValidity check(const Element& element, bool element_is_finite, double bound) {
     ElementValidity validity = check_by_levels<D>(element, element_is_finite, bound);
@@ -323,7 +314,7 @@ ElementValidity check(const Element& element, bool element_is_finite, double bou
 
 template <int D>
 Verdict decide(const NodalSimplex<D>& element, double bound) {
-    // The filter alone, without a certificate's fields: most callers ask this of very many elements.
+    // The filter alone is sufficient for most of the very many calls.
     const Verdict first = decide_by_coefficients(bounded_jacobian(element), bound);
     return first != Verdict::undecided ? first : certify(element, bound).verdict;
 }

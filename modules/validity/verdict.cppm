@@ -12,17 +12,17 @@ import :jacobian;
 
 export namespace camber {
 
-/// One averaging of de Casteljau's algorithm: c[target] ← (c[target] + c[source]) / 2.
+/// de Casteljau: c[target] ← (c[target] + c[source]) / 2.
 struct Averaging {
     std::uint8_t target, source;
 };
 
-/// Averagings that a bisection takes: Σ α_j over the multi-indices.
+/// Σ α_j over the multi-indices.
 template <int D>
 inline constexpr int averagings = jacobian_coefficients<D> * D / (D + 1);
 
-/// The averagings that move vertex `from` of a simplex to the middle of its edge to vertex `to`, in place: round r
-/// treats the indices with α_from ≥ r, higher α_from first, so that each source is still of the round before.
+/// Moves vertex `from` to the midpoint of its edge to `to`, in place. Round r treats indices with α_from ≥ r, higher
+/// α_from first, so that each source still has its previous value.
 template <int D>
 [[nodiscard]] constexpr std::array<Averaging, averagings<D>> bisection(int from, int to) {
     std::array<Averaging, averagings<D>> steps{};
@@ -39,7 +39,7 @@ template <int D>
     return steps;
 }
 
-/// bisections<D>[edge][side]: those that keep the part at that end of the edge.
+/// bisections<D>[edge][side]: the part at that end.
 template <int D>
 inline constexpr auto bisections = [] {
     std::array<std::array<std::array<Averaging, averagings<D>>, 2>, edges_per_simplex<D>> table{};
@@ -74,7 +74,7 @@ inline constexpr auto second_differences = [] {
 
 export namespace camber {
 
-/// A part of an element: the Bézier coefficients of det J on it, and its corners in the element.
+/// Bézier coefficients of det J on a part, and its corners in the element.
 template <int D>
 struct JacobianPart {
     std::array<double, jacobian_coefficients<D>> coefficients{};
@@ -89,8 +89,7 @@ template <int D>
     return part;
 }
 
-/// The local edge along which the coefficients bend most, and by how much. Second differences along the edges determine
-/// all of them: where they vanish, det J is affine and its minimum at a corner.
+/// Largest second difference along a local edge. If all of these vanish, det J is affine with its minimum at a corner.
 struct Bend {
     int edge = 0;
     double size = 0;
@@ -107,7 +106,7 @@ template <int D>
     return bend;
 }
 
-/// The half of a part on one side (0, 1) of the middle of a local edge: vertex local_edges[edge][side] moves there.
+/// Half of a part on side 0 or 1: vertex local_edges[edge][side] moves to the edge midpoint.
 template <int D>
 [[nodiscard]] inline JacobianPart<D> half(JacobianPart<D> part, int edge, int side) {
     for (const auto [target, source] : bisections<D>[edge][side])
@@ -119,56 +118,53 @@ template <int D>
     return part;
 }
 
-/// Of an element: det J / |det of the straight element| ≥ bound and det J > 0 everywhere (valid), somewhere not
-/// (invalid), or not to be told within the means tried. Undecided is never good enough.
+/// valid: det J / |det of the straight element| ≥ bound and det J > 0 everywhere. invalid: not everywhere. undecided:
+/// not determined; treat as not valid.
 enum class Verdict : std::uint8_t { valid, invalid, undecided };
 
-/// Verdict and figures of one element.
 struct ElementValidity {
     Verdict verdict = Verdict::undecided;
     /// Certified lower bound of min det J / |det of the straight element with the same vertices|, at most 1e-3 · max(1,
-    /// |minimum|) below it; not negative where det J > 0 everywhere is certified, and positive there but for what
-    /// rounding hides (0: more than 0). Where the straight element is flat to rounding there is no such number: +∞ if
-    /// det J > 0 everywhere, −∞ else.
+    /// |minimum|) below it. If det J > 0 is certified, it is positive, or 0 where rounding hides it. For straight
+    /// elements that are flat within rounding: +∞ if det J > 0 everywhere, else −∞.
     double min_scaled_jacobian = 0;
-    /// The straight element is flat or inverted; this says nothing about the curved one.
+    /// Does not determine validity.
     bool straight_inverted = false;
 };
 
-/// How far below the minimum `min_scaled_jacobian` may lie, of max(1, |minimum|).
+/// Maximum error of `min_scaled_jacobian` relative to max(1, |minimum|).
 inline constexpr double scaled_jacobian_tolerance = 1e-3;
 
-/// Verdict only. Stages: the coefficients as they are; then bisections.
+/// Uses the coefficients, then bisections.
 template <int D>
 [[nodiscard]] Verdict decide(const BoundedJacobian<D>& jacobian, double bound);
 
-/// The same for an element, with two stages more where doubles leave it undecided: both again with the sharp
-/// coefficients, then integers: the verdict of `certify`.
+/// The verdict of `certify`: adds sharp coefficients and integers.
 template <int D>
 [[nodiscard]] Verdict decide(const NodalSimplex<D>& element, double bound);
 
-/// Whether rounding in plain doubles blurs the scaled Jacobian by more than a tenth of its tolerance.
+/// True if rounding in doubles blurs the scaled Jacobian by more than a tenth of its tolerance.
 template <class Jacobian>
 [[nodiscard]] inline bool blurred(const Jacobian& jacobian) {
     const double straight = jacobian.straight < 0 ? -jacobian.straight : jacobian.straight;
     return !(jacobian.error < 0.1 * scaled_jacobian_tolerance * straight);
 }
 
-/// The first stage of `decide`, cheap and without branches: valid if all coefficients are above the bound beyond their
-/// rounding error, invalid if one that is a value of det J is below it, undecided otherwise.
+/// First stage of `decide`, without branches. valid: all coefficients exceed the bound by more than their rounding
+/// error. invalid: a vertex coefficient is below it.
 template <int D>
 [[nodiscard]] Verdict decide_by_coefficients(const BoundedJacobian<D>& jacobian, double bound);
 
-/// Smallest coefficient, less its error, over |det of the straight element|: a certified lower bound of the scaled
-/// Jacobian, but not always a close one. ±∞ for flat straight elements as in ElementValidity.
+/// Smallest coefficient, minus its error, over |det of the straight element|: a certified lower bound, not always
+/// close. ±∞ for flat straight elements, as in ElementValidity.
 template <int D>
 [[nodiscard]] double smallest_scaled_coefficient(const BoundedJacobian<D>& jacobian);
 
-/// A point of the element where the condition of `decide` certainly fails; none if none was found.
+/// Returns a point where the condition of `decide` certainly fails, if one was found.
 template <int D>
 [[nodiscard]] std::optional<Barycentric<D>> witness(const BoundedJacobian<D>& jacobian, double bound);
 
-/// `bound` is of det J / |det straight|; a negative one counts as 0.
+/// `bound` refers to det J / |det straight|; negative values count as 0.
 template <int D>
 [[nodiscard]] ElementValidity check_element(const BoundedJacobian<D>& jacobian, double bound);
 template <int D>
@@ -176,61 +172,57 @@ template <int D>
 template <int D>
 [[nodiscard]] ElementValidity check_element(const NodalSimplex<D>& element, double bound);
 
-/// What decided, from the cheapest on.
+/// The level that decided, in order of cost.
 enum class Level : std::uint8_t {
-    filter,     ///< the coefficients in doubles, with their error bound
-    bisection,  ///< doubles too, after bisections
-    twice,      ///< both again in numbers of twice the digits
-    exact,      ///< integers: no rounding at all
+    filter,     ///< coefficients in doubles with their error bound
+    bisection,  ///< doubles with bisections
+    twice,      ///< both with double-double arithmetic
+    exact,      ///< integers, without rounding
 };
 inline constexpr int levels = 4;
 
-/// The verdict of an element, what decided it, and where it fails.
 template <int D>
 struct Certificate {
     Verdict verdict = Verdict::undecided;
     Level level = Level::filter;
-    /// For invalid elements: a point where det J > 0 or det J ≥ bound · |det straight| fails for certain, by weights of
-    /// the vertices: non-negative doubles, taken exactly; the point is w/Σw. Their sum is 1 wherever the point has such
-    /// doubles, and a whole number otherwise (a third of an edge: 2, 1). None for nodes that are not finite, and none
-    /// where the part that fails is so small that no doubles lie in it (relative width below 2⁻⁵³, or a single
-    /// irregular point).
+    /// For invalid elements: weights w of a point w/Σw where the condition certainly fails. They are non-negative
+    /// doubles, taken exactly. Their sum is 1 if doubles can represent this, otherwise an integer (a third of an edge:
+    /// 2, 1). Nothing for nodes that are not finite, or if no doubles lie in the failing part (relative width below
+    /// 2⁻⁵³, or a single irregular point).
     std::optional<Barycentric<D>> witness;
 };
 
-/// Is the element valid (see Verdict), for the numbers stored in it? Every level that cannot tell hands on to the next.
-/// Triangles are always decided (finite bound); tetrahedra stay undecided only where the condition holds, but with
-/// equality at some inner point that exact bisection does not meet; or beyond `exact_depth` bisections or `exact_parts`
-/// parts. A negative bound counts as 0; nodes that are not finite make the element invalid.
+/// Decides validity (see Verdict) for the stored numbers, level by level. Triangles are always decided for a finite
+/// bound. Tetrahedra stay undecided only for equality at an inner point that exact bisection does not meet, or beyond
+/// `exact_depth` or `exact_parts`. A negative bound counts as 0; nodes that are not finite make the element invalid.
 template <int D>
 [[nodiscard]] Certificate<D> certify(const NodalSimplex<D>& element, double bound);
 
-/// The same of the element with exactly these Bézier points.
+/// For exactly these Bézier points.
 template <int D>
 [[nodiscard]] Certificate<D> certify(const QuadraticSimplex<D, D>& element, double bound);
 
-/// The last level alone: in integers from the start.
+/// Uses integers only.
 template <int D>
 [[nodiscard]] Certificate<D> certify_exactly(const NodalSimplex<D>& element, double bound);
 template <int D>
 [[nodiscard]] Certificate<D> certify_exactly(const QuadraticSimplex<D, D>& element, double bound);
 
-/// A point of an element where its condition fails, and by how much: exact values, rounded up.
+/// Exact values, rounded up.
 template <int D>
 struct Failure {
-    Barycentric<D> at{};  ///< weights, as a certificate's witness
-    double jacobian = 0;  ///< det J there; of a triangle in space, times the length of its straight one's normal
-    double scaled = 0;    ///< det J over |det of the straight element|; +∞, 0 or −∞, by sign, where that is 0
+    Barycentric<D> at{};  ///< weights, see Certificate::witness
+    double jacobian = 0;  ///< det J; for a triangle in space, times the length of the straight normal
+    double scaled = 0;    ///< det J / |det of the straight element|; +∞, 0 or −∞ by sign if that is 0
 };
 
-/// A point where an invalid element fails, of as few binary digits as show it, proved in integers: near `near` if it
-/// fails there, else near its certificate's witness. None for elements that are not invalid, and where the witness has
-/// no doubles.
+/// Returns a failing point with few binary digits, proved in integers: at `near`, else at the certificate's witness.
+/// Nothing if the element is not invalid, or the witness has no doubles.
 template <int D>
 [[nodiscard]] std::optional<Failure<D>> find_failure(const NodalSimplex<D>& element, double bound,
                                                      const Barycentric<D>& near);
 
-/// Limits of the exact bisection of a tetrahedron: in a row, and parts in all.
+/// Depth and number of parts for tetrahedra.
 inline constexpr int exact_depth = 240;
 inline constexpr int exact_parts = 20000;
 
@@ -238,7 +230,6 @@ inline constexpr int exact_parts = 20000;
 
 namespace camber {
 
-/// The first two levels.
 template <int D>
 [[nodiscard]] Certificate<D> certify_in_doubles(const BoundedJacobian<D>& jacobian, double bound);
 
@@ -246,24 +237,22 @@ template <int D>
 
 export namespace camber {
 
-/// How many verdicts a mesh has: one an element, or one a triangle of a surface alone.
+/// One per element, or per triangle of a standalone surface mesh.
 template <int D>
 [[nodiscard]] inline std::size_t judged_count(const LinearMesh<D>& mesh) {
     return is_surface_alone(mesh) ? mesh.facets.size() : mesh.elements.size();
 }
 
-/// A P2 triangle in space by its Lagrange nodes, as a mesh stores them: the vertices, then the nodes of e01 e12 e20.
+/// A P2 triangle in space: vertices, then the nodes of e01 e12 e20.
 ///
-/// Its normal N = x_u × x_v is quadratic. What is judged is N · n with n the unit normal of the straight triangle of
-/// the same vertices, over twice that one's area: the det J of the triangle's shadow in its own straight plane over
-/// that of the straight triangle, and in a plane what a triangle in 2D has (of either side: a surface has none). Valid:
-/// regular, and nowhere turned by 90° or more from its straight triangle. A straight triangle without area has no
-/// normal: invalid.
+/// The judged quantity is N · n over twice the area of the straight triangle; N = x_u × x_v is quadratic and n is the
+/// straight unit normal. It is the scaled Jacobian of the projection onto the straight plane, with either orientation.
+/// Valid: regular, and nowhere turned by 90° or more from the straight triangle. A straight triangle without area is
+/// invalid.
 struct SurfaceTriangle {
     std::array<Vec<3>, quadratic_nodes<2>> nodes{};
 };
 
-/// Triangle f of a mesh, with other mid nodes.
 [[nodiscard]] inline SurfaceTriangle surface_triangle(const QuadraticMesh<3>& mesh,
                                                       std::span<const LagrangeNode<3>> mid_nodes, std::size_t f) {
     SurfaceTriangle t;
@@ -272,11 +261,11 @@ struct SurfaceTriangle {
     return t;
 }
 
-/// The coefficients of N · n up to a factor, which `straight` (N · n of the straight triangle) has too.
+/// N · n up to a factor that `straight` shares.
 [[nodiscard]] BoundedJacobian<2> bounded_jacobian(const SurfaceTriangle& triangle);
 [[nodiscard]] BoundedJacobian<2> sharp_jacobian(const SurfaceTriangle& triangle);
 
-/// As of an element: by coefficients, bisections, twice the digits and integers; no triangle stays undecided.
+/// Uses all levels; always decides.
 [[nodiscard]] Certificate<2> certify(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] Certificate<2> certify_exactly(const SurfaceTriangle& triangle, double bound);
 [[nodiscard]] std::optional<Failure<2>> find_failure(const SurfaceTriangle& triangle, double bound,
@@ -288,11 +277,10 @@ struct SurfaceTriangle {
 
 namespace camber {
 
-/// Its two columns at three vertices.
 template <class Real>
 using SurfaceColumns = std::array<std::array<std::array<Real, 3>, 3>, 2>;
 
-/// Σ over the ordered ways to write α = e_j + e_k of d_1[j] × d_2[k]: multinomial(α)/4 times the coefficient of N.
+/// Σ of d_1[j] × d_2[k] over the ordered pairs with α = e_j + e_k: multinomial(α)/4 times the coefficient of N.
 template <class Real>
 [[nodiscard]] inline std::array<std::array<Real, 3>, jacobian_coefficients<2>> normal_sums(
     const SurfaceColumns<Real>& d) {

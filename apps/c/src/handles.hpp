@@ -1,5 +1,5 @@
 #pragma once
-// What stands behind the handles of camber.h.
+// Types behind the handles of camber.h.
 #include <cstdint>
 #include <functional>
 #include <initializer_list>
@@ -13,7 +13,7 @@ import camber.io;
 
 struct camber_mesh {
     camber::DecodedMesh value;
-    /// Of each point the number, from 1, that it was given as, 0: none; empty: 1, 2, 3 …
+    /// Input number (from 1) of each point, 0: none; empty: 1, 2, 3 …
     camber::Column<std::uint32_t> given_as = {};
 };
 
@@ -25,32 +25,30 @@ struct camber_result {
 
 namespace camber::c {
 
-/// The status of an error, which camber_error tells of from now on.
+/// Status of an error, which camber_error then returns.
 int status_of(const Error& error);
 
-/// f() → status, with what it throws as a status.
 int guarded_status(const std::function<int()>& f);
 
-/// A host that is told of nothing and stops nothing.
+/// A host without progress and stop.
 inline app::Host nobody() {
     return {.stop = {}, .told = [](const std::string&, double) {}};
 }
 
-/// A pointer argument of a function of camber.h, by its name there.
+/// A pointer argument with its name in camber.h.
 struct Pointer {
     const char* name;
     const void* value;
 };
 
-/// The status of the first argument that is NULL, with an error that names the function and the argument; CAMBER_OK if
-/// none is.
+/// Status of the first NULL argument, with an error; CAMBER_OK if there is none.
 int missing(const char* function, std::initializer_list<Pointer> arguments);
 
-/// The error (usage) of an argument of a function: "camber_make: points: is -1 (…)".
+/// Error of kind usage: "camber_make: points: is -1 (…)".
 Error wrong_argument(const std::string& function, const std::string& argument, std::string what,
                      std::string remedy = {});
 
-/// The status of a number of a first node other than those of C, and of Fortran and Julia.
+/// Errors unless first is 0 (C) or 1 (Fortran, Julia).
 int wrong_first(const char* function, int first);
 
 }  // namespace camber::c

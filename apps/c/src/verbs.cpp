@@ -1,4 +1,4 @@
-// Errors as texts, one a thread; and the verbs over handles.
+// Error texts, one for each thread, and the verbs on handles.
 #include <algorithm>
 #include <cstddef>
 #include <exception>
@@ -60,7 +60,7 @@ int guarded_status(const std::function<int()>& f) {
         return f();
     } catch (const std::bad_alloc& failure) {
         return status_of(out_of_memory(failure));
-    } catch (const std::length_error&) {  // more than any memory has
+    } catch (const std::length_error&) {  // exceeds any memory
         return status_of(out_of_memory(std::bad_alloc()));
     } catch (const std::exception& error) {
         return status_of(Error{ErrorKind::internal, error.what(), {}, {}, {}});
@@ -94,13 +94,13 @@ using namespace camber;
 
 namespace {
 
-/// CAD models are read in this process: the program that we are a library of cannot be started once more.
+/// CAD models are read in this process: a library cannot start its host program again.
 void prepare() {
     static std::once_flag once;
     std::call_once(once, [] { app::start_itself_by({}); });
 }
 
-/// Who is told of the work, and stops it.
+/// Progress and stop by the caller.
 app::Host host_of(const camber_options* options, std::stop_source stop) {
     app::Host host{.stop = stop.get_token(), .told = [](const std::string&, double) {}};
     if (options == nullptr || options->progress == nullptr) return host;
@@ -111,14 +111,13 @@ app::Host host_of(const camber_options* options, std::stop_source stop) {
     return host;
 }
 
-/// A call of a function of the interface: its name, and the mesh and the options, which may be NULL.
+/// An interface function with its mesh and options, which may be NULL.
 struct Call {
     const char* function;
     const camber_mesh* mesh;
     const camber_options* options;
 };
 
-/// The metric of the options.
 Outcome<std::optional<Solution>> metric_of(const Call& call) {
     const auto& [function, mesh, options] = call;
     if (options == nullptr || options->metric == nullptr) return std::nullopt;
@@ -139,7 +138,7 @@ Outcome<std::optional<Solution>> metric_of(const Call& call) {
 
 constexpr const char *mesh_name = "memory:mesh", *metric_name = "memory:metric.sol";
 
-/// The status of an error that names the argument where it names its place in memory.
+/// Status of an error, with argument names for places in memory.
 int status_in(const char* function, Error error) {
     constexpr std::string_view metric = "memory:metric", mesh = mesh_name;
     if (error.where.starts_with(metric)) error.where = std::string(function) + ": options.metric";
@@ -147,13 +146,13 @@ int status_in(const char* function, Error error) {
     return c::status_of(error);
 }
 
-/// Whether a word is that option, with its value or before it.
+/// True for the option with or without its value.
 bool is_option(std::string_view word, std::string_view option) {
     return word.starts_with(option) && (word.size() == option.size() || word[option.size()] == '=');
 }
 
-/// The words of camber_run, the verb first. Errors (usage): one that is NULL; a verb without a mesh in memory; an
-/// option for which the function has an argument, or returns what it writes.
+/// Words of camber_run, the verb first. Errors: usage (a NULL word, a verb without a mesh in memory, an option for
+/// which the function has an argument or a result).
 Outcome<std::vector<std::string>> words_of(int count, const char* const* word, bool has_metric) {
     const auto wrong = [](int w, const std::string& what, const std::string& remedy) {
         return fail(c::wrong_argument("camber_run", "word[" + std::to_string(w) + "]", what, remedy));
@@ -183,8 +182,7 @@ Outcome<std::vector<std::string>> words_of(int count, const char* const* word, b
     return words;
 }
 
-/// Errors: usage, as the program reports them; a command, which has no shell here; a pipeline that no config could
-/// have.
+/// Errors: usage (also: a command, since there is no shell; an invalid pipeline).
 Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
     auto pipeline = call.work.pipeline();
     if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;

@@ -1,4 +1,4 @@
-"""Camber: curved (P2) meshes of triangles and tetrahedra, always valid, driven by a metric and by the geometry.
+"""Camber: curved (P2) meshes of triangles and tetrahedra, always valid, adapted to a metric and to the geometry.
 
     import camber
 
@@ -8,8 +8,8 @@
     made = camber.adapt(mesh, solve=solver, complexity=5000)
     print(camber.check(made)["table"])
 
-The verbs are the program's, with its arguments as keywords, and give the same bytes. Meshes never change and share their
-memory with numpy. What goes wrong is raised (`camber.exceptions`); notices go to the logger "camber".
+The verbs are those of the program, with its arguments as keywords and the same results. Meshes are immutable and share
+their memory with numpy. Errors are exceptions (`camber.exceptions`); notices go to the logger "camber".
 """
 
 from . import _camber, exceptions, exchange, files, metric, plots

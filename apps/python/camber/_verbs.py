@@ -1,4 +1,4 @@
-"""Pipelines by their config, which is what `camber run` does, and the verbs with their keywords as a dict."""
+"""Pipelines from a config, like `camber run`, and the verbs with their keywords as a dict."""
 
 from __future__ import annotations
 
@@ -48,14 +48,13 @@ def run(
     solve: Callable[[Mesh, Mapping[str, np.ndarray], int], Any] | None = None,
     progress: _Progress | None = None,
 ) -> Made:
-    """Run a pipeline, its cycles too (docs/pipelines.md; its schema: configs/schema.json).
+    """Run a pipeline with its adaptation cycles (docs/pipelines.md; schema: configs/schema.json).
 
-    config: the pipeline as a dict, or the path of its file. Its files are read and written where they are named, a
-        file's relative to the working directory.
-    mesh: the input, in place of the config's.
-    metric: (v,) or (v, D, D) at its vertices, in place of the config's.
-    solution: an array or {name: array} at its vertices or nodes, in place of the config's file.
-    solve: for a config with "adapt", in place of its command: see `adapt`.
+    config: the pipeline as a dict, or the path of its file. File names in it are relative to the working directory.
+    mesh: replaces the config's input.
+    metric: (v,) or (v, D, D) at the vertices; replaces the config's metric.
+    solution: an array or {name: array} at the vertices or nodes; replaces the config's file.
+    solve: replaces the solver command of a config with "adapt": see `adapt`.
     """
     if not isinstance(config, Mapping):
         with open(config, encoding="utf-8") as file:
@@ -89,19 +88,19 @@ def _input_of(config: Mapping[str, Any]) -> Mesh:
 
 
 def elevate(mesh: Any, *, threads: int = 0, progress: _Progress | None = None) -> Made:
-    """Degree 1 to 2: each edge gets a node at its middle, and nothing moves."""
+    """Elevate degree 1 to 2: each edge gets a node at its midpoint; positions do not change."""
     return run({"stages": ["elevate"], "threads": threads}, mesh, progress=progress)
 
 
 def validate(mesh: Any, *, min_scaled_jacobian: float = 0.0, threads: int = 0, progress: _Progress | None = None) -> Made:
-    """Certify each element of a mesh of degree 2: det J above the bound everywhere, or certainly not (`report`)."""
+    """Certify for each element of a quadratic mesh that det J is above the bound everywhere, or that it is not (`report`)."""
     stage = {"validate": {"min_scaled_jacobian": min_scaled_jacobian}}
     return run({"stages": [stage], "threads": threads}, mesh, progress=progress)
 
 
 def errors(mesh: Any, field: str, *, progress: _Progress | None = None) -> dict[str, Any]:
-    """Errors, in L2 and H1, of the interpolants of an expression of x, y and z: of degree 1 and 2 with straight edges,
-    and on the mesh as it is, with where they sit (`camber check --field`, docs/report.md)."""
+    """Return interpolation errors in L2 and H1 of an expression of x, y and z, with their location: for degree 1 and 2 with
+    straight edges, and on the mesh itself (`camber check --field`, docs/report.md)."""
     return check({"mesh": mesh, "field": field, "metric": None, "progress": progress})["interpolation"][0]
 
 
@@ -155,7 +154,7 @@ def check(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def _columns(raw: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """References and verdicts (0 valid, 1 invalid, 2 undecided) as whole numbers."""
+    """Convert references and verdicts (0 valid, 1 invalid, 2 undecided) to integers."""
     whole = {"reference": np.int32, "verdict": np.int8, "straight_inverted": bool}
     return {name: values.astype(whole.get(name, float)) for name, values in raw.items()}
 

@@ -1,7 +1,7 @@
-"""What goes wrong, as exceptions: the program's errors, with their place and remedy.
+"""Exceptions: the program's errors with their place and remedy.
 
-Each says `what` is wrong, `where` (a file with its place, an argument, a row of an array), of which `entity`, and the
-`remedy`: what can be done about it. `str(error)` has all of them in one line.
+Attributes: `what` (the error), `where` (a file and its line, an argument, a row of an array), `entity`, and `remedy`.
+`str(error)` contains all of them in one line.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 
 
 class Error(Exception):
-    """An error of Camber's."""
+    """Base class of all errors."""
 
     def __init__(self, what: str, where: str = "", entity: str = "", remedy: str = "") -> None:
         self.what, self.where, self.entity, self.remedy = what, where, entity, remedy
@@ -19,15 +19,15 @@ class Error(Exception):
 
 
 class UsageError(Error, ValueError):
-    """An argument or a config that makes no sense."""
+    """An invalid argument or config."""
 
 
 class InputError(Error, ValueError):
-    """A mesh, a field, a file or an array that is wrong."""
+    """An invalid mesh, field, file or array."""
 
 
 class UnsupportedError(Error, NotImplementedError):
-    """Something that is right and that Camber does not do."""
+    """A valid request that Camber does not support."""
 
 
 class WriteError(Error, OSError):
@@ -35,31 +35,31 @@ class WriteError(Error, OSError):
 
 
 class OutOfMemory(Error, MemoryError):
-    """The machine has less memory than that needs."""
+    """Not enough memory."""
 
 
 class Stopped(Error):
-    """A progress callback said False."""
+    """Stopped by a progress callback that returned False."""
 
 
 class InternalError(Error, RuntimeError):
-    """A bug of Camber's."""
+    """A bug in Camber."""
 
 
 class NotCertified(UserWarning):
-    """A result is not the requested one: elements are not certified valid, the boundary is off its geometry, walls cross, or elements overlap."""
+    """The result does not meet the request: elements not certified valid, boundary off its geometry, crossing walls, or overlaps."""
 
 
 _KINDS = (UsageError, InputError, UnsupportedError, WriteError, Stopped, OutOfMemory, InternalError)  # ErrorKind
 
 
 def of(kind: int, what: str, where: str, entity: str, number: int, remedy: str) -> Error:
-    """The exception that an error of the extension is; words of the command line become Python's."""
+    """Return the exception for an error of the extension, with option names converted to keywords."""
     return _KINDS[kind](in_python(what), in_python(where), f"{entity} {number}" if entity else "", in_python(remedy))
 
 
 def in_python(text: str) -> str:
-    """`--min-scaled-jacobian` is `min_scaled_jacobian` here, and what is in memory has its name alone."""
+    """Convert `--min-scaled-jacobian` to `min_scaled_jacobian` and `memory:name` to `name`."""
     text = re.sub(r"see camber (\w+) --help", r"see help(camber.\1)", text)
     text = text.replace("; --solution on the command line", "")
     text = re.sub(r"(?<![\w-])--([a-z][a-z-]*[a-z])", lambda option: option[1].replace("-", "_"), text)

@@ -1,4 +1,4 @@
-"""Meshes of other libraries, in memory: Gmsh, meshio, PyVista, VTK, DOLFINx, scikit-fem. None of them is needed to import this."""
+"""Conversion from and to meshes of Gmsh, meshio, PyVista, VTK, DOLFINx and scikit-fem, which are imported on use only."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from .exceptions import InputError, UsageError
 from .mesh import DIMENSIONS, NODES, Mesh, _log, mesh_of
 
-#: VTK's numbers of the types of cells.
+#: VTK's cell type numbers.
 VTK_TYPES = {"line": 3, "triangle": 5, "tetra": 10, "line3": 21, "triangle6": 22, "tetra10": 24}
 _OF_VTK = {number: name for name, number in VTK_TYPES.items()} | {1: "vertex", 2: "vertex"}
-#: Arrays of cells that other programs keep references in, as meshio calls them.
+#: meshio's names of cell arrays in which programs store references.
 _REFERENCES = ("reference", "gmsh:physical", "medit:ref", "cell_tags", "material")
 
 
 def from_others(mesh: Any) -> Mesh:
-    """A mesh of meshio's, PyVista's or VTK's, by what it has."""
+    """Convert a mesh of meshio, PyVista or VTK, recognised by its attributes."""
     if hasattr(mesh, "GetCellTypesArray") or hasattr(mesh, "GetPolys"):
         return from_vtk(mesh)
     if hasattr(mesh, "cells") and hasattr(mesh, "point_data"):
@@ -35,7 +35,7 @@ def _mesh_of_blocks(
     names: Mapping[tuple[int, int], str] | None = None,
     fields: Mapping[str, np.ndarray] | None = None,
 ) -> Mesh:
-    """Blocks of one type joined; those of other dimensions than a mesh has are an error that names them."""
+    """Join blocks of the same type. Raises InputError for unsupported cell types."""
     cells: dict[str, list[np.ndarray]] = {}
     references: dict[str, list[np.ndarray]] = {}
     for name, rows, refs in blocks:
@@ -59,7 +59,7 @@ def _mesh_of_blocks(
     kept: dict[str, np.ndarray] = {}
     for name, values in (fields or {}).items():
         if name.startswith(("gmsh:", "medit:")) or name in _REFERENCES:
-            continue  # what formats are written with, and no solution
+            continue  # data of the file format, not a solution
         field = _of_plane(values, mesh.dimension)
         if field is None:
             _log.warning("the field %s is left out: %s of shape %s", name, values.dtype, values.shape)
@@ -69,7 +69,7 @@ def _mesh_of_blocks(
 
 
 def _whole(name: str, references: Any) -> np.ndarray:
-    """Whole numbers, also as floats: VTK's programs keep them so."""
+    """Return integers; floats with integer values are accepted, since VTK programs write them."""
     array = np.asarray(references).ravel()
     if array.dtype.kind == "f" and np.all(array == np.round(array)):
         array = array.astype(np.int64)
@@ -103,7 +103,7 @@ def _of_plane(values: np.ndarray, dimension: int) -> np.ndarray | None:
 
 
 def from_meshio(mesh: Any) -> Mesh:
-    """A meshio.Mesh: references by its cell data (gmsh:physical, medit:ref, reference), names by its field data."""
+    """Convert a meshio.Mesh: references from its cell data (gmsh:physical, medit:ref, reference), names from its field data."""
     data = next((mesh.cell_data[name] for name in _REFERENCES if name in mesh.cell_data), None)
     blocks = [
         (block.type, block.data, None if data is None else data[i]) for i, block in enumerate(mesh.cells)
@@ -113,7 +113,7 @@ def from_meshio(mesh: Any) -> Mesh:
 
 
 def to_meshio(mesh: Any) -> Any:
-    """A meshio.Mesh with references as cell data `reference`, names as field data, and the fields."""
+    """Return a meshio.Mesh with references as cell data `reference`, names as field data, and the fields."""
     import meshio
 
     of = mesh_of(mesh)
@@ -121,7 +121,7 @@ def to_meshio(mesh: Any) -> Any:
         of.points if of.z is None else in_space(of.points, of.z),
         [(name, rows.astype(np.int64)) for name, rows in of.cells.items()],
         point_data=_at_points(of),
-        # By the names under which meshio's writers of Gmsh's and Medit's formats look for them, too.
+        # Also under the names that meshio's writers for Gmsh and Medit expect.
         cell_data={
             key: [of.references[name] for name in of.cells]
             for key in ("reference", "gmsh:physical", "gmsh:geometrical", "medit:ref")
@@ -131,7 +131,7 @@ def to_meshio(mesh: Any) -> Any:
 
 
 def _at_points(mesh: Mesh) -> dict[str, np.ndarray]:
-    """Fields with a row for each point, tensors as rows."""
+    """Return fields with a row for each point; tensors are flattened."""
     out = {}
     for name, values in mesh.fields.items():
         if len(values) == len(mesh.points):
@@ -141,13 +141,13 @@ def _at_points(mesh: Mesh) -> dict[str, np.ndarray]:
 
 # ---------------------------------------------------------------- Gmsh
 
-#: Gmsh's numbers of the types of cells; its tetrahedra of degree 2 have their last two nodes the other way round.
+#: Gmsh's cell type numbers; the last two nodes of its quadratic tetrahedra are swapped.
 _OF_GMSH = {1: "line", 2: "triangle", 4: "tetra", 8: "line3", 9: "triangle6", 11: "tetra10"}
 
 
 def from_gmsh(model: Any) -> Mesh:
-    """The mesh of Gmsh's current model, `gmsh.model`. References are the tags of physical groups, where entities have
-    one, else their own; an entity of no group is left out where its dimension has groups, as Gmsh itself does."""
+    """Convert the mesh of Gmsh's current model, `gmsh.model`. References are the tags of physical groups, or of entities
+    in dimensions without groups. In other dimensions entities without a group are omitted, as in Gmsh."""
     tags, coordinates, _ = model.mesh.getNodes()
     row = np.full(int(tags.max()) + 1 if len(tags) else 1, -1, np.int64)
     blocks, used, names = [], np.zeros(len(tags), bool), {}
@@ -181,14 +181,14 @@ def from_gmsh(model: Any) -> Mesh:
 
 
 def in_space(points: np.ndarray, z: float | None = None) -> np.ndarray:
-    """(n, 3) of points in the plane."""
+    """Return points as (n, 3)."""
     if points.shape[1] == 3:
         return np.array(points)
     return np.column_stack([points, np.full(len(points), z or 0.0)])
 
 
 def to_vtk(mesh: Any) -> Any:
-    """A vtkUnstructuredGrid of quadratic cells where the mesh is curved: point data the fields, cell data `reference`."""
+    """Return a vtkUnstructuredGrid (quadratic cells for degree 2) with the fields as point data and cell data `reference`."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkUnstructuredGrid
@@ -222,7 +222,7 @@ def _add_array(data: Any, name: str, values: np.ndarray) -> None:
 
 
 def from_vtk(grid: Any) -> Mesh:
-    """A vtkUnstructuredGrid or the triangles of a vtkPolyData, or PyVista's: references by the cell data `reference` or what others call it."""
+    """Convert a vtkUnstructuredGrid or the triangles of a vtkPolyData (also PyVista's), with references from cell data."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     if hasattr(grid, "GetPolys"):
@@ -257,7 +257,7 @@ def _point_data(grid: Any) -> dict[str, np.ndarray]:
 
 
 def _of_polydata(data: Any) -> Mesh:
-    """The triangles of a vtkPolyData, or pyvista.PolyData."""
+    """Convert the triangles of a vtkPolyData or pyvista.PolyData."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     polygons = data.GetPolys()
@@ -274,12 +274,12 @@ def _of_polydata(data: Any) -> Mesh:
 
 
 def from_pyvista(grid: Any) -> Mesh:
-    """A pyvista.UnstructuredGrid or PolyData, which are VTK's."""
+    """Convert a pyvista.UnstructuredGrid or PolyData."""
     return from_vtk(grid)
 
 
 def to_pyvista(mesh: Any) -> Any:
-    """A pyvista.UnstructuredGrid: `camber.to_pyvista(mesh).plot(nonlinear_subdivision=3)` draws true curves."""
+    """Return a pyvista.UnstructuredGrid: `camber.to_pyvista(mesh).plot(nonlinear_subdivision=3)` draws curved edges."""
     import pyvista
 
     return pyvista.wrap(to_vtk(mesh))
@@ -289,7 +289,7 @@ def to_pyvista(mesh: Any) -> Any:
 
 
 def _elements_of(mesh: Mesh) -> str:
-    """The type of a mesh's elements."""
+    """Return the type of a mesh's elements."""
     for name in mesh.cells:
         if DIMENSIONS[name] == mesh.dimension:
             return name
@@ -297,7 +297,7 @@ def _elements_of(mesh: Mesh) -> str:
 
 
 def to_skfem(mesh: Any) -> Any:
-    """A skfem.MeshTri, MeshTri2, MeshTet or MeshTet2, with named subdomains and boundaries."""
+    """Return a skfem.MeshTri, MeshTri2, MeshTet or MeshTet2, with named subdomains and boundaries."""
     import skfem
 
     of = mesh_of(mesh)
@@ -314,7 +314,7 @@ def to_skfem(mesh: Any) -> Any:
 
 
 def _boundaries(of: Mesh, made: Any) -> dict[str, np.ndarray]:
-    """Facets of scikit-fem's by the name of their reference."""
+    """Return scikit-fem's facets by the name of their reference."""
     d = of.dimension
     facet = next((name for name in of.corners if DIMENSIONS[name] == d - 1), None)
     named = {r: name for (dim, r), name in of.names.items() if dim == d - 1}
@@ -333,9 +333,9 @@ def _boundaries(of: Mesh, made: Any) -> dict[str, np.ndarray]:
 
 
 def to_dolfinx(mesh: Any, comm: Any = None) -> tuple[Any, Any, Any]:
-    """A dolfinx.mesh.Mesh with the geometry's degree, and meshtags of its cells and facets by their references.
+    """Return a dolfinx.mesh.Mesh of the mesh's degree, and meshtags with the references of cells and facets.
 
-    The mesh is taken from rank 0 of comm (default: MPI.COMM_WORLD). Facet tags are None where there are no facets.
+    The mesh of rank 0 of comm is used (default: MPI.COMM_WORLD). Facet tags are None if there are no facets.
     """
     import dolfinx.mesh
     from mpi4py import MPI
@@ -397,7 +397,7 @@ def _dolfinx_tags(made: Any, dimension: int, rows: np.ndarray, references: np.nd
     values = np.array(values, np.int32)
     try:
         entities, values = dolfinx.io.distribute_entity_data(made, dimension, rows, values)
-    except TypeError:  # before 0.7 of the mesh below
+    except TypeError:  # before 0.7, which needs the C++ mesh
         entities, values = dolfinx.cpp.io.distribute_entity_data(made._mesh, dimension, rows, values)
     made.topology.create_connectivity(dimension, 0)
     try:

@@ -1,4 +1,4 @@
-"""Files of meshes, in all formats that the program reads and writes (docs/formats.md), and the reader of CAD files."""
+"""Mesh files in all formats of the program (docs/formats.md), and the CAD reader process."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ def read(
     zone: str | None = None,
     progress: Callable[[str, float], Any] | None = None,
 ) -> Mesh:
-    """The mesh of a file, with its fields (`Mesh.fields`).
+    """Read a mesh with its fields (`Mesh.fields`).
 
-    flat: what triangles without tetrahedra and of one z are: "plane", a mesh in 2D, written with its z again, or
-        "surface", one in space.
-    reference_array: the array of cells that has their references (.vtu, .vtk).
-    zone: the zone to read, by its number or name (.su2, .cgns); default: all.
+    flat: meaning of triangles without tetrahedra that all have the same z: "plane", a 2D mesh, written with its z again,
+        or "surface", a surface in space.
+    reference_array: cell array with the references (.vtu, .vtk).
+    zone: number or name of the zone to read (.su2, .cgns); default: all.
 
-    Raises InputError: what is wrong with the file, and where.
+    Raises InputError with the place in the file.
     """
     if flat not in ("plane", "surface"):
         raise UsageError(f'is "{flat}"', "flat", remedy='give "plane" or "surface"')
@@ -48,11 +48,11 @@ def write(
     format: str = "",
     progress: Callable[[str, float], Any] | None = None,
 ) -> None:
-    """Write a mesh to a file, with its fields where the format has a place for them.
+    """Write a mesh to a file, with its fields if the format supports them.
 
-    format: the format's name, whatever the ending: "gmf-binary", "msh-ascii" …; default: that of the ending.
+    format: name of the format, for any ending: "gmf-binary", "msh-ascii" …; default: the format of the ending.
 
-    What the format cannot hold is logged ("camber"). Raises UsageError, WriteError.
+    Data that the format cannot hold is logged ("camber"). Raises UsageError, WriteError.
     """
     of = mesh_of(mesh)
     for loss in _camber.write(of._handle, dict(of.fields), os.fspath(path), format, progress):
@@ -72,8 +72,8 @@ sys.exit(module.read_cad(["camber", *sys.argv[1:]]))
 
 
 def cad_reader(extension: str) -> list[str]:
-    """The command of the process that reads CAD models apart: what libraries do on damaged files does not end this one.
+    """Return the command of the process that reads CAD models, so that a crash on a damaged file does not end this one.
 
-    Python with nothing but the extension; none where Python is a part of another program.
+    It is Python with only the extension; empty if Python is embedded in another program.
     """
     return [sys.executable, "-I", "-c", _CAD_READER, extension] if sys.executable else []

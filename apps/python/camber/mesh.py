@@ -1,4 +1,4 @@
-"""Meshes as arrays, and what verbs give back."""
+"""Meshes as arrays, and results of verbs."""
 
 from __future__ import annotations
 
@@ -19,25 +19,26 @@ from .exceptions import InputError, NotCertified, UsageError, in_python
 
 _log = logging.getLogger("camber")
 
-#: Nodes of a cell, by the name that meshio has for its type.
+#: Number of nodes by meshio's name of the cell type.
 NODES = {"line": 2, "triangle": 3, "tetra": 4, "line3": 3, "triangle6": 6, "tetra10": 10}
 DIMENSIONS = {"line": 1, "triangle": 2, "tetra": 3, "line3": 1, "triangle6": 2, "tetra10": 3}
 
 
 class Mesh:
-    """A mesh of triangles or tetrahedra, of degree 1 or 2. It never changes: verbs make others.
+    """An immutable mesh of triangles or tetrahedra, of degree 1 or 2. Verbs return new meshes.
 
-    points : (n, 2) or (n, 3) floats, the vertices, and of degree 2 the nodes of edges among them. An array that nobody
-        can write to (`array.flags.writeable = False`) is shared; any other is copied once.
-    cells : {type: (m, k) ints} by meshio's names, "triangle", "tetra", "line" or "triangle6", "tetra10", "line3";
-        nodes count the points from 0 and are in VTK's order. Cells of the points' dimension are elements, those of one
-        less facets of the boundary or of interfaces; lines in 3D are feature edges.
-    references : {type: (m,) ints}, the materials of elements, the surfaces of facets; also "vertex". Default: 0.
+    points : (n, 2) or (n, 3) floats: the vertices and, for degree 2, the nodes of edges, in any order. A read-only array
+        (`array.flags.writeable = False`) is shared; others are copied once.
+    cells : {type: (m, k) ints} by meshio's names "triangle", "tetra", "line" or "triangle6", "tetra10", "line3". Nodes are
+        rows of points, from 0, in VTK's order. Cells of the points' dimension are elements, those of one dimension less
+        are facets of the boundary or of interfaces; lines in 3D are feature edges.
+    references : {type: (m,) ints}: materials of elements, surfaces of facets; also "vertex". Default: 0.
     names : {(dimension, reference): name}, Gmsh's physical groups.
-    fields : {name: (n,), (n, D) or (n, D, D) floats} at the points, for `write` and for verbs that carry fields.
-    flat : "plane": triangles of one z are a mesh in 2D, and are written with their z again; "surface": one in space.
+    fields : {name: (n,), (n, D) or (n, D, D) floats} at the points, for `write` and for verbs that transfer fields.
+    flat : meaning of triangles that all have the same z: "plane", a 2D mesh, which is written with its z again;
+        "surface", a surface in space.
 
-    Raises InputError: a shape or a node that is wrong.
+    Raises InputError for an invalid shape or node.
     """
 
     def __init__(
@@ -66,8 +67,8 @@ class Mesh:
         _tell(self)
 
     def _in_order(self, values: np.ndarray, points: int) -> np.ndarray:
-        """Rows of the points that were given as rows of those that are here; a node that was not given has the mean of
-        its edge's ends. Of a flat mesh vectors lose their z."""
+        """Reorder rows of input points to rows of mesh points. A node without an input point gets the mean of its edge's
+        ends. Vectors of a flat mesh lose their z."""
         if values.ndim == 2 and values.shape[1] == 3 and self.dimension == 2:
             values = values[:, :2]
         if self.degree == 1 or len(values) != points:
@@ -92,91 +93,91 @@ class Mesh:
 
     @property
     def degree(self) -> int:
-        """1: straight. 2: each edge has a node, on its curve."""
+        """1: straight; 2: each edge has a node on its curve."""
         return self._handle.degree
 
     @cached_property
     def points(self) -> np.ndarray:
-        """(n, D): vertices, then of degree 2 the nodes of `edges`. Read-only; of degree 1 the mesh's own memory."""
+        """(n, D): vertices, then for degree 2 the nodes of `edges`. Read-only; for degree 1 a view of the mesh."""
         return self._handle.points
 
     @cached_property
     def vertices(self) -> np.ndarray:
-        """(v, D): the corners of elements, the mesh's own memory. Read-only."""
+        """(v, D): the corners of elements. Read-only view."""
         return self._handle.vertices
 
     @cached_property
     def mid_nodes(self) -> np.ndarray | None:
-        """(e, D): of degree 2 the node of each edge, on the curve; the mesh's own memory. Read-only."""
+        """(e, D): for degree 2 the node of each edge, on its curve. Read-only view."""
         return self._handle.mid_nodes
 
     @cached_property
     def node_rows(self) -> np.ndarray:
-        """(n,): of each of `points` the row that it was given as, -1: of none. Others than 0, 1, 2 … where a mesh of degree
-        2 was given with its vertices not first: `u[mesh.node_rows]` is then a field here."""
+        """(n,): input row of each of `points`, -1: none. It differs from 0, 1, 2 … if the vertices of a quadratic input were
+        not first: `u[mesh.node_rows]` converts a field of the input."""
         return self._handle.given_rows
 
     @cached_property
     def edges(self) -> np.ndarray | None:
-        """(e, 2): of degree 2 the ends of each edge, the lower first. Read-only."""
+        """(e, 2): for degree 2 the ends of each edge, the lower first. Read-only."""
         return self._handle.edges
 
     @cached_property
     def cells(self) -> Mapping[str, np.ndarray]:
-        """{type: (m, k)}: rows of `points` of each cell, in VTK's order; elements first. Read-only."""
+        """{type: (m, k)}: rows of `points` for each cell, in VTK's order; elements first. Read-only."""
         return MappingProxyType(self._handle.cells)
 
     @cached_property
     def corners(self) -> Mapping[str, np.ndarray]:
-        """{type: (m, d + 1)}: rows of `vertices` of each cell, the mesh's own memory. Read-only."""
+        """{type: (m, d + 1)}: rows of `vertices` for each cell. Read-only view."""
         return MappingProxyType(self._handle.corners)
 
     @cached_property
     def references(self) -> Mapping[str, np.ndarray]:
-        """{type: (m,)}: the reference of each cell and, as "vertex", of each vertex; the mesh's own memory. Read-only."""
+        """{type: (m,)}: the reference of each cell and, as "vertex", of each vertex. Read-only view."""
         return MappingProxyType(self._handle.references)
 
     @cached_property
     def names(self) -> Mapping[tuple[int, int], str]:
-        """{(dimension, reference): name}. Simplices in several groups have the name of the first."""
+        """{(dimension, reference): name}. Simplices in several groups have the name of the first group."""
         return MappingProxyType({(d, r): name for d, r, name in reversed(self._handle.groups)})
 
     @cached_property
     def fields(self) -> Mapping[str, np.ndarray]:
-        """{name: values}: those of the file, or those that were carried along; a row a vertex, or a node of degree 2."""
+        """{name: values} from the file or transferred by verbs; one row for each vertex, or for each node of degree 2."""
         return MappingProxyType(self._handle.fields())
 
     @property
     def z(self) -> float | None:
-        """Of a mesh in 2D that was a flat one in space: its height."""
+        """Height of a 2D mesh that was flat in space, else None."""
         return self._handle.z
 
     @property
     def notices(self) -> list[str]:
-        """What is worth knowing of how it was read."""
+        """Messages from reading."""
         return [in_python(notice) for notice in self._handle.notices]
 
     @property
     def elements(self) -> np.ndarray:
-        """(m, D + 1): rows of `vertices` of each element; of a surface alone in space of each triangle."""
+        """(m, D + 1): rows of `vertices` for each element, or each triangle of a surface in space."""
         for kind in ("tetra10", "tetra", "triangle6", "triangle"):
             if kind in self.corners:
                 return self.corners[kind]
         return np.empty((0, self.dimension + 1), np.uint32)
 
     def with_fields(self, fields: Mapping[str, Any] | None = None, /, **more: Any) -> Mesh:
-        """The same mesh with these fields, {name: (n,), (n, D) or (n, D, D)}, and no others."""
+        """Return the mesh with only these fields, {name: (n,), (n, D) or (n, D, D)}."""
         given = {**(fields or {}), **more}
         return Mesh._of(self._handle.with_fields({str(name): np.asarray(v) for name, v in given.items()}))
 
     def write(self, path: Any, format: str = "") -> None:
-        """Write to a file, in the format of its ending or of that name, with the fields where that has a place."""
+        """Write to a file, in the named format or that of the ending, with the fields if the format supports them."""
         from .files import write
 
         write(path, self, format=format)
 
     def page(self, title: str = "mesh") -> str:
-        """The HTML page of `camber report`: the mesh to be turned, cut and coloured, the worst elements, the numbers."""
+        """Return the HTML page of `camber report`: interactive 3D view, the worst elements, the numbers."""
         return _camber.page(self._handle, dict(self.fields), title, None)
 
     def _repr_html_(self) -> str:
@@ -185,7 +186,7 @@ class Mesh:
         return in_notebook(self)
 
     def plot(self, **options: Any) -> Any:
-        """Draw it: `camber.plots.plot`."""
+        """Draw the mesh: see `camber.plots.plot`."""
         from .plots import plot
 
         return plot(self, **options)
@@ -224,7 +225,7 @@ def _tell(mesh: Mesh) -> None:
 
 
 def _blocks(cells: Any) -> dict[str, Any]:
-    """{type: rows} of that, or of meshio's list of blocks."""
+    """Return {type: rows} from a mapping or meshio's list of blocks."""
     if isinstance(cells, Mapping):
         return dict(cells)
     joined: dict[str, list[np.ndarray]] = {}
@@ -257,7 +258,7 @@ def _references(name: str, rows: Any, cells: Mapping[str, np.ndarray], points: i
 
 
 def _of_vertices(array: np.ndarray, cells: Mapping[str, np.ndarray], points: int) -> np.ndarray:
-    """References of the vertices of a mesh of degree 2 whose vertices come first: its edges' nodes have none."""
+    """Extend references of the vertices of a quadratic mesh to all points; requires that the vertices come first."""
     corners = [rows[:, : DIMENSIONS[name] + 1].max(initial=0) for name, rows in cells.items()]
     if not any(NODES[name] > DIMENSIONS[name] + 1 for name in cells) or max(corners, default=0) >= len(array):
         raise InputError(f"are {len(array)} references of {points} points", "vertex", remedy="give one a point")
@@ -288,15 +289,15 @@ def _nodes(name: str, rows: Any, points: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A mesh that was made, and what is known of how. Verbs take it where they take a mesh."""
+    """A mesh made by a verb, with its report. Verbs accept it in place of a mesh."""
 
     mesh: Mesh
-    report: dict[str, Any] = field(repr=False)  #: the figures of `--report`: docs/report.md
-    metric: np.ndarray | None = field(repr=False)  #: (v,) or (v, D, D): at the vertices, where one was made
-    solution: dict[str, np.ndarray] = field(repr=False)  #: the fields that went along, on this mesh
-    success: bool = True  #: whether the mesh is the requested one; if not, report["misses"] says why
-    cycles: list[dict[str, Any]] = field(default_factory=list, repr=False)  #: of `adapt`: a row a cycle
-    reason: str = ""  #: of `adapt`: why it ended before its number of cycles
+    report: dict[str, Any] = field(repr=False)  #: content of `--report`: docs/report.md
+    metric: np.ndarray | None = field(repr=False)  #: (v,) or (v, D, D) at the vertices, if the verb made one
+    solution: dict[str, np.ndarray] = field(repr=False)  #: transferred fields, on this mesh
+    success: bool = True  #: True if the mesh meets the request; otherwise see report["misses"]
+    cycles: list[dict[str, Any]] = field(default_factory=list, repr=False)  #: of `adapt`: one row a cycle
+    reason: str = ""  #: of `adapt`: reason for an early end
 
     def __getattr__(self, name: str) -> Any:
         if name == "holds":
@@ -307,7 +308,7 @@ class Made:
         return self.mesh._repr_html_()
 
     def plot(self, **options: Any) -> Any:
-        """Draw its mesh: `camber.plots.plot`."""
+        """Draw the mesh: see `camber.plots.plot`."""
         return self.mesh.plot(**options)
 
 
@@ -331,7 +332,7 @@ def made_of(raw: Mapping[str, Any]) -> Made:
 
 
 def _outside() -> int:
-    """How many frames up, for `warnings`, the caller is who is not this package."""
+    """Return the stack level of the first caller outside of this package, for `warnings`."""
     level, frame = 2, sys._getframe(2)
     while frame is not None and frame.f_globals.get("__name__", "").split(".")[0] == "camber":
         level, frame = level + 1, frame.f_back
@@ -339,7 +340,7 @@ def _outside() -> int:
 
 
 def mesh_of(mesh: Any) -> Mesh:
-    """The mesh of what a verb was given."""
+    """Return the mesh of a verb's argument."""
     if isinstance(mesh, Made):
         return mesh.mesh
     if isinstance(mesh, Mesh):

@@ -1,5 +1,5 @@
-"""Metrics: (v, D, D) arrays, a symmetric positive definite matrix at each vertex. In it an edge that is as long as it
-should be has length 1: eigenvalues are 1/size². Sizes, (v,), stand for isotropic ones.
+"""Metrics: (v, D, D) arrays with a symmetric positive definite matrix at each vertex. Edges of the requested size have
+length 1 in the metric: eigenvalues are 1/size². Arrays of sizes, (v,), are isotropic metrics.
 
     M = camber.metric.from_solution(mesh, u, complexity=5000)
     M = camber.metric.gradation(mesh, M, 1.5)
@@ -21,12 +21,12 @@ from .words import NOT_KEYWORDS, Words, fields_in, plain
 
 
 def of(mesh: Any, metric: Any = "natural", operations: Sequence[Mapping[str, Any]] = (), **config: Any) -> np.ndarray:
-    """The metric that a config makes at the vertices: its source, and what is done to it, in this order.
+    """Compute a metric at the vertices from a source and operations, which are applied in this order.
 
-    metric: an array, a size, or the config's: "natural", {"field": {…}}, {"file": …}.
-    operations: [{"gradation": {"ratio": 1.5}}, {"complexity": {"target": 5000}}, {"intersect": …}, …]; an array in
-        "intersect" is one at the vertices (docs/pipelines.md).
-    config: other parts of it: geometry, features, threads.
+    metric: an array, a size, or a source as in a config: "natural", {"field": {…}}, {"file": …}.
+    operations: [{"gradation": {"ratio": 1.5}}, {"complexity": {"target": 5000}}, {"intersect": …}, …]; "intersect"
+        takes an array at the vertices too (docs/pipelines.md).
+    config: other parts of the config: geometry, features, threads.
     """
     on = mesh_of(mesh)
     metrics: dict[str, Any] = {}
@@ -52,22 +52,22 @@ def of(mesh: Any, metric: Any = "natural", operations: Sequence[Mapping[str, Any
 
 
 def natural(mesh: Any) -> np.ndarray:
-    """The mesh's own: that in which all edges of an element have length 1 (paper §1.2.1), averaged at vertices."""
+    """Return the mesh's natural metric: all edges of an element have length 1 (paper §1.2.1), averaged at vertices."""
     return of(mesh)
 
 
 def constant(mesh: Any, size: float) -> np.ndarray:
-    """The same size everywhere (model units)."""
+    """Return a metric of constant size (model units)."""
     return of(mesh, float(size))
 
 
 def intersect(mesh: Any, first: Any, *others: Any) -> np.ndarray:
-    """The largest sizes that all of them allow; arrays, or sources as `of` takes them."""
+    """Return the largest sizes that all metrics allow; arrays, or sources of `of`."""
     return of(mesh, first, [{"intersect": other} for other in others])
 
 
 def gradation(mesh: Any, metric: Any, ratio: float) -> np.ndarray:
-    """Made smaller until sizes of adjacent edges differ by no more than this ratio."""
+    """Reduce sizes until those of adjacent edges differ at most by this ratio."""
     return of(mesh, metric, [{"gradation": {"ratio": float(ratio)}}])
 
 
@@ -78,21 +78,21 @@ def bound(
     max_size: float | None = None,
     max_anisotropy: float | None = None,
 ) -> np.ndarray:
-    """Sizes within limits (model units), and their largest ratio at a point."""
+    """Limit sizes (model units) and their ratio at a point."""
     given = {"min_size": min_size, "max_size": max_size, "max_anisotropy": max_anisotropy}
     return of(mesh, metric, [{"bound": {name: float(v) for name, v in given.items() if v is not None}}])
 
 
 def complexity(mesh: Any, metric: Any, target: float) -> np.ndarray:
-    """Scaled to a complexity, ∫ √det M: about 12 times as many tetrahedra, 2.6 times as many triangles."""
+    """Scale to a complexity ∫ √det M; it gives about 12 times as many tetrahedra, or 2.6 times as many triangles."""
     return of(mesh, metric, [{"complexity": {"target": float(target)}}])
 
 
 def from_solution(mesh: Any, solution: Any, **options: Any) -> np.ndarray:
-    """The metric of the mesh that interpolates a solution best, for a number of elements or a complexity.
+    """Return the metric with the minimum interpolation error of a solution, for a number of elements or a complexity.
 
     solution: an array or {name: array} at the vertices or nodes of the mesh.
-    options: those of `camber metric` as keywords: complexity, elements, vertices, error_of, norm, degree, gradation,
+    options: options of `camber metric` as keywords: complexity, elements, vertices, error_of, norm, degree, gradation,
         min_size, max_size, max_anisotropy, size, geometry_error, intersect (an array) …
     """
     on = mesh_of(mesh)
@@ -107,9 +107,10 @@ def from_solution(mesh: Any, solution: Any, **options: Any) -> np.ndarray:
 
 
 def hessian(mesh: Any, solution: Any) -> np.ndarray:
-    """The second derivatives of a scalar field, recovered at the vertices: (v, D, D), symmetric, of any sign.
+    """Recover the second derivatives of a scalar field at the vertices: (v, D, D), symmetric, possibly indefinite.
 
-    Polynomials fitted to the values around each vertex, one-sided where materials meet (docs/algorithms/recovery.md).
+    Polynomials are fitted to the values around each vertex, one-sided at material interfaces
+    (docs/algorithms/recovery.md).
     """
     on = mesh_of(mesh)
     fields = fields_in(solution)

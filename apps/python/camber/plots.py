@@ -1,4 +1,4 @@
-"""Pictures of meshes: pages in notebooks, in 2D matplotlib with true curves, in 3D VTK with curved faces subdivided."""
+"""Pictures of meshes: pages in notebooks, 2D plots with matplotlib, 3D pictures with VTK, all with curved edges."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .exchange import in_space
 from .mesh import Mesh, mesh_of
 
 
-#: Elements of a mesh that a notebook shows by itself: its page has 40 bytes or so of each triangle of the boundary.
+#: Maximum number of elements for a page in a notebook; a page needs about 40 bytes for each boundary triangle.
 IN_NOTEBOOK = 200_000
 
 
 def in_notebook(mesh: Mesh, height: int = 520) -> str:
-    """The page of `camber report` as a frame; the text of `repr` for a mesh that has no page."""
+    """Return the page of `camber report` in a frame, or the text of `repr` if there is no page."""
     if len(mesh.elements) > IN_NOTEBOOK:
         return f"<pre>{html.escape(repr(mesh))}\nlarge for a notebook: Mesh.page() is its page</pre>"
     try:
@@ -29,13 +29,13 @@ def in_notebook(mesh: Mesh, height: int = 520) -> str:
 
 
 def plot(mesh: Any, **options: Any) -> Any:
-    """In 2D an axes of matplotlib's (`plot_2d`), in 3D a picture as an array (`picture_3d`)."""
+    """Draw with `plot_2d` (returns matplotlib axes) or `picture_3d` (returns an array)."""
     of = mesh_of(mesh)
     return plot_2d(of, **options) if of.dimension == 2 else picture_3d(of, **options)
 
 
 def edge_curves(mesh: Any, n: int = 8) -> np.ndarray:
-    """(e, n + 1, D): points along each edge of a mesh in 2D or 3D, on the curve x(t) = Σ φ_i(t) x_i."""
+    """Return (e, n + 1, D): points along each edge, on the curve x(t) = Σ φ_i(t) x_i."""
     of = mesh_of(mesh)
     if of.degree == 2:
         return _along(of.vertices[of.edges[:, 0]], of.vertices[of.edges[:, 1]], of.mid_nodes, n)
@@ -50,12 +50,12 @@ def _along(a: np.ndarray, b: np.ndarray, middle: np.ndarray, n: int) -> np.ndarr
     return np.einsum("it,ied->etd", shapes, np.stack([a, b, middle]))
 
 
-#: Faces of a tetrahedron in VTK's order: corners, then the nodes of their edges.
+#: Faces of a tetrahedron in VTK's order: corners, then nodes of edges.
 _FACES = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6))
 
 
 def _drawn(of: Mesh) -> np.ndarray:
-    """(m, 3) or (m, 6): rows of points of the triangles that are drawn: a mesh's own, else the boundary of its elements."""
+    """Return (m, 3) or (m, 6): rows of points of the drawn triangles (those of the mesh, else the boundary of its elements)."""
     for name in ("triangle6", "triangle"):
         if name in of.cells:
             return of.cells[name].astype(np.int64)
@@ -69,7 +69,7 @@ def _drawn(of: Mesh) -> np.ndarray:
 
 
 def subdivided(mesh: Any, n: int, values: Any = None) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """Triangles of degree 2 as n² flat ones: points (p, D), triangles (q, 3), values at the points (p,).
+    """Divide quadratic triangles into n² flat ones: points (p, D), triangles (q, 3), values at the points (p,).
 
     values: at the vertices (v,) or at the nodes (n,).
     """
@@ -107,9 +107,9 @@ def _checked(values: Any, of: Mesh) -> np.ndarray:
 def plot_2d(
     mesh: Any, values: np.ndarray | None = None, *, ax: Any = None, n: int = 8, cmap: str = "viridis", **lines: Any
 ) -> Any:
-    """Draw a mesh in 2D with its curved edges, and a field over it, by matplotlib; gives the axes.
+    """Draw a 2D mesh with its curved edges, and optionally a field, with matplotlib; returns the axes.
 
-    values: (v,) at the vertices or (n,) at the nodes. n: pieces an edge is drawn in. lines: of its LineCollection.
+    values: (v,) at the vertices or (n,) at the nodes. n: line segments for each edge. lines: options of LineCollection.
     """
     from matplotlib import pyplot
     from matplotlib.collections import LineCollection
@@ -130,7 +130,7 @@ def plot_2d(
 
 
 def surface(mesh: Any, values: np.ndarray | None = None, n: int = 4) -> Any:
-    """The faces of a mesh as a vtkPolyData, each of degree 2 as n² flat triangles; values at the vertices or nodes as scalars."""
+    """Return the faces as a vtkPolyData, quadratic ones as n² flat triangles; values at vertices or nodes become scalars."""
     from vtkmodules.util.numpy_support import numpy_to_vtk
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
@@ -144,7 +144,7 @@ def surface(mesh: Any, values: np.ndarray | None = None, n: int = 4) -> Any:
 
 
 def edge_lines(mesh: Any, n: int = 8) -> Any:
-    """The edges of a mesh's faces along their curves, as a vtkPolyData of lines of n pieces."""
+    """Return the curved edges of the faces as a vtkPolyData of lines of n segments."""
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
     curves = _face_curves(mesh_of(mesh), n)
@@ -163,9 +163,9 @@ def picture_3d(
     size: tuple[int, int] = (900, 700),
     view: tuple[float, float, float] = (1.0, -1.6, 0.9),
 ) -> np.ndarray:
-    """(height, width, 3) bytes: the faces of a mesh in 3D from a direction, with their edges, by VTK without a window.
+    """Return (height, width, 3) bytes: faces and edges of a 3D mesh in direction `view`, drawn by VTK without a window.
 
-    VTK as Debian has it needs an X server even so; raises UsageError where there is none.
+    Debian's VTK needs an X server even without a window; raises UsageError if there is none.
     """
     import os
 
@@ -240,7 +240,7 @@ def _faces_actor(data: Any) -> Any:
 
 
 def _viridis(low: float, high: float) -> Any:
-    """matplotlib's colours of this name, by five of them."""
+    """Return matplotlib's colour map of this name, from five of its colours."""
     from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
 
     colours = vtkColorTransferFunction()

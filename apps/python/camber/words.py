@@ -1,4 +1,4 @@
-"""Keyword arguments as words of the command line, and what they name that is in memory."""
+"""Conversion of keyword arguments to words of the command line, and the values in memory that they name."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Words:
 
 
 def words_of(verb: str, mesh: Any, options: Mapping[str, Any]) -> Words:
-    """Words of a verb from a mesh to another one."""
+    """Return the words of a verb from a mesh to another one."""
     of = mesh_of(mesh)
     words = Words([verb, "memory:mesh"], of, {"memory:mesh": of._handle})
     for name, value in options.items():
@@ -66,12 +66,12 @@ def words_of(verb: str, mesh: Any, options: Mapping[str, Any]) -> Words:
 
 #: Keywords that take several values, one word each.
 _LISTS = {"size", "set", "fields", "field", "intersect"}
-#: Arguments of verbs that have another form here.
+#: Arguments of verbs that have another form in Python.
 NOT_KEYWORDS = {"output", "format", "quiet", "flat", "help", "input", "solution"}
 
 
 def plain(value: Any) -> Any:
-    """What JSON has no word for: numpy's numbers and arrays, paths."""
+    """Convert numpy numbers and arrays and paths for JSON."""
     if isinstance(value, (np.generic, np.ndarray)):
         return value.tolist()
     if isinstance(value, os.PathLike):
@@ -103,7 +103,7 @@ def _metric(words: Words, value: Any) -> str | None:
 
 
 def fields_in(value: Any) -> dict[str, np.ndarray]:
-    """{name: array} of that, or of one array, which is called u."""
+    """Return {name: array}; a single array gets the name u."""
     if isinstance(value, Mapping):
         return {str(name): np.asarray(field) for name, field in value.items()}
     return {"u": np.asarray(value)}
@@ -136,7 +136,7 @@ _IN_MEMORY = {"metric": _metric, "solution": _solution, "geometry": _geometry, "
 
 
 def solver_of(solve: Any) -> Any:
-    """A solver as the extension calls it; None: none."""
+    """Wrap a solver for the extension; None stays None."""
     if solve is None:
         return None
     return lambda handle, guess, cycle: fields_in(solve(Mesh._of(handle), guess, cycle))

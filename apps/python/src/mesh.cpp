@@ -36,7 +36,7 @@ auto on(const MeshHandle& mesh, F&& f) {
     return std::visit(std::forward<F>(f), mesh.value.mesh);
 }
 
-/// {cell type: f(simplices, edges)} of those that there are, elements first.
+/// {cell type: f(simplices, edges)}, elements first.
 template <class F>
 py::dict by_cell_type(const MeshHandle& mesh, F&& f) {
     py::dict out;
@@ -85,7 +85,7 @@ py::object mid_nodes(const MeshHandle& mesh) {
     });
 }
 
-/// Vertices, then the edges' nodes.
+/// Vertices, then edge nodes.
 py::array points(const MeshHandle& mesh) {
     return on(mesh, [&]<int D>(const Mesh<D>& m) -> py::array {
         if (m.degree == 1) return view_of<double>(m.points, D);
@@ -120,7 +120,7 @@ std::vector<std::string> notices(const MeshHandle& mesh) {
 
 // ---------------------------------------------------------------- from arrays
 
-/// What Python gives of the cells of one type: nodes and references.
+/// Nodes and references of one cell type.
 template <int Nodes>
 CellArray<Nodes> cell_array(const py::dict& cells, const py::dict& references, const char* name) {
     CellArray<Nodes> out;
@@ -150,7 +150,7 @@ MeshArrays<D> arrays_in(const Array<double>& points, const py::dict& cells, cons
     return arrays;
 }
 
-/// Shapes were seen to be right. `flat`: triangles in one plane of space become a mesh in 2D.
+/// Precondition: checked shapes. `flat`: triangles in one plane become a 2D mesh.
 MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const py::dict& references,
                        const std::vector<std::tuple<int, Reference, std::string>>& names, bool flat) {
     const auto made = [&]() -> Outcome<DecodedMesh> {
@@ -167,7 +167,7 @@ MeshHandle from_arrays(const Array<double>& points, const py::dict& cells, const
     return handle_of(value_of(made));
 }
 
-/// Of each node the row of the points that it was given as; -1: of none.
+/// Input row of each node; -1: none.
 py::array given_rows(const MeshHandle& mesh) {
     py::array_t<std::int64_t> rows(static_cast<py::ssize_t>(mesh.nodes()));
     std::int64_t* const to = rows.mutable_data();
@@ -183,9 +183,9 @@ MeshHandle with_fields(const MeshHandle& mesh, const py::dict& fields) {
     return with;
 }
 
-// ---------------------------------------------------------------- for other processes
+// ---------------------------------------------------------------- pickling
 
-/// Bytes of a binary GMF file, and what that has no place for.
+/// Binary GMF file, and the data that it cannot hold.
 py::tuple state_of(const MeshHandle& mesh) {
     const MeshFormat* const format = format_with_name(mesh_formats(), "gmf-binary");
     const auto chunks = value_of(format->encode(mesh.value.mesh, {}, {}, {}));

@@ -1,5 +1,5 @@
 #pragma once
-// camber._camber: errors as exceptions, work that Python waits for, numpy's arrays, meshes.
+// camber._camber: exceptions, work on threads, numpy arrays, meshes.
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 
@@ -33,25 +33,25 @@ namespace py = pybind11;
 
 // ---------------------------------------------------------------- errors and work
 
-/// Raises the exception of camber.exceptions that an error is.
+/// Raises the error as a camber exception.
 [[noreturn]] void raise(const Error& error);
 
-/// The value, or its error raised.
+/// Returns the value or raises the error.
 template <class T>
 T value_of(Outcome<T> outcome) {
     if (!outcome) raise(outcome.error());
     return std::move(*outcome);
 }
 
-/// Work in a thread of its own, without the interpreter's lock. Meanwhile the caller's thread looks after signals,
-/// reports the progress, and runs functions of Python.
+/// Runs work on its own thread, without the interpreter's lock. Meanwhile the calling thread handles signals, reports
+/// the progress, and runs Python callbacks.
 class Watched {
   public:
-    /// `progress`: None, or called with the stage and its share; a False from it stops the work.
+    /// `progress`: None, or called with stage and share; False stops the work.
     explicit Watched(py::object progress) : progress_(std::move(progress)) {}
 
-    /// f(host) in another thread. Raises what Python raised meanwhile (KeyboardInterrupt, from `progress`, from what
-    /// was called), else the error.
+    /// Runs f(host) on another thread. Raises exceptions of Python callbacks (KeyboardInterrupt, `progress`), else the
+    /// error.
     template <class F>
     auto run(F&& f) {
         using Result = std::invoke_result_t<F, app::Host>;
@@ -70,8 +70,7 @@ class Watched {
         return value_of(std::move(*made));
     }
 
-    /// In the work's thread: f() with the interpreter's lock, in the caller's thread. False: it raised, and the work is
-    /// to end.
+    /// Called by the work: runs f on the calling thread with the lock. False if it raised and the work must end.
     bool call(std::function<void()> f);
 
   private:
@@ -83,7 +82,7 @@ class Watched {
     std::mutex mutex_;
     std::condition_variable changed_;
     bool done_ = false;
-    std::function<void()> asked_;  ///< to be called
+    std::function<void()> asked_;  ///< pending callback
     std::optional<std::pair<std::string, double>> told_;
     std::stop_source stop_;
     std::exception_ptr raised_;
@@ -91,8 +90,7 @@ class Watched {
 
 // ---------------------------------------------------------------- arrays
 
-/// A read-only view of rows of `width` numbers each (0: of one each, an array of one dimension), which keeps the column
-/// alive.
+/// Read-only view of rows of `width` numbers (0: one-dimensional); keeps the column alive.
 template <class Number, class T>
 py::array view_of(const Column<T>& column, std::size_t width) {
     const auto rows = static_cast<py::ssize_t>(column.size());
@@ -104,13 +102,13 @@ py::array view_of(const Column<T>& column, std::size_t width) {
     return view;
 }
 
-/// The array, of which nobody can make one that is written to.
+/// Makes the array permanently read-only.
 py::array read_only(py::array array);
 
-/// Keeps an array that nobody can write to, until whichever thread lets go of it last; null: it is to be copied.
+/// Keeps an immutable array alive until any thread releases it; null: must be copied.
 std::shared_ptr<const void> owner_of(const py::array& array);
 
-/// An array's rows as a column: the array's own memory where nobody can write to it, else a copy.
+/// Shares the memory of an immutable array, else copies.
 template <class T, class Number>
 Column<T> column_of(const py::array_t<Number, py::array::c_style | py::array::forcecast>& array) {
     const auto count = static_cast<std::size_t>(array.size()) * sizeof(Number) / sizeof(T);
@@ -119,31 +117,30 @@ Column<T> column_of(const py::array_t<Number, py::array::c_style | py::array::fo
     return owner ? Column<T>(items, std::move(owner)) : Column<T>(Buffer<T>(items.begin(), items.end()));
 }
 
-/// {name: values of the nodes, a row each}: (n,), of vectors (n, D), of tensors (n, D, D).
+/// {name: node values by row}: (n,), vectors (n, D), tensors (n, D, D).
 py::dict arrays_of(const std::vector<run::NamedField>& fields, int dimension);
-/// The same back. `vertices`: of the mesh; other rows are those of all nodes. Raises: a shape that is none of these.
+/// The inverse. Rows are `vertices` or `nodes` of the mesh. Raises for other shapes.
 std::vector<run::NamedField> fields_of(const py::dict& fields, int dimension, std::size_t vertices, std::size_t nodes);
 
-/// A metric's rows: sizes (n,), or tensors (n, D, D). Raises as above.
+/// Sizes (n,) or tensors (n, D, D). Raises as above.
 Solution metric_of(const py::array& rows, int dimension, const std::string& name);
 py::array array_of(const Solution& metric);
 
 // ---------------------------------------------------------------- meshes
 
-/// The value behind camber.Mesh: immutable.
 struct MeshHandle {
     DecodedMesh value;
-    /// Of each node the number, from 1, of the point that it was given as, 0: of none; empty: 1, 2, 3 …
+    /// Input number (from 1) of each node, 0: none; empty: 1, 2, 3 …
     Column<std::uint32_t> given_as = {};
 
     [[nodiscard]] int dimension() const;
     [[nodiscard]] int degree() const;
     [[nodiscard]] std::size_t vertices() const;
-    /// Vertices and, of degree 2, the edges' nodes.
+    /// Vertices and, for degree 2, edge nodes.
     [[nodiscard]] std::size_t nodes() const;
 };
 
-/// Nodes are numbered as the mesh has them, whatever its file did.
+/// Moves `node_numbers` to `given_as`: messages then number nodes like the mesh.
 [[nodiscard]] MeshHandle handle_of(DecodedMesh mesh);
 
 void bind_mesh(py::module_& module);

@@ -1,4 +1,4 @@
-// The verbs, with arguments as words of the command line.
+// The verbs; arguments are words of the command line.
 #include "python.hpp"
 
 #include <pybind11/numpy.h>
@@ -28,7 +28,7 @@ namespace {
 
 using Words = std::vector<std::string>;
 
-/// Fields on a mesh: a row a vertex, or a row a node that the mesh has in degree 2.
+/// A row for each vertex or for each node.
 std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict& fields) {
     bool is_at_vertices = true;
     for (const auto& [name, values] : fields) {
@@ -40,7 +40,7 @@ std::vector<run::NamedField> solution_on(const MeshHandle& mesh, const py::dict&
     return fields_of(fields, mesh.dimension(), mesh.vertices(), nodes);
 }
 
-/// Values in memory by name, as {"memory:mesh": Mesh}; metrics and solutions are on one mesh.
+/// Values by name, such as {"memory:mesh": Mesh}; all metrics and solutions belong to one mesh.
 struct InMemory {
     py::dict meshes, metrics, solutions;
 };
@@ -74,7 +74,7 @@ py::dict dict_of(app::MadeInMemory made) {
 Outcome<config::Pipeline> pipeline_of(const app::Call& call) {
     auto pipeline = call.work.pipeline();
     if (!pipeline || !pipeline->adapt.is_asked()) return pipeline;
-    // What arguments gave is as sound as what a config says.
+    // Arguments are validated like a config.
     return config::with_values(*pipeline, {}, "arguments");
 }
 
@@ -90,7 +90,7 @@ py::dict run_words(const Words& words, const InMemory& values, const MeshHandle&
     return run_pipeline(std::move(pipeline), given_of(values, &mesh), progress);
 }
 
-/// `solver`: None, or called with a mesh, the solution brought to it, and the cycle.
+/// `solver`: None, or called with a mesh, the transferred solution, and the cycle.
 py::dict adapt_pipeline(config::Pipeline pipeline, int degree, app::Given given, const py::object& solver,
                         const py::object& progress) {
     if (solver.is_none() && !pipeline.adapt.solve.empty())
@@ -195,7 +195,6 @@ py::dict metric_json(const std::string& json, const InMemory& values, const Mesh
     return metric_of_config(std::move(pipeline), given_of(values, &mesh), progress);
 }
 
-/// Of a solution, by the words of the verb metric.
 py::dict metric_words(const Words& words, const InMemory& values, const MeshHandle& mesh, const py::object& progress) {
     const auto call = value_of(app::call_of(words));
     const app::MetricArguments& a = call->arguments.metric;

@@ -1,5 +1,5 @@
-// What the cad module asks of the library that knows CAD files: plain C++, without names of the modules, since its
-// makers are compiled into a library of their own, which is loaded at the first use (docs/algorithms/cad.md).
+// Interface between the cad module and OpenCASCADE, in plain C++ without modules: the implementation is a separate
+// library, loaded at first use (docs/algorithms/cad.md).
 #pragma once
 
 #include <array>
@@ -13,55 +13,53 @@ namespace camber::occ {
 
 using Point = std::array<double, 3>;
 
-/// The point of a surface at (u, v), and its derivatives.
+/// Point at (u, v) with derivatives.
 struct SurfaceJet {
     Point point, u, v, uu, uv, vv;
 };
-/// The point of a curve at t, and its derivatives.
+/// Point at t with derivatives.
 struct CurveJet {
     Point point, first, second;
 };
 
-/// A surface to which distances have a closed form, in the unit of the file: z along its axis or normal, x where u is
-/// 0.
+/// A surface with closed-form distances, in the file's unit: z along its axis or normal, x at u = 0.
 struct ClosedForm {
     enum class Kind { none, plane, cylinder, sphere, torus };
     Kind kind = Kind::none;
     Point origin{}, x{}, y{}, z{};
-    double major = 0, minor = 0;  ///< radii; of a cylinder and a sphere the first alone
-    double scale = 1;             ///< of that unit, in the one in which the kernel answers
+    double major = 0, minor = 0;  ///< radii; cylinder, sphere: the first
+    double scale = 1;             ///< from the file's unit to the kernel's
 };
 
 struct FaceFacts {
     bool is_plane = false;
-    bool has_closed_form = false;      ///< nearest_parameters answers
-    ClosedForm form = {};              ///< of the same surfaces
-    bool is_reversed = false;          ///< the face's outward normal is −u × v
-    std::array<double, 2> low, high;   ///< of the parameters on the face
+    bool has_closed_form = false;      ///< nearest_parameters is available
+    ClosedForm form = {};              ///< for the same surfaces
+    bool is_reversed = false;          ///< outward normal is −u × v
+    std::array<double, 2> low, high;   ///< parameter bounds
     std::array<double, 2> period{};    ///< 0: none
-    std::array<std::size_t, 2> cells;  ///< so many parts each way that a search from their middles misses nothing
-    std::vector<std::size_t> edges;    ///< those around it that are curves, each once
+    std::array<std::size_t, 2> cells;  ///< enough cells each way that searches from their middles find all minima
+    std::vector<std::size_t> edges;    ///< distinct edges with curves
 };
 
 struct EdgeFacts {
     bool is_line = false;
     double first = 0, last = 0, period = 0;
     std::size_t cells = 1;
-    std::vector<std::size_t> vertices;  ///< its ends, one where it is closed
-    std::vector<std::size_t> faces;     ///< around it, each once
-    double turn = half_turn;            ///< largest angle between the outward normals of its two faces (radians)
+    std::vector<std::size_t> vertices;  ///< its ends; one if closed
+    std::vector<std::size_t> faces;     ///< distinct, adjacent
+    double turn = half_turn;            ///< largest angle between its faces' outward normals (radians)
 
-    static constexpr double half_turn = 3.141592653589793;  ///< also of an edge that has not two faces
+    static constexpr double half_turn = 3.141592653589793;  ///< also without exactly two faces
 };
 
-/// What a file has and the model made of it has not.
 struct Losses {
     std::size_t faces = 0;        ///< that no face could be made of
     std::size_t entities = 0;     ///< whose transfer failed
-    std::size_t open_shells = 0;  ///< of solids
+    std::size_t open_shells = 0;  ///< open shells in solids
 };
 
-/// An immutable model, asked by any number of threads.
+/// Immutable, thread-safe model.
 class Kernel {
   public:
     Kernel() = default;
@@ -72,36 +70,34 @@ class Kernel {
     std::vector<FaceFacts> faces;
     std::vector<EdgeFacts> edges;
     std::vector<Point> vertices;
-    std::string file_unit;   ///< as the file calls it; empty: it says none
-    double millimetres = 1;  ///< of the unit in which it answers
+    std::string file_unit;   ///< name in the file; empty: none
+    double millimetres = 1;  ///< per unit of coordinates
     double file_millimetres = 1;
     Losses losses;
 
-    /// The model for another process: `Restore` makes the same of it, to the last bit.
+    /// Bytes for `Restore` in another process, bitwise exact.
     [[nodiscard]] virtual std::string packed() const = 0;
-    /// Of points and derivatives: no numbers where there are none.
     [[nodiscard]] virtual SurfaceJet on_surface(std::size_t face, double u, double v) const = 0;
     [[nodiscard]] virtual CurveJet on_curve(std::size_t edge, double t) const = 0;
-    /// Of the point of the whole surface, not only of the face, that is nearest to p.
+    /// Closest point on the whole surface.
     [[nodiscard]] virtual std::array<double, 2> nearest_parameters(std::size_t face, const Point& p) const = 0;
-    /// Whether the face has the point of its surface at (u, v), where that is known without OpenCASCADE.
+    /// True if the point at (u, v) is on the face; empty: only OpenCASCADE can decide.
     [[nodiscard]] virtual std::optional<bool> has_at_once(std::size_t face, double u, double v) const = 0;
-    /// Whether the face has the point of its surface at (u, v).
     [[nodiscard]] virtual bool has(std::size_t face, double u, double v) const = 0;
 };
 
-/// What the file is, by its ending.
+/// Selected by extension.
 enum class Format { step, iges, brep };
 
 struct Opened {
     std::unique_ptr<Kernel> kernel;
-    std::string fault, remedy;  ///< why there is none
+    std::string fault, remedy;  ///< reason of a failure
     bool is_out_of_memory = false;
 };
 
-/// `millimetres`: of the unit that coordinates are wanted in; 0: that of the file.
+/// `millimetres`: unit of coordinates; 0: the file's.
 using Open = void(const char* path, Format format, double millimetres, Opened& opened);
-/// Of what `packed` gave.
+/// From the bytes of `packed`.
 using Restore = void(const std::string& bytes, double millimetres, Opened& opened);
 
 }  // namespace camber::occ

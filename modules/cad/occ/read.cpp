@@ -1,4 +1,4 @@
-// Reads STEP, IGES and BREP files, and packs shapes for other processes.
+// Reads STEP, IGES and BREP files; packs shapes.
 #include "read.hpp"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ namespace camber::occ {
 
 namespace {
 
-/// Millimetres of a unit that files name; 0: not known.
+/// `name`: as in files; 0: unknown.
 double millimetres_of(std::string name) {
     std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
     constexpr std::array<std::pair<std::string_view, double>, 20> units{
@@ -61,7 +61,7 @@ double millimetres_of(std::string name) {
     return 0;
 }
 
-/// What the readers print goes nowhere while this lives.
+/// Suppresses output of the readers during its lifetime.
 class Quiet {
   public:
     Quiet() : out_(std::cout.rdbuf(nothing_.rdbuf())), err_(std::cerr.rdbuf(nothing_.rdbuf())) {
@@ -87,7 +87,6 @@ Read failed(std::string why) {
     return out;
 }
 
-/// A shape whose file has the unit of this name.
 Read in_unit(TopoDS_Shape shape, std::string unit) {
     Read out;
     out.millimetres = unit.empty() ? 1 : millimetres_of(unit);
@@ -97,7 +96,7 @@ Read in_unit(TopoDS_Shape shape, std::string unit) {
     return out;
 }
 
-/// Faces and other entities of a file of which nothing came.
+/// Faces and entities of a file that were not converted.
 Losses losses_of(const Handle(XSControl_WorkSession) & session) {
     Losses losses;
     const auto model = session->Model();
@@ -132,10 +131,10 @@ Read read_step(const char* path) {
     return out;
 }
 
-/// Faces of an IGES file know nothing of each other: edges that coincide are made one.
+/// Joins coincident edges; faces of IGES files are unconnected.
 TopoDS_Shape sewn(const TopoDS_Shape& shape) {
-    constexpr double within = 1e-5;                                 // of the size
-    if (!TopExp_Explorer(shape, TopAbs_FACE).More()) return shape;  // curves alone
+    constexpr double within = 1e-5;                                 // relative to the size
+    if (!TopExp_Explorer(shape, TopAbs_FACE).More()) return shape;  // only curves
     Bnd_Box box;
     BRepBndLib::Add(shape, box);
     BRepBuilderAPI_Sewing sewing(within * std::sqrt(box.SquareExtent()));
@@ -172,7 +171,7 @@ Read read(const char* path, Format format) {
     return out;
 }
 
-// A shape as bytes: a line of what its file said, then OpenCASCADE's binary BREP, whose numbers are exact.
+// Format: a line of file data, then OpenCASCADE's binary BREP (exact numbers).
 namespace {
 
 constexpr const char* magic = "camber-cad-1";
@@ -206,10 +205,9 @@ Read unpacked(const std::string& bytes) {
 
 namespace {
 
-/// The kernel of what `make` reads, or why there is none.
 template <class Make>
 void open_with(camber::occ::Opened& opened, double millimetres, Make&& make) {
-    // The readers have settings and messages that all threads share.
+    // All threads share the readers' settings and messages.
     static std::mutex one_at_a_time;
     const std::lock_guard lock(one_at_a_time);
     CAMBER_OCC_KEEPS;

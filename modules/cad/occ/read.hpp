@@ -9,7 +9,7 @@
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
 #include <sanitizer/lsan_interface.h>
-/// What OpenCASCADE's readers and writers keep to the end is not ours to free.
+/// OpenCASCADE's readers and writers keep global data until exit: no leak.
 #define CAMBER_OCC_KEEPS __lsan::ScopedDisabler keeps
 #endif
 #endif
@@ -19,21 +19,21 @@
 
 namespace camber::occ {
 
-/// A file's shape in millimetres, and its unit.
+/// Shape in millimetres.
 struct Read {
     TopoDS_Shape shape;
-    std::string unit;        ///< as the file calls it; empty: it says none
-    double millimetres = 1;  ///< of that unit
+    std::string unit;        ///< name in the file; empty: none
+    double millimetres = 1;  ///< per unit
     Losses losses;
-    std::string fault;  ///< why there is no shape
+    std::string fault;  ///< reason of a failure
 };
 [[nodiscard]] Read read(const char* path, Format format);
 
-/// A shape as bytes, and the shape of such bytes: the same to the last bit.
+/// Shape as bytes and back, bitwise exact.
 [[nodiscard]] std::string packed(const Read& read);
 [[nodiscard]] Read unpacked(const std::string& bytes);
 
-/// The model of a shape in a unit of so many millimetres; 0: that of its file.
+/// Unit: `millimetres`; 0: the file's.
 [[nodiscard]] std::unique_ptr<Kernel> kernel_of(Read read, double millimetres);
 
 }  // namespace camber::occ

@@ -1,4 +1,3 @@
-// The kernel of a shape: facts of its faces and edges, points of its surfaces and curves, domains of trimmed faces.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -47,26 +46,25 @@ namespace camber::occ {
 
 namespace {
 
-/// A grid over the parameters of a trimmed face. Cells that no edge of the face crosses are inside of it or outside as
-/// a whole, which OpenCASCADE decides once for each group of neighbours; points in other cells are left to it.
+/// Parameter grid of a trimmed face. Cells that no edge crosses are entirely inside or outside; OpenCASCADE decides
+/// once a group of neighbours. Points in other cells need OpenCASCADE.
 class DomainGrid {
   public:
-    /// `fineness`: factor on the number of cells each way.
+    /// `fineness`: factor of the number of cells each way.
     DomainGrid(const TopoDS_Face& face, const FaceFacts& facts, BRepTopAdaptor_FClass2d& domain, std::size_t fineness);
 
-    /// Whether the face has a point; nothing where the point is in a cell that an edge may cross.
+    /// Empty in cells that an edge may cross.
     [[nodiscard]] std::optional<bool> has(double u, double v) const;
 
   private:
     [[nodiscard]] std::size_t cell_of(double x, std::size_t k) const;
     [[nodiscard]] double middle_of(std::size_t cell, std::size_t k) const;
-    /// Cells that meet the box of two neighbouring points of an edge, widened by its size; nothing where an edge has no
-    /// curve in the parameters.
+    /// Cells at the box of two successive edge points, widened by its size; empty if an edge has no parameter curve.
     [[nodiscard]] std::vector<bool> crossed_by_edges(const TopoDS_Face& face, std::size_t pieces) const;
     void mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const;
-    /// The cells that are connected with one, which are grouped from then on.
+    /// Connected cells, marked as grouped.
     [[nodiscard]] std::vector<std::size_t> group_of(std::size_t cell, std::vector<bool>& is_grouped) const;
-    /// By some cells of a group; where they disagree, as those of a loop that does not close may, it stays unknown.
+    /// Tests some cells; if they disagree (open loops), the group stays undecided.
     void decide(const std::vector<std::size_t>& group, BRepTopAdaptor_FClass2d& domain);
 
     std::array<double, 2> low_, high_;
@@ -74,29 +72,28 @@ class DomainGrid {
     std::vector<bool> is_known_, is_inside_;
 };
 
-/// The parameters of a trimmed face. Several threads may ask at once; no answer depends on their order.
 class Domain {
   public:
     Domain(const TopoDS_Face& face, const FaceFacts& facts);
 
-    /// Whether the face has a point; nothing where only OpenCASCADE can decide it, which takes a hundred times as long.
+    /// Empty: only OpenCASCADE can decide, 100 times slower.
     [[nodiscard]] std::optional<bool> has_at_once(double u, double v) const;
-    /// As OpenCASCADE decides. Throws Standard_Failure.
+    /// Uses OpenCASCADE. Throws Standard_Failure.
     [[nodiscard]] bool has(double u, double v) const;
 
   private:
     TopoDS_Face face_;
     FaceFacts facts_;
-    mutable std::mutex alone_;  ///< OpenCASCADE gave wrong answers to several threads at once
+    mutable std::mutex alone_;  ///< OpenCASCADE gave wrong results with several threads
     mutable BRepTopAdaptor_FClass2d classifier_;
     DomainGrid coarse_;
     mutable std::once_flag refined_;
-    mutable std::optional<DomainGrid> fine_;  ///< made when the first point is in an undecided cell of the coarse one
+    mutable std::optional<DomainGrid> fine_;  ///< created for the first point in an undecided coarse cell
 };
 
 constexpr std::size_t most_cells = 1024;  // each way
 
-/// Cells each way: more for a face with many edges, which may be holes.
+/// Cells each way: more for faces with many edges, possibly holes.
 std::size_t side_for(const TopoDS_Face& face) {
     constexpr double least = 64, most = 256, edges_of_few = 4;
     std::size_t edges = 0;
@@ -155,7 +152,7 @@ std::vector<bool> DomainGrid::crossed_by_edges(const TopoDS_Face& face, std::siz
 }
 
 void DomainGrid::mark(const gp_Pnt2d& from, const gp_Pnt2d& to, std::vector<bool>& crossed) const {
-    constexpr double beside = 1e-6;  // of the face, for edges that run along a border of cells
+    constexpr double beside = 1e-6;  // relative to the face, for edges along cell borders
     std::array<std::size_t, 2> begin{}, end{};
     for (std::size_t k = 0; k < 2; ++k) {
         const auto [a, b] = std::minmax(k == 0 ? from.X() : from.Y(), k == 0 ? to.X() : to.Y());
@@ -219,21 +216,20 @@ bool Domain::has(double u, double v) const {
     return found == TopAbs_IN || found == TopAbs_ON;
 }
 
-/// A surface with what is asked of it often.
 struct Surface {
     Handle(Geom_Surface) geometry;
     GeomAdaptor_Surface kind;
     std::optional<SplineSurface> spline;
     std::optional<RevolvedSpline> revolved;
-    std::unique_ptr<Domain> domain;  ///< none: the rectangle of the parameters
+    std::unique_ptr<Domain> domain;
 };
 struct Curve {
     Handle(Geom_Curve) geometry;
     std::optional<SplineCurve> spline;
 };
 
-/// Whether all edges of a face run along the bounds of its parameters, as those of whole spheres, of cylinders and of
-/// fillets do: such a domain is told without asking for it, which takes a hundred times as long.
+/// True if all edges run along the parameter bounds (spheres, cylinders, fillets): point queries are then 100 times
+/// faster.
 bool is_rectangle(const TopoDS_Face& face, const FaceFacts& facts) {
     constexpr double same = 1e-9;
     constexpr int samples = 32;
@@ -297,7 +293,7 @@ ClosedForm closed_form(const GeomAdaptor_Surface& kind, double scale) {
     }
 }
 
-/// A spline turns at most about once in a span of each degree.
+/// A spline turns about once in a span of each degree.
 std::array<std::size_t, 2> cells_of(const GeomAdaptor_Surface& kind) {
     constexpr int least = 8, most = 64, swept = 32;
     if (kind.GetType() == GeomAbs_BSplineSurface) {
@@ -322,7 +318,7 @@ std::size_t cells_of(const GeomAdaptor_Curve& kind) {
     }
 }
 
-/// Of what OpenCASCADE refuses to tell, as derivatives at the apex of some surfaces: no numbers.
+/// NaN for failures of OpenCASCADE, for example derivatives at an apex.
 template <class T, class F>
 T told_or(const T& none, F&& f) {
     try {
@@ -342,14 +338,14 @@ class Shape final : public Kernel {
         file_unit = read_.unit;
         losses = read_.losses;
         const TopoDS_Shape& shape = read_.shape;
-        // The order of TopExp: that in which a walk through the shape meets them first.
+        // The order of TopExp: first visits of a walk through the shape.
         TopTools_IndexedMapOfShape all_faces, all_edges, all_vertices;
         TopExp::MapShapes(shape, TopAbs_FACE, all_faces);
         TopExp::MapShapes(shape, TopAbs_EDGE, all_edges);
         TopExp::MapShapes(shape, TopAbs_VERTEX, all_vertices);
         for (int i = 1; i <= all_vertices.Extent(); ++i)
             vertices.push_back(scaled(BRep_Tool::Pnt(TopoDS::Vertex(all_vertices(i))).XYZ(), scale_));
-        std::vector<std::ptrdiff_t> numbers;  // edges without a curve have none
+        std::vector<std::ptrdiff_t> numbers;  // unset for edges without a curve
         for (int i = 1; i <= all_edges.Extent(); ++i) {
             const bool is_curve = add_edge(TopoDS::Edge(all_edges(i)), all_vertices);
             numbers.push_back(is_curve ? static_cast<std::ptrdiff_t>(edges.size()) - 1 : -1);
@@ -410,7 +406,7 @@ class Shape final : public Kernel {
     }
 
   private:
-    /// By whole periods as near to the middle of the bounds as can be.
+    /// Shifts by whole periods towards the middle of the bounds.
     [[nodiscard]] static bool is_within(const FaceFacts& facts, const std::array<double, 2>& uv) {
         constexpr double beyond = 1e-12;
         for (std::size_t k = 0; k < 2; ++k) {
@@ -470,7 +466,7 @@ class Shape final : public Kernel {
         surfaces_.push_back(std::move(surface));
     }
 
-    /// The unit normal out of a face at a share of the way along one of its edges; none where the surface has none.
+    /// Outward unit normal at a share of the edge's length, if any.
     [[nodiscard]] std::optional<gp_Dir> outward_normal(const TopoDS_Edge& edge, const TopoDS_Face& face,
                                                        std::size_t number, double share) const {
         double first = 0, last = 0;

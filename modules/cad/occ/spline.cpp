@@ -1,5 +1,5 @@
-// Points of splines with two derivatives, by the recurrence of Cox and de Boor (Piegl and Tiller, The NURBS Book,
-// 1997, algorithms 2.2 and 4.4).
+// B-splines with two derivatives by the recurrence of Cox and de Boor (Piegl and Tiller, The NURBS Book, 1997,
+// algorithms 2.2 and 4.4).
 #include "spline.hpp"
 
 #include <algorithm>
@@ -33,21 +33,18 @@ Weighted pole_of(const gp_Pnt& pole, double weight, double scale) {
     return {pole.X() * scale, pole.Y() * scale, pole.Z() * scale, weight};
 }
 
-/// A pole relative to another one, times its weight, and that. Near a pole that many others coincide with, as those of
-/// a sphere do, sums of such terms keep all their digits.
+/// Weighted pole relative to another. Near coincident poles, as on spheres, sums of such terms keep all digits.
 Weighted relative(const Weighted& pole, const Weighted& origin) {
     const double w = pole[3];
     return {w * (pole[0] - origin[0]), w * (pole[1] - origin[1]), w * (pole[2] - origin[2]), w};
 }
 
-/// The largest of the functions' values.
 std::size_t largest_of(const SplineBasis::Values& at, std::size_t degree) {
     const auto begin = at.functions[0].begin();
     return static_cast<std::size_t>(std::max_element(begin, begin + static_cast<std::ptrdiff_t>(degree) + 1) - begin);
 }
 
-/// Coefficients of the derivative of functions of degree `to` from those of functions of degree `to` - 1 in the span
-/// that begins with knot i.
+/// Coefficients of derivatives of degree-`to` functions from functions of degree `to` - 1, in the span at knot i.
 void differentiate(const std::vector<double>& knots, std::size_t i, std::size_t to, const Row& from, Row& out) {
     const auto factor = static_cast<double>(to);
     double before = 0;
@@ -110,7 +107,7 @@ void SplineBasis::evaluate(double t, Values& out) const {
     const auto i = static_cast<std::size_t>(after - knots_.begin()) - 1;
     out.first = i - p;
     auto& [values, first, second] = out.functions;
-    Row left, right, lower, lowest, slope;  // `lower`, `lowest`: values of one and of two degrees less
+    Row left, right, lower, lowest, slope;  // `lower`, `lowest`: values of one and two degrees less
     values[0] = 1;
     for (std::size_t q = 1; q <= p; ++q) {
         if (q == p) std::copy_n(values.begin(), q, lower.begin());
@@ -250,7 +247,7 @@ std::optional<RevolvedSpline> RevolvedSpline::of(const Handle(Geom_Surface) & su
 
 SurfaceJet RevolvedSpline::evaluate(double u, double v) const {
     const double c = std::cos(u), s = std::sin(u);
-    // A vector turned by the angle, and its two derivatives by it.
+    // Rotates a vector, with two derivatives by the angle.
     const auto turned = [&](const Point& x, Point& value, Point& first, Point* second) {
         const double along = x[0] * axis_[0] + x[1] * axis_[1] + x[2] * axis_[2];
         for (std::size_t k = 0; k < 3; ++k) {
